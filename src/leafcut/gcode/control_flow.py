@@ -66,13 +66,10 @@ def control_of(line: str) -> Control | None:
         return None
     label, keyword = re.sub(r"\s+", "", found.group(1)).lower(), found.group(2).lower()
     if keyword not in _KEYWORDS:
-        # "O100G0X1": a program number followed by words.
-        return None if not label.startswith("<") and keyword not in _KEYWORDS else _unknown(label, keyword)
+        if label.startswith("<"):
+            raise BlockError(f"o{label} {keyword}: this is not an O-word of LinuxCNC")
+        return None  # "O100G0X1": a program number followed by words.
     return Control(label.lstrip("0") or "0", keyword, split_line(line[found.end() :])[0])
-
-
-def _unknown(label: str, keyword: str) -> Control:
-    raise BlockError(f"o{label} {keyword}: this is not an O-word of LinuxCNC")
 
 
 @dataclass(slots=True)

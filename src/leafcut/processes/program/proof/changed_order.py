@@ -15,6 +15,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
+    Visits,
     detached_parts,
     near_lines,
     passes_beside,
@@ -116,13 +117,14 @@ class ChangedOrder:
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
         visit = np.cumsum(self.gaps.across[self.gaps.gap_of] | first, dtype=np.int64)
         visit = np.unique(visit, return_inverse=True)[1].ravel()
-        yield from (self._difference("order", *pair) for pair in islice(self._passes(visit, width), 2 * MOST_LISTED))
+        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
+        changed = islice(self._passes(visits, visit, width), 2 * MOST_LISTED)
+        yield from (self._difference("order", *pair) for pair in changed)
         text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
-        for other, outline in islice(self._freed_too_early(visit), MOST_LISTED + 1):
+        for other, outline in islice(self._freed_too_early(visits, visit), MOST_LISTED + 1):
             yield self._difference("part free too early", other, outline, text)
 
-    def _passes(self, visit: Indices, width: float) -> Iterator[_Pair]:
-        visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
+    def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
         begins = self.new_of[visits.first]
         crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
         chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved(begins)
@@ -147,13 +149,12 @@ class ChangedOrder:
                 text = "{} is a row beside {}, which came after it and is now before"
                 yield int(visits.first[one]), int(visits.first[other]), text
 
-    def _freed_too_early(self, visit: Indices) -> Iterator[tuple[int, int]]:
+    def _freed_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
         """Yield (feature, last feature of an outline) if the feature is now cut after the outline detaches its part.
 
         Another part at the same depth or deeper may be detached in either order.
         """
         features = self.features
-        visits = visits_of(features, self.traces, visit, int(visit[-1]) + 1, FREE)
         shifts = [mark.key for mark in self.before.marks if mark.kind == Kind.SHIFT]
         origin = np.searchsorted(shifts, features.row[visits.first])
         zeros = np.column_stack([features.of("frame", visits.first), origin])
