@@ -34,7 +34,9 @@ def section(experiment: Description, rows: list[Row]) -> str:
     """Return the section of an experiment."""
     results = Results.of(experiment, rows)
     able = sum(can_run(experiment, plan) for plan in experiment.runs())
-    state = f"{len(results.rows)} of {able} runs"
+    state = f"{len(results.finished)} of {able} runs"
+    if len(results.rows) > len(results.finished):
+        state += f", and the search alone of {len(results.rows) - len(results.finished)}"
     if able < experiment.n_runs:
         state += f"; {experiment.n_runs - able} with more threads than cores are left out"
     about = f"`leafcut lab run {experiment.name}`: {state}. {experiment.about}"

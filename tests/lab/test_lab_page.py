@@ -81,7 +81,7 @@ def test_the_page_states_the_differences_of_the_formula(tmp_path: Path) -> None:
     assert "24 of 24 runs done" in text
     # as – acs is 10 in every run, of which the mean square within is (1² + 0² + 1²) · 2 / 4 = 1.
     assert "-10.000" in text or "10.000" in text
-    assert "algorithm makes a difference" in text
+    assert "an effect of the factor 'algorithm'" in text
     assert "as against acs: acs is better" in text
     # 10 of 102 and 10 of 302, with both numbers of ants.
     assert f"acs over as: mean gain {50 * (10 / 102 + 10 / 302):.2f} %" in text

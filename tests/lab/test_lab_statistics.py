@@ -8,11 +8,13 @@ import math
 import numpy as np
 import pandas
 import pytest
+from scipy import stats
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.multicomp import pairwise_tukeyhsd
 
 from leafcut.errors import OptionError
+from leafcut.lab.loading import load
 from leafcut.lab.statistics import crossed, interval, one_way, pareto_front, ranked, trend
 
 #: Etch rate by power, W: Montgomery, Design and Analysis of Experiments, 8th ed., table 3.1.
@@ -101,6 +103,71 @@ def test_crossed_analysis_is_that_of_the_book() -> None:
 def test_crossed_analysis_without_repetition_tells_no_interaction() -> None:
     rows = [("a", "x", 1.0), ("a", "y", 2.5), ("b", "x", 3.0), ("b", "y", 4.0), ("c", "x", 5.5), ("c", "y", 6.0)]
     assert [one.name for one in crossed(rows, ("one", "two"))] == ["one", "two", "residual"]
+
+
+#: Machining time, s, of three plates: plate, order, pecks. Pecks add the same time to both orders of a plate.
+PLATES = [
+    ("ten", "random", "pecks", 92.1), ("ten", "random", "none", 65.1),
+    ("ten", "ordered", "pecks", 88.8), ("ten", "ordered", "none", 61.8),
+    ("twenty", "random", "pecks", 186.7), ("twenty", "random", "none", 130.0),
+    ("twenty", "ordered", "pecks", 178.2), ("twenty", "ordered", "none", 121.5),
+    ("forty", "random", "pecks", 309.6), ("forty", "random", "none", 215.1),
+    ("forty", "ordered", "pecks", 293.5), ("forty", "ordered", "none", 199.0),
+]  # fmt: skip
+
+
+def test_blocks_take_their_degrees_of_freedom_as_in_statsmodels() -> None:
+    frame = pandas.DataFrame(PLATES, columns=["plate", "order", "peck", "y"])
+    table = anova_lm(ols("y ~ C(plate) + C(order) * C(peck)", data=frame).fit(), typ=2)
+    found = crossed([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])
+    assert [one.name for one in found] == ["block", "order", "peck", "order × peck", "residual"]
+    assert [one.freedom for one in found] == [2, 1, 1, 1, 6]
+    assert found[1].f == pytest.approx(table.loc["C(order)", "F"])
+    assert found[2].p == pytest.approx(table.loc["C(peck)", "PR(>F)"])
+    assert found[4].squares == pytest.approx(table.loc["Residual", "sum_sq"])
+
+
+def test_an_interaction_that_is_zero_by_construction_is_not_tested() -> None:
+    both = crossed([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])[3]
+    assert both.zero
+    assert (both.f, both.p, both.squares) == (None, None, 0.0)
+    other = [(*row[:3], row[3] + 5.0 * (row[1:3] == ("random", "pecks"))) for row in PLATES]
+    assert crossed([row[1:] for row in other], ("order", "peck"), [row[0] for row in other])[3].f is not None
+
+
+def test_letters_of_lsd_are_those_of_uncorrected_pairs_of_statsmodels() -> None:
+    """LSD separates more levels than Tukey: the paper on fireflies used it."""
+    close = {"a": [1.0, 1.2, 1.4], "b": [1.35, 1.6, 1.75], "c": [1.8, 1.9, 2.2], "d": [2.1, 2.4, 2.3]}
+    frame = pandas.DataFrame([(name, y) for name, ys in close.items() for y in ys], columns=["g", "y"])
+    pairs = ols("y ~ C(g)", data=frame).fit().t_test_pairwise("C(g)").result_frame
+    found = one_way(close)
+    assert sorted(pair.p for pair in found.fisher) == pytest.approx(sorted(pairs["P>|t|"]))
+    for pair in found.fisher:
+        shared = set(found.fisher_letters[pair.first]) & set(found.fisher_letters[pair.second])
+        assert bool(shared) == (pair.p >= 0.05)
+    assert sum(pair.p < 0.05 for pair in found.fisher) > sum(pair.p < 0.05 for pair in found.tukey)
+
+
+def test_the_published_nests_show_no_trend() -> None:
+    """Computed by scipy alone from the published lengths; the report of the experiment states the same figures."""
+    (table,) = load("nests").published
+    parts = [int(row[1]) for row in table.rows]
+    gains = [100.0 * (1.0 - float(row[2]) / float(row[3])) for row in table.rows]
+    assert gains == pytest.approx([float(row[4]) for row in table.rows], abs=0.02)
+    tau, p = stats.kendalltau(parts, gains)
+    assert (f"{tau:.2f}", f"{p:.2f}") == ("0.24", "0.38")
+    assert trend(parts, gains).tau_p == pytest.approx(p)
+    tau, p = stats.kendalltau(parts[1:], gains[1:])
+    assert (f"{tau:.2f}", f"{p:.2f}") == ("0.06", "0.92")
+
+
+def test_the_critical_value_of_the_paper_is_that_of_eight_levels_and_five_replicates() -> None:
+    assert stats.f.ppf(0.95, 7, 32) == pytest.approx(2.313, abs=5e-4)
+    rng = np.random.default_rng(1)
+    groups = {str(level): rng.normal(level, 1.0, 5) for level in range(5, 13)}
+    found = one_way(groups)
+    assert found.f_critical == pytest.approx(2.313, abs=5e-4)
+    assert found.f == pytest.approx(stats.f_oneway(*groups.values()).statistic)
 
 
 def test_friedman_is_that_of_the_book() -> None:

@@ -10,14 +10,17 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lab_descriptions import SMALL, written
+from test_store import ROW
 
 from leafcut import api
 from leafcut._version import __version__
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, VerifyError
 from leafcut.lab import running
 from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
@@ -25,6 +28,7 @@ from leafcut.lab.results import Results
 from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
 from leafcut.model.heartbeat import Progress
+from leafcut.model.study import Study
 from leafcut.order.executors import open_executor
 from leafcut.read.machine import machine_template
 
@@ -231,3 +235,43 @@ def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judge
             found.append(judged(Results.of(description, rows_of(description, store)))[0])
     assert found[0].words == found[1].words
     assert [table.rows for table in found[0].tables] == [table.rows for table in found[1].tables]
+
+
+def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = load(written(tmp_path))
+
+    def refuse(*_: object, observe: Study, **__: object) -> object:
+        observe.begin()
+        observe.note(1, 0.5, 80.0, np.array([90.0, 95.0]))
+        observe.note(2, 0.75, 80.0, np.array([85.0, 99.0]))
+        raise VerifyError("passes lie too far apart")
+
+    monkeypatch.setattr(running.api, "optimize", refuse)
+    paths = ("search.cost", "search.own_cost", "search.seconds", "after.time_s")
+    task = RunTask("key", "pocket", "example:pocket", {}, {path: (path, 1.0) for path in paths})
+    answer = perform(task)
+    assert answer.failed == "passes lie too far apart"
+    assert answer.responses == {
+        "search.cost": 80.0, "search.own_cost": 85.0, "search.seconds": 0.75, "after.time_s": None,
+    }  # fmt: skip
+    plan = next(iter(found.runs()))
+    levels = {name: level.name for name, level in plan.levels.items()}
+    row = replace(ROW, instance=plan.instance.name, levels=levels, seed=plan.seed, responses={"length": 80.0})
+    results = Results.of(found, [replace(row, failed=answer.failed)])
+    assert list(results.figures("length").values()) == [[80.0]]
+    assert results.finished == ()
+    assert results.missing(1) == len(found.seeds) - 1
+
+
+def test_a_response_is_a_sum_of_the_first_figures_that_exist() -> None:
+    task = RunTask("key", "cut", "x", {}, {"d": ("a.b + c|e", 2.0), "none": ("a.b + c", 1.0)})
+    assert running._figures({"a": {"b": 1.0}, "e": 3.0}, task) == {"d": 8.0, "none": None}
+
+
+def test_runs_are_in_random_order_within_each_round(tmp_path: Path) -> None:
+    plans = list(load(written(tmp_path)).runs())
+    order = running.in_random_order(plans, "small")
+    assert [plan.seed for plan in order] == [plan.seed for plan in plans]
+    assert {plan.label for plan in order} == {plan.label for plan in plans}
+    assert [plan.label for plan in order] != [plan.label for plan in plans]
+    assert [plan.label for plan in running.in_random_order(plans, "small")] == [plan.label for plan in order]

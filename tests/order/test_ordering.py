@@ -104,8 +104,8 @@ def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() ->
 
 
 def test_too_many_clusters_for_ants_that_order_them_are_refused_in_one_line() -> None:
-    problem = random_problem(1, 600, "holes", pairs=3)
+    problem = random_problem(1, 1100, "holes", pairs=3)
     for algorithm in ("acs", "firefly"):
         ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[0, 1]], dtype=np.int32))
-        with pytest.raises(SolveError, match=f"'{algorithm}' orders fewer than 500 clusters"):
+        with pytest.raises(SolveError, match=f"'{algorithm}' orders at most 1000 clusters"):
             solve(ordered, SolveOptions(algorithm=algorithm))

@@ -11,8 +11,6 @@ from leafcut.lab.description import Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, p_words
 from leafcut.lab.statistics import MIN_OF_PAIRS, Pair, interval, ranked
 
-TITLE = "Ways compared"
-
 
 def compared(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Return the ranks of the levels of a factor over all instances, and the savings over the base level."""
@@ -33,7 +31,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
             sentences.append(
                 "There are few instances: a block is one run, so this is proved for these instances alone."
             )
-    heading = f"{TITLE}: {response.title.lower()}"
+    heading = f"{factor.title} compared: {response.title.lower()}"
     has_reference = bool(analysis.base or analysis.fact)
     against = [_against(results, analysis, response, factor.title, sentences)] if has_reference else []
     try:
@@ -60,7 +58,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     tables = [
         *against,
         Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
-        _ranked_pairs(ranking.pairs, response),
+        _ranked_pairs(factor.title, ranking.pairs, response),
     ]
     drawn = [
         (
@@ -110,7 +108,7 @@ def _against(results: Results, analysis: Analysis, response: Response, title: st
     )  # fmt: skip
 
 
-def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
+def _ranked_pairs(title: str, pairs: Sequence[Pair], response: Response) -> Table:
     rows = [
         (f"{pair.first} – {pair.second}", number(pair.difference),
          "–" if pair.low is None or pair.high is None else f"{number(pair.low)} to {number(pair.high)}",
@@ -119,6 +117,6 @@ def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
     ]  # fmt: skip
     unit = f", {response.unit}" if response.unit else ""
     return Table(
-        ("Ways", f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),
+        (title, f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),
         tuple(rows),
     )

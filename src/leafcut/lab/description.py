@@ -16,8 +16,13 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
 #: Responses that every run has, whatever its command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
+#: Responses of the searches of a run: processor time and wall-clock time, s; the best cost; the best cost of their own
+#: tours, without a first tour that was given to them.
+SEARCH = "search"
+#: Response of every program: time of its rapid moves, with retracts, s.
+RAPID = "rapid_s"
 #: Responses that measure computing time, not machine time.
-TIMES = (WALL, PROCESSOR, "seconds")
+TIMES = (WALL, PROCESSOR, "seconds", f"{SEARCH}.processor_s", f"{SEARCH}.seconds")
 
 ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
 
@@ -62,7 +67,8 @@ class Response:
     Attributes
     ----------
     path
-        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`.
+        Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, or a figure of
+        the searches (`SEARCH`), or `RAPID`. " + " adds figures; "|" takes the first figure that exists.
     scale
         Factor that converts the unit.
     more_is_better

@@ -8,7 +8,7 @@ from statistics import fmean
 
 from leafcut.errors import OptionError
 from leafcut.lab import charts, comparing
-from leafcut.lab.description import TIMES, Analysis, Response
+from leafcut.lab.description import TIMES, WALL, Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
@@ -51,15 +51,18 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
             (
                 level,
                 str(anova.counts[level]),
+                str(results.missing(anova.counts[level])),
                 number(anova.means[level]),
                 number(anova.deviations[level]),
+                anova.fisher_letters[level],
                 anova.letters[level],
             )
             for level in best
         ]
-        tables.append(
-            Table((factor.title, "Runs", f"{response.heading}: mean", "s", "Letters (Tukey)"), tuple(rows), 1, name)
-        )
+        columns = (
+            factor.title, "Runs", "Missing", f"{response.heading}: mean", "s", "Letters (LSD)", "Letters (Tukey)",
+        )  # fmt: skip
+        tables.append(Table(columns, tuple(rows), 1, name))
         tables.append(_pairs(f"{name}: every two levels", anova.fisher, anova.tukey, analysis.alpha))
         if len(drawn) < MAX_CHARTS:
             drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
@@ -75,8 +78,8 @@ def _of_one_way(name: str, factor: str, anova: OneWay) -> list[str]:
     proved = anova.p < anova.alpha
     sentences = [
         f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
-        f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: {factor.lower()} "
-        f"{'makes a difference' if proved else 'makes no difference that these runs can prove'}. "
+        f"{number(anova.f_critical)} at α = {anova.alpha:g}), {p_words(anova.p)}: "
+        f"{'an effect' if proved else 'no effect that these runs can prove'} of the factor '{factor.lower()}'. "
         f"It explains η² = {100 * anova.eta_squared:.0f} % of the variance (ω² = {100 * anova.omega_squared:.0f} %)."
     ]
     if anova.lsd is not None:
@@ -106,36 +109,34 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
     places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (first, second)]
     figures = results.figures(response.name)
     deterministic = all(max(values) - min(values) <= _EQUAL_SHARE * abs(max(values)) for values in figures.values())
-    together = deterministic and len({cell[0] for cell in figures}) > 1
+    blocked = deterministic and len({cell[0] for cell in figures}) > 1
     by_name: dict[str, list[tuple[str, str, float]]] = {}
+    blocks: dict[str, list[str]] = {}
     for cell, values in figures.items():
         rest = [word for k, word in enumerate(cell) if k not in places]
-        name = ", ".join(["all instances", *rest[1:]] if together else rest)
-        cell_means = [
-            fmean(cell_values) for other_cell, cell_values in figures.items()
-            if [word for k, word in enumerate(other_cell) if k not in places] == rest
-        ]  # fmt: skip
-        counted = (
-            [100.0 * fmean(values) / fmean(cell_means)] if together else [fmean(values)] if deterministic else values
-        )
-        by_name.setdefault(name, []).extend((cell[places[0]], cell[places[1]], v) for v in counted)
+        name = ", ".join(["all instances", *rest[1:]] if blocked else rest)
+        counted = [fmean(values)] if deterministic else values
+        by_name.setdefault(name, []).extend((cell[places[0]], cell[places[1]], value) for value in counted)
+        blocks.setdefault(name, []).extend([cell[0]] * len(counted))
     sentences: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     if deterministic:
         sentences.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
-    if together:
-        sentences.append(
-            "Each instance is one repetition, in percent of its mean over all cells, as instances differ in size."
-        )
+    if blocked:
+        sentences.append("Each instance is a block: its size has its own degrees of freedom.")
     for name, rows in by_name.items():
-        effects = crossed(rows, (first.title, second.title))
+        effects = crossed(rows, (first.title, second.title), blocks[name] if blocked else ())
         effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
         sentences.append(
             f"{name}: {'; '.join(effects_text)}."
             if effects_text
             else f"{name}: every run of a cell is equal; no chance is in it."
         )
+        sentences += [
+            f"{name}: {e.name} is zero by construction (the model of the machine adds the two), so it is not tested."
+            for e in effects if e.zero
+        ]  # fmt: skip
         tables.append(
             Table(
                 ("Effect", "Sum of squares", "Degrees of freedom", "F", "p", "Partial η²"),
@@ -160,10 +161,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
                 (first.title, *(level.name for level in second.levels)),
                 tuple((a.name, *(number(means[a.name, b.name]) for b in second.levels)) for a in first.levels),
                 1,
-                f"{name}: means" + (", percent of the instance's mean" if together else f", {response.unit}"),
+                f"{name}: means, {response.unit}",
             )
         )
-        unit = "% of the mean" if together else response.heading
         series = {
             f"{second.title}: {b.name}": [
                 (
@@ -177,7 +177,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
         }
         if len(drawn) < MAX_CHARTS:
             label = f"{response.title} over {first.title.lower()}, a line for each {second.title.lower()}: {name}"
-            drawn.append((name, charts.means(series, _levels_words(first.title, first), unit, label)))
+            drawn.append((name, charts.means(series, _levels_words(first.title, first), response.heading, label)))
     return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(sentences), tuple(tables), tuple(drawn))
 
 
@@ -209,9 +209,12 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
     )
     others = [item.title for item in results.description.factors if item.name != factor.name]
     columns = ("Instance", *others, factor.title, f"{response.heading}: mean", "Speed-up S", "Efficiency E")
-    sentences = (
-        "S = T(1) / T(p), E = S / p; the ideal is S = p. Where each run is a process of its own, its start counts.",
+    start = (
+        " The time includes the start of a process."
+        if response.path == WALL and results.description.new_process
+        else ""
     )
+    sentences = (f"S = T(1) / T(p), E = S / p; the ideal is S = p.{start}",)
     drawn = [
         (
             "",
@@ -264,7 +267,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
             sentences.append(f"{sentence}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
     if not gains:
         raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
-    columns = ("Instance", "Size", factor.title, f"{response.heading}, {analysis.base}", "This way", "Gain")
+    columns = ("Instance", "Size", factor.title, f"{response.heading}: {analysis.base}", "of this level", "Gain")
     series = {name: [(x, y) for _, x, y in points] for name, points in gains.items()}
     drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
     return ReportBlock(
@@ -317,7 +320,7 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
         factor.title,
         "Pieces",
         f"{analysis.base}{unit}",
-        f"This way{unit}",
+        f"of this level{unit}",
         f"Saved{unit}",
         "Saved, %",
     )
@@ -376,7 +379,7 @@ def _pairs(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: floa
 _TITLES = {
     "anova": "Analysis of variance",
     "crossed": "Two factors crossed",
-    "compare": comparing.TITLE,
+    "compare": "Comparison",
     "speedup": "Speed-up and efficiency",
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",

@@ -17,9 +17,9 @@ _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def overview(results: Results) -> ReportBlock:
-    """Return every cell with its number of runs and the figures of each response."""
+    """Return every cell with its number of runs, of missing runs and the figures of each response."""
     description = results.description
-    columns = ["Instance", *(factor.title for factor in description.factors), "Runs"]
+    columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
     for response in description.responses:
         columns += [f"{response.heading}: mean", "± 95 %", "s", "best", "worst"]
     by_measure = {response.name: results.figures(response.name) for response in description.responses}
@@ -28,7 +28,7 @@ def overview(results: Results) -> ReportBlock:
         runs = max((len(figures.get(cell, ())) for figures in by_measure.values()), default=0)
         if not runs:
             continue
-        row = [*cell, str(runs)]
+        row = [*cell, str(runs), str(results.missing(runs))]
         for response in description.responses:
             row += _spread(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))

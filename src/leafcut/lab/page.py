@@ -45,7 +45,7 @@ def write_page(
             css=drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab"),
             version=__version__,
             of=description,
-            done=len(results.rows),
+            done=len(results.finished),
             state=_state(description, results, rows, n_runs, n_left_out),
             blocks=[*before, *_blocks(results)],
             failed=[
@@ -107,7 +107,7 @@ def _blocks(results: Results) -> list[ReportBlock]:
 
 
 def _state(description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int) -> list[str]:
-    sentences = [f"{len(results.rows)} of {count_of(n_runs, 'run')} done"]
+    sentences = [f"{len(results.finished)} of {count_of(n_runs, 'run')} done"]
     if n_left_out:
         sentences.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
     if failed := sum(bool(row.failed) for row in rows):

@@ -44,15 +44,24 @@ class Results:
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Keep the rows that match the current description and did not fail."""
+        """Keep the rows that match the current description and have figures, some of them from refused programs."""
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
             row for row in rows
-            if not row.failed and row.instance in instances and row.seed in description.seeds
+            if has_figures(row) and row.instance in instances and row.seed in description.seeds
             and row.levels.keys() == levels.keys() and all(row.levels[name] in levels[name] for name in levels)
         ]  # fmt: skip
         return cls(description, tuple(kept))
+
+    @property
+    def finished(self) -> tuple[Row, ...]:
+        """The runs that did not fail."""
+        return tuple(row for row in self.rows if not row.failed)
+
+    def missing(self, count: int) -> int:
+        """Return the number of runs that a cell with `count` figures lacks."""
+        return len(self.description.seeds) - count
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:
         """Return the figures of a response by cell, in the order of the description, by seed."""
@@ -80,6 +89,11 @@ class Results:
         for cell, values in self.figures(response).items():
             by_rest.setdefault(cell[:position] + cell[position + 1 :], {})[cell[position]] = values
         return by_rest
+
+
+def has_figures(row: Row) -> bool:
+    """Whether a run has a figure; a refused program may have the figures of its search."""
+    return not row.failed or any(value is not None for value in row.responses.values())
 
 
 def variant_name(description: Description, cell: DesignCell) -> str:

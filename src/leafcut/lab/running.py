@@ -6,12 +6,14 @@ import hashlib
 import json
 import os
 import platform
+import random
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -21,7 +23,18 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, TIMES, WALL, Description, LabInstance, RunPlan
+from leafcut.lab.description import (
+    OPTIMIZE,
+    PROCESSOR,
+    RAPID,
+    SEARCH,
+    SOLVE,
+    TIMES,
+    WALL,
+    Description,
+    LabInstance,
+    RunPlan,
+)
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import OnProgress, Progress
@@ -59,7 +72,10 @@ class RunTask:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a task, with its machine and time; `failed` is the error message."""
+    """The result of a task, with its machine and time.
+
+    `failed` is the error message. A run that fails after its search keeps the figures of the search.
+    """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
     curve: tuple[tuple[int, float, float], ...] = ()
@@ -100,6 +116,7 @@ def run(
 ) -> Ran:
     """Execute the runs of an experiment that are not stored yet; failed runs are repeated.
 
+    The order is random within each round of a seed, so that a drift of the machine affects all levels alike.
     Each run is stored when finished. When `cancelled` is set, or on an interrupt, unfinished runs are dropped.
 
     Parameters
@@ -122,7 +139,11 @@ def run(
         raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
     inputs = {instance.name: _input(description.command, instance) for instance in description.instances}
-    todo = [(plan, task) for plan in plans if (task := task_of(description, plan, inputs)).key not in rows]
+    todo = [
+        (plan, task)
+        for plan in in_random_order(plans, description.key)
+        if (task := task_of(description, plan, inputs)).key not in rows
+    ]
     stored_keys = {task_of(description, plan, inputs).key for plan in plans} & rows.keys()
     versions = sorted({rows[key].leafcut for key in stored_keys} - {__version__})
     if versions and todo and not mixed:
@@ -145,6 +166,16 @@ def run(
             failed.append(f"{plan.label}: {answer.failed}")
         report_progress(done)
     return Ran(len(plans), len(stored_keys) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
+
+
+def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
+    """Return the runs round by round (by seed), in random order within each round; the same for the same name."""
+    by_seed: dict[int, list[RunPlan]] = {}
+    for plan in plans:
+        by_seed.setdefault(plan.seed, []).append(plan)
+    for seed, plans_of_seed in by_seed.items():
+        random.Random(f"{name} {seed}").shuffle(plans_of_seed)
+    return [plan for plans_of_seed in by_seed.values() for plan in plans_of_seed]
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
@@ -185,18 +216,16 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Do one run; an error is returned in the answer."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
+    study = SearchStudy()
     try:
         if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
             _warm_up(task)
         wall, processor = time.perf_counter(), _processor()
-        answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, cancelled)
+        answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, study, cancelled)
     except LeafcutError as problem:
-        return Answer(
-            failed=str(problem), began=started, load=load, versions=environment.versions, machine=environment.machine
-        )
-    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor}
-    figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.responses.items()}
-    return Answer(figures, curve, "", started, environment.versions, environment.machine, load)
+        return replace(environment, failed=str(problem), responses=_figures({SEARCH: study.figures()}, task))
+    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: study.figures()}
+    return replace(environment, responses=_figures(answer, task), curve=curve)
 
 
 def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
@@ -229,22 +258,51 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
         yield task, answer
 
 
+class SearchStudy(Study):
+    """Records the processor time of the searches as well, s."""
+
+    def __init__(self) -> None:
+        super().__init__(None)
+        self.processor = 0.0
+        self._last = 0.0
+
+    def begin(self) -> None:
+        """Start recording another search."""
+        super().begin()
+        self._last = time.process_time()
+
+    def note(self, *figures: Any, **named: Any) -> None:
+        """Record an iteration, and its processor time."""
+        super().note(*figures, **named)
+        now = time.process_time()
+        self.processor, self._last = self.processor + now - self._last, now
+
+    def figures(self) -> dict[str, float]:
+        """Return the times of all searches, and the cost of the last one; empty without an iteration."""
+        searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
+        if not searches:
+            return {}
+        own = [row.best for row in searches[-1] if row.best is not None]
+        times = {"processor_s": self.processor, "seconds": sum(rows[-1].seconds for rows in searches)}
+        return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": min(own)} if own else {})}
+
+
 def _answer(
-    task: RunTask, cancelled: threading.Event | None
+    task: RunTask, study: Study, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Return the ``--json`` answer of the command, and the convergence curve for a map."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
-        study = Study(None)
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
         return solved_as_json(solved), tuple(curve_of(solved.solution, study, MAX_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
-    outcome = api.optimize(task.input, process=word, cancelled=cancelled, **task.options)
-    return as_json(registry.report_of(outcome)), ()
+    outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
+    report = registry.report_of(outcome)
+    return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, ()
 
 
 def _warm_up(task: RunTask) -> None:
@@ -252,7 +310,8 @@ def _warm_up(task: RunTask) -> None:
     variant = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
     if variant not in _warm():
         _warm().add(variant)
-        _answer(task, None)
+        with suppress(LeafcutError):  # the run itself reports it
+            _answer(task, Study(None), None)
 
 
 @cache
@@ -282,6 +341,19 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
         )
     answer: dict[str, Any] = json.loads(completed.stdout)
     return answer
+
+
+def _figures(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
+    """Return the responses; a response is a sum of figures, each the first that exists of several paths."""
+    figures: dict[str, float | None] = {}
+    for name, (sum_of, scale) in task.responses.items():
+        numbers = [
+            next((number for path in paths.split("|") if (number := _figure(answer, path, scale)) is not None), None)
+            for paths in sum_of.split(" + ")
+        ]
+        known = [number for number in numbers if number is not None]
+        figures[name] = sum(known) if len(known) == len(numbers) else None
+    return figures
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:

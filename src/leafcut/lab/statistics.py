@@ -21,6 +21,8 @@ Groups = Mapping[str, Sequence[float]]
 #: Minimum size of a group for a variance, and minimum number of blocks for a rank comparison.
 MIN_OF_A_GROUP, MIN_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
+#: Share of the total sum of squares below which an interaction is rounding.
+_ZERO_SHARE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,8 @@ class OneWay:
         Fisher's least significant difference of two means at `alpha`; None for groups of different sizes.
     fisher, tukey
         Pairs by LSD, uncorrected, and by Tukey's honest significant difference.
-    letters
-        Level → letters: levels that share a letter do not differ by Tukey's test.
+    fisher_letters, letters
+        Level → letters: levels that share a letter do not differ, by LSD and by Tukey's test.
     normal_p, equal_p
         Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None if not possible.
     welch_p, kruskal_p
@@ -82,6 +84,7 @@ class OneWay:
     lsd: float | None
     fisher: tuple[Pair, ...]
     tukey: tuple[Pair, ...]
+    fisher_letters: Mapping[str, str]
     letters: Mapping[str, str]
     normal_p: float | None
     equal_p: float | None
@@ -98,7 +101,10 @@ class OneWay:
 
 @dataclass(frozen=True)
 class Effect:
-    """A row of the two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η²."""
+    """A row of the two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η².
+
+    `zero` marks an interaction that is zero by construction and is not tested.
+    """
 
     name: str
     squares: float
@@ -106,6 +112,7 @@ class Effect:
     f: float | None
     p: float | None
     eta_squared: float | None
+    zero: bool = False
 
 
 @dataclass(frozen=True)
@@ -156,52 +163,59 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     OptionError
         There are fewer than two groups, a group has fewer than two figures, or all figures are equal.
     """
+    import pandas
     from scipy import stats
+    from statsmodels.formula.api import ols
 
     values = _checked(groups)
     counts = {name: len(sample) for name, sample in values.items()}
-    all_values = np.concatenate(list(values.values()))
-    means = {name: float(sample.mean()) for name, sample in values.items()}
-    ss_between = sum(counts[name] * (means[name] - all_values.mean()) ** 2 for name in values)
-    ss_within = float(sum(((sample - sample.mean()) ** 2).sum() for sample in values.values()))
-    between, within = len(values) - 1, len(all_values) - len(values)
-    if ss_within + ss_between == 0.0:
+    if np.ptp(np.concatenate(list(values.values()))) == 0.0:
         raise OptionError("all figures are equal; no analysis is possible")
-    ms_within = ss_within / within
-    f = math.inf if ms_within == 0.0 else ss_between / between / ms_within
+    frame = pandas.DataFrame([(name, y) for name, sample in values.items() for y in sample], columns=["g", "y"])
+    fit = ols("y ~ C(g)", data=frame).fit()
+    between, within, ms_within = int(fit.df_model), int(fit.df_resid), float(fit.mse_resid)
+    spread = any(np.ptp(sample) > 0.0 for sample in values.values())
     t = float(stats.t.ppf(1.0 - alpha / 2.0, within))
-    equal = len(set(counts.values())) == 1
-    tukey, letters = _tukey(values, alpha, ms_within)
-    residuals = np.concatenate([sample - sample.mean() for sample in values.values()])
-    spread = ms_within > 0.0
+    fisher = _fisher(values, ms_within if spread else 0.0, within, t)
+    tukey = _tukey(values, alpha, spread)
     return OneWay(
-        means=means,
+        means={name: float(sample.mean()) for name, sample in values.items()},
         deviations={name: float(sample.std(ddof=1)) for name, sample in values.items()},
         counts=counts,
-        f=f,
-        p=float(stats.f.sf(f, between, within)) if spread else 0.0,
+        f=float(fit.fvalue) if spread else math.inf,
+        p=float(fit.f_pvalue) if spread else 0.0,
         f_critical=float(stats.f.ppf(1.0 - alpha, between, within)),
         between=between,
         within=within,
         alpha=alpha,
-        lsd=t * math.sqrt(2.0 * ms_within / next(iter(counts.values()))) if equal else None,
-        fisher=tuple(_fisher(a, b, means, counts, ms_within, within, t) for a, b in itertools.combinations(values, 2)),
+        lsd=t * math.sqrt(2.0 * ms_within / max(counts.values())) if len(set(counts.values())) == 1 else None,
+        fisher=fisher,
         tukey=tukey,
-        letters=letters,
-        normal_p=float(stats.shapiro(residuals).pvalue) if spread and 3 <= len(residuals) <= 5000 else None,
+        fisher_letters=_letters(values, fisher, alpha),
+        letters=_letters(values, tukey, alpha),
+        normal_p=float(stats.shapiro(fit.resid).pvalue) if spread and 3 <= len(frame) <= 5000 else None,
         equal_p=float(stats.levene(*values.values(), center="median").pvalue) if _all_spread(values) else None,
         welch_p=_welch(values),
         kruskal_p=float(stats.kruskal(*values.values()).pvalue),
-        eta_squared=ss_between / (ss_between + ss_within),
-        omega_squared=max(0.0, (ss_between - between * ms_within) / (ss_between + ss_within + ms_within)),
+        eta_squared=float(fit.rsquared),
+        omega_squared=max(0.0, float((fit.ess - between * ms_within) / (fit.centered_tss + ms_within))),
     )
 
 
-def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> tuple[Effect, ...]:
+def crossed(
+    rows: Sequence[tuple[str, str, float]], names: tuple[str, str], blocks: Sequence[str] = ()
+) -> tuple[Effect, ...]:
     """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
 
-    `rows` are (level of the first factor, level of the second, figure). Without repeated cells, the interaction cannot
-    be separated from chance and is left out.
+    An interaction of zero has no F: a simulator that adds two times makes it zero by construction.
+
+    Parameters
+    ----------
+    rows
+        Level of the first factor, level of the second, figure. Without repeated cells, the interaction cannot be
+        separated from chance and is left out.
+    blocks
+        Block of each row, a third factor without interactions; empty for none.
 
     Raises
     ------
@@ -220,19 +234,27 @@ def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> t
         raise OptionError("a combination of the two factors has no figure yet")
     if len({row[2] for row in rows}) < 2:
         raise OptionError("all figures are equal; no analysis is possible")
-    repeated = len(rows) > len(cells)
-    frame = pandas.DataFrame(rows, columns=["a", "b", "y"])
-    variances = anova_lm(ols(f"y ~ C(a) {'*' if repeated else '+'} C(b)", data=frame).fit(), typ=2)
-    effect_names = {"C(a)": names[0], "C(b)": names[1], "C(a):C(b)": f"{names[0]} × {names[1]}", "Residual": "residual"}
+    repeated, blocked = len(rows) > len(cells), len(set(blocks)) > 1
+    frame = pandas.DataFrame(rows, columns=["a", "b", "y"]).assign(block=blocks or "")
+    formula = f"y ~ {'C(block) + ' if blocked else ''}C(a) {'*' if repeated else '+'} C(b)"
+    fit = ols(formula, data=frame).fit()
+    variances = anova_lm(fit, typ=2)
+    effect_names = {
+        "C(block)": "block", "C(a)": names[0], "C(b)": names[1], "C(a):C(b)": f"{names[0]} × {names[1]}",
+        "Residual": "residual",
+    }  # fmt: skip
     residual = float(variances.loc["Residual", "sum_sq"])
     effects = []
     for key, name in effect_names.items():
         if key not in variances.index:
             continue
         squares, freedom, f, p = (float(variances.loc[key, column]) for column in ("sum_sq", "df", "F", "PR(>F)"))
-        known = key != "Residual" and math.isfinite(f)
+        zero = key == "C(a):C(b)" and squares <= _ZERO_SHARE * fit.centered_tss
+        known = key != "Residual" and math.isfinite(f) and not zero
         eta = squares / (squares + residual) if key != "Residual" and squares + residual > 0.0 else None
-        effects.append(Effect(name, squares, freedom, f if known else None, p if known else None, eta))
+        effects.append(
+            Effect(name, 0.0 if zero else squares, freedom, f if known else None, p if known else None, eta, zero)
+        )
     return tuple(effects)
 
 
@@ -333,45 +355,48 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
     return float(anova_oneway(list(values.values()), use_var="unequal").pvalue)
 
 
-def _fisher(
-    a: str, b: str, means: Mapping[str, float], counts: Mapping[str, int], ms: float, freedom: int, t: float
-) -> Pair:
+def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
+    """Return Fisher's pairwise comparison of means, with the pooled variance and without a correction."""
     from scipy import stats
 
-    error = math.sqrt(ms * (1.0 / counts[a] + 1.0 / counts[b]))
-    difference = means[a] - means[b]
-    p = float(2.0 * stats.t.sf(abs(difference) / error, freedom)) if error else float(difference == 0.0)
-    return Pair(a, b, difference, p, difference - t * error, difference + t * error)
+    pairs = []
+    for (a, x), (b, y) in itertools.combinations(values.items(), 2):
+        difference = float(x.mean() - y.mean())
+        error = math.sqrt(ms * (1.0 / len(x) + 1.0 / len(y)))
+        p = float(2.0 * stats.t.sf(abs(difference) / error, freedom)) if error else float(difference == 0.0)
+        pairs.append(Pair(a, b, difference, p, difference - t * error, difference + t * error))
+    return tuple(pairs)
 
 
-def _tukey(
-    values: Mapping[str, NDArray[np.float64]], alpha: float, ms: float
-) -> tuple[tuple[Pair, ...], dict[str, str]]:
-    """Return Tukey's pairwise comparison of means (Tukey–Kramer for unequal groups), and the letters."""
-    import pandas
-    from scikit_posthocs import compact_letter_display
+def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
+    """Return Tukey's pairwise comparison of means (Tukey–Kramer for unequal groups)."""
     from scipy import stats
 
-    names = list(values)
-    if ms == 0.0:  # no variation within any group
-        means = [float(values[name][0]) for name in names]
-        p_values = np.array([[1.0 if a == b else 0.0 for b in means] for a in means])
-        low = high = np.subtract.outer(means, means)
-    else:
+    means = np.array([sample.mean() for sample in values.values()])
+    differences = np.subtract.outer(means, means)
+    if spread:
         comparison = stats.tukey_hsd(*values.values())
         limits = comparison.confidence_interval(confidence_level=1.0 - alpha)
         p_values, low, high = comparison.pvalue, limits.low, limits.high
-    pairs = tuple(
-        Pair(
-            names[i], names[j], float(values[names[i]].mean() - values[names[j]].mean()), float(p_values[i, j]),
-            float(low[i, j]), float(high[i, j]),
-        )
-        for i, j in itertools.combinations(range(len(names)), 2)
-    )  # fmt: skip
-    order = sorted(names, key=lambda name: float(values[name].mean()))
-    frame = pandas.DataFrame(p_values, index=names, columns=names).loc[order, order]
-    letters = compact_letter_display(frame, alpha=alpha)
-    return pairs, {name: str(letters[name]).strip() for name in names}
+    else:
+        p_values, low, high = (differences == 0.0).astype(float), differences, differences
+    return tuple(
+        Pair(a, b, float(differences[i, j]), float(p_values[i, j]), float(low[i, j]), float(high[i, j]))
+        for (i, a), (j, b) in itertools.combinations(enumerate(values), 2)
+    )
+
+
+def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
+    """Return the letters of a pairwise comparison, from the smallest mean on."""
+    import pandas
+    from scikit_posthocs import compact_letter_display
+
+    order = sorted(values, key=lambda name: float(values[name].mean()))
+    p_values = pandas.DataFrame(1.0, index=order, columns=order)
+    for pair in pairs:
+        p_values.loc[pair.first, pair.second] = p_values.loc[pair.second, pair.first] = pair.p
+    letters = compact_letter_display(p_values, alpha=alpha)
+    return {name: str(letters[name]).strip() for name in values}
 
 
 def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64], alpha: float) -> Pair:

@@ -20,7 +20,7 @@ from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, Firefl
 from leafcut.order.best import Best
 from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.construction import nearest_neighbour
-from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, AnyInstance, DirectedInstance, build_directed, greedy_path
+from leafcut.order.directed import AnyInstance, DirectedInstance, build_directed, greedy_path
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import (
     FULL_LISTS_LIMIT,
@@ -48,6 +48,9 @@ MOST_CHOICES = 20_000
 #: Nodes of the problem for which kernels are compiled.
 WARM_NODES = 40
 
+#: Maximum size of a problem with choices for algorithms that store the costs of all moves (n² memory).
+MOST_CLUSTERS, MOST_NODES = 1000, 6000
+
 Search = Callable[[Any, AlgorithmRun], SearchResult]
 #: A short search that calls all kernels; the flag marks a large problem.
 Warm = Callable[[Any, AlgorithmRun, bool], Ints]
@@ -63,7 +66,7 @@ class Algorithm:
         Search functions of the two move sets; None if not available. `warm_places` and `warm_choices` call their
         kernels.
     few
-        `choices` is limited to few clusters (`FEW_CLUSTERS`, `FEW_NODES`).
+        `choices` is limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
     check
         Raises an error for unsupported options, given those of ants and fireflies and whether there are choices.
     """
@@ -116,7 +119,7 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
         return Method(name, algorithm, True)
     if ordered and algorithm.few:
         raise SolveError(
-            f"algorithm '{name}' orders fewer than {FEW_CLUSTERS} clusters with at most {FEW_NODES} nodes; there are "
+            f"algorithm '{name}' orders at most {MOST_CLUSTERS} clusters with {MOST_NODES} nodes; there are "
             f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
         )
     if ordered:
@@ -134,7 +137,7 @@ def _packaged(name: str) -> Algorithm:
 
 def is_few(problem: RoutingProblem) -> bool:
     """Return whether the problem is small enough to store the costs of all moves between its nodes."""
-    return problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES
+    return problem.n_clusters <= MOST_CLUSTERS and problem.n_nodes <= MOST_NODES
 
 
 def needs_choices(problem: RoutingProblem) -> bool:
