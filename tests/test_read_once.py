@@ -19,7 +19,7 @@ import leafcut
 from leafcut import api
 from leafcut.model.outcome import Outcome
 from leafcut.read import Source
-from leafcut.studio.page.preview import read_preview
+from leafcut.studio.jobs.preview import read_preview
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STYLES = Path(__file__).parent / "styles"

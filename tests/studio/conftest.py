@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from grbl_board import board, patient, running
-from leafcut.studio.jobs.ending import catch_discarded_end
+from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.server.app import guarded, make_api
 from leafcut.studio.studio import PORT, Studio, open_studio
 from outside_programs import program_path
@@ -23,22 +23,39 @@ __all__ = ["board", "patient", "running"]
 PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
 
 
-@pytest.fixture(scope="session", autouse=True)
-def heard() -> Iterator[None]:
-    """Hear of each `Ended` that Python let go of, as the server does: jobs of a `studio` run in this process."""
-    before = sys.unraisablehook
-    catch_discarded_end()
-    yield
-    sys.unraisablehook = before
+class SharedWorkers(StudioWorkers):
+    """Processes for many studios: the end of a studio does not end them."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+@pytest.fixture(scope="session")
+def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioWorkers]:
+    """Return processes for the jobs of all tests, which also find the modules in this folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]))
+        opened = SharedWorkers(tmp_path_factory.mktemp("work"), spare=False)
+        yield opened
+        StudioWorkers.close(opened)
 
 
 @pytest.fixture
-def studio(tmp_path: Path) -> Iterator[Studio]:
+def studio(tmp_path: Path, workers: StudioWorkers) -> Iterator[Studio]:
     """Return a studio that nobody has used; its runs are ended with the test."""
-    opened = open_studio(tmp_path / "studio")
+    opened = open_studio(tmp_path / "studio", workers=workers)
     yield opened
     opened.machine.close()
     opened.jobs.close()
+    opened.history.close()
+
+
+@pytest.fixture
+def own_studio(tmp_path: Path) -> Iterator[Studio]:
+    """Return a studio with processes of its own, which find the packages that the test installs."""
+    opened = open_studio(tmp_path / "own", workers=StudioWorkers(tmp_path / "work", spare=False))
+    yield opened
+    opened.close()
     opened.history.close()
 
 

@@ -18,8 +18,9 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.preview import read_preview
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.page import forms, preview
+from leafcut.studio.page import forms
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 
@@ -87,17 +88,17 @@ def test_its_proof_sees_a_line_that_is_left_out_and_one_that_is_too_many(drawing
     assert "not engraved" in str(check_lines(outcome.written, lines, 0.5, 0.01)[0])
 
 
-def test_the_studio_offers_it_shows_its_form_and_runs_it(drawing: Path, studio: Studio) -> None:
-    seen = preview.read_preview(str(drawing), "engrave")
+def test_the_studio_offers_it_shows_its_form_and_runs_it(drawing: Path, own_studio: Studio) -> None:
+    seen = read_preview(str(drawing), "engrave")
     assert seen.works == ("drill", "cut", "nest", "pocket", "engrave") and seen.work == "engrave"
     english = words("en")
     main, *_ = forms.form("engrave", {}, english, machines={"grbl-3018": "GRBL"}, tools=[])
     assert [field["label"] for field in main["fields"]][2:] == ["Engraver", "Engraving feed", "Engraving speed"]
     assert english.named("work", "engrave") == "Engrave"
-    source = studio.folder.add_input(drawing.name, drawing.read_bytes())
-    job = studio.jobs.start(Task("optimize", (source,), "engrave", {"depth": "0.3", "preset": "fast"}))
-    assert studio.jobs.wait(job) is JobState.DONE
-    made = studio.history.artefact(job, "program")
+    source = own_studio.folder.add_input(drawing.name, drawing.read_bytes())
+    job = own_studio.jobs.start(Task("optimize", (source,), "engrave", {"depth": "0.3", "preset": "fast"}))
+    assert own_studio.jobs.wait(job) is JobState.DONE
+    made = own_studio.history.artefact(job, "program")
     assert made is not None
     # The studio calls an upload by the name that it came with.
     assert made.data.decode() == leafcut.optimize(drawing, process="engrave", depth=0.3, preset="fast").text

@@ -86,11 +86,11 @@ def test_a_press_straight_after_the_pixel_size_begins_the_run(page: Page, server
 
 
 def test_a_press_straight_after_another_work_was_chosen_runs_that(page: Page, server: Server) -> None:
-    opened(page, ROOT / "examples" / "sheet.dxf")
+    opened(page, ROOT / "examples" / "pocket.dxf")
     before = page.url
-    choose_work(page, "pocket")
+    choose_work(page, "cut")
     press_run(page)
-    assert job_of(page, server, before)["process"] == "pocket"
+    assert job_of(page, server, before)["process"] == "cut"
 
 
 def test_a_press_while_a_file_is_on_its_way_runs_that_file(page: Page, server: Server) -> None:

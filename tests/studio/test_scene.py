@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import struct
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,10 @@ from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.drawing.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
+from leafcut.studio.jobs.link import Link
+from leafcut.studio.jobs.preview import read_preview
 from leafcut.studio.jobs.run_job import run
 from leafcut.studio.jobs.task import ReadyTask
-from leafcut.studio.page.preview import read_preview
 from leafcut.timing.toolpath import measure
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
@@ -140,7 +140,7 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
     seen = read_preview(str(file))
     assert seen.facts == (("points", "4"), ("size", "30 × 40"))
     assert unpacked(seen.scenes["part"])[0]["unitless"] is True
-    made = run(ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",), lambda *_: None, threading.Event())
+    made = run(Link(lambda _: None), ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",))
     assert unpacked(made.artefacts["scene-after"].data)[0]["unitless"] is True
     assert ReadyTask("solve", (str(file),), "auto", {}).unit == ""
 
@@ -180,7 +180,7 @@ def test_the_path_over_one_level_has_no_time_of_its_own(examples: Path) -> None:
         "strategy": "contour",
     }  # fmt: skip
     call = ReadyTask("optimize", (str(examples / "pocket.dxf"),), "pocket", options)
-    made = run(call, ("pocket.dxf",), lambda *_: None, threading.Event())
+    made = run(Link(lambda _: None), call, ("pocket.dxf",))
     ways = [unpacked(artefact.data)[0] for name, artefact in made.artefacts.items() if name.startswith("way-")]
     assert ways and all(header["untimed"] for header in ways)
     assert not unpacked(made.artefacts["scene-after"].data)[0].get("untimed")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from solid_scenes import STOCK, shaped_path, stepped_path, stepped_stock
 from leafcut.material.solid import solid_of
 from leafcut.model.shown_stock import ShownStock
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
+from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import ReadyTask
 
@@ -73,7 +73,7 @@ def compared(folder: Path, *texts: str) -> JobResult:
     for file, text in zip(files, texts, strict=True):
         file.write_text(text)
     names = tuple(map(str, files))
-    return run(ReadyTask("verify", names, "auto", {}), names, lambda *_: None, threading.Event())
+    return run(Link(lambda _: None), ReadyTask("verify", names, "auto", {}), names)
 
 
 def test_programs_that_are_compared_are_seen_by_what_they_leave(tmp_path: Path) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from leafcut.cli import app as cli
+from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import ReadyTask
@@ -25,7 +25,7 @@ def made(
     """Do what a job does with examples."""
     sources = tuple(name if ":" in name else str(EXAMPLES / name) for name in names)
     call = ReadyTask(command, sources, process, options, parts)
-    return run(call, names, lambda *_: None, threading.Event())
+    return run(Link(lambda _: None), call, names)
 
 
 @pytest.mark.parametrize(

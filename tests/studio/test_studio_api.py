@@ -10,12 +10,14 @@ from typing import Any
 
 import httpx2
 import pytest
+import works
 from own_loop import awaited
 from starlette.testclient import TestClient
 
 from leafcut.cli import app as cli
 from leafcut.studio.jobs import jobs
 from leafcut.studio.jobs.run_job import JobResult
+from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.server.app import make_api
 from leafcut.studio.studio import Studio
 
@@ -134,10 +136,7 @@ def test_a_field_too_large_for_a_form_is_told_in_words_of_ours(studio: Studio) -
 
 
 def test_an_internal_error_is_answered_with_status_500(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("by zero")
-
-    monkeypatch.setattr("leafcut.api.optimize", fail)
+    monkeypatch.setattr(jobs, "run", works.raise_division)
     answer = client.post("/api/optimize", data={"source": "example:plate-10"})
     assert answer.status_code == 500
     assert answer.json()["error"].startswith("internal error in leafcut (ZeroDivisionError")
@@ -165,7 +164,7 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
 ) -> None:
     """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
     release = threading.Event()
-    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(600) and JobResult({}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
 
     async def ask() -> None:
         transport = httpx2.ASGITransport(make_api(studio))

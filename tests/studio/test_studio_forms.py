@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import threading
 from pathlib import Path
@@ -23,6 +24,7 @@ from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
+from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import forms
 from leafcut.studio.page.fitting_machines import offered
 from leafcut.studio.page.page_state import View
@@ -264,7 +266,7 @@ def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> 
     view.put("thickness", "thick")
     view.put("min_diameter", "near")
     assert view.wrong.keys() == {"thickness", "min_diameter"}
-    assert view.read_preview().error == ""
+    assert view.read_preview("", StudioWork(studio.workers)).error == ""
     view.work = "program"
     assert view.wrong == {}
 
@@ -284,12 +286,13 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
     def broken(*_: object) -> None:
         raise ReadError("second.dxf", "is empty")
 
+    def view(read: Any, name: str) -> Any:
+        return SimpleNamespace(studio=SimpleNamespace(workers=None), read_preview=read, name=name)
+
     async def open_both() -> list[Any]:
-        first = asyncio.create_task(
-            InputPanel.read_preview(panel, SimpleNamespace(read_preview=slow, name="first.dxf"), "")
-        )
+        first = asyncio.create_task(InputPanel.read_preview(panel, view(slow, "first.dxf"), ""))
         await asyncio.sleep(0)
-        second = await InputPanel.read_preview(panel, SimpleNamespace(read_preview=broken, name="second.dxf"), "")
+        second = await InputPanel.read_preview(panel, view(broken, "second.dxf"), "")
         release.set()
         return [await first, second]
 
@@ -338,7 +341,7 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
 
 def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
     """Mirrored it is as large, and drawn elsewhere; a map that is solved is not placed at all."""
-    from leafcut.studio.page.preview import read_preview
+    from leafcut.studio.jobs.preview import read_preview
 
     plain = read_preview("example:plate-10", "drill")
     mirrored = read_preview("example:plate-10", "drill", {"mirror": "x"})
@@ -348,9 +351,10 @@ def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
 
 
 def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
-    install: Installer, studio: Studio
+    install: Installer, own_studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    install(*shop())
+    studio = own_studio
+    monkeypatch.setenv("PYTHONPATH", str(install(*shop())), prepend=os.pathsep)
     for language in ("en", "es"):
         groups = forms.form("spot", {}, words(language), machines={}, tools=[])
         assert [f["name"] for f in groups[0]["fields"]] == ["machine", "spot_depth", "tools"]

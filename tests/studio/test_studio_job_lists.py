@@ -13,7 +13,8 @@ from nicegui.page import page as page_of
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.run_job import JobResult
-from leafcut.studio.jobs.task import Task
+from leafcut.studio.jobs.task import ReadyTask, Task
+from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page.compare_jobs import compared_figures, compared_options
 from leafcut.studio.page.job_words import search_terms
 from leafcut.studio.page.page_state import View
@@ -148,12 +149,12 @@ def test_jobs_that_wait_come_to_their_turn_in_the_order_that_was_given_them(
 ) -> None:
     go, began = threading.Semaphore(0), []
 
-    def held(call: Any, *_: Any) -> JobResult:
+    def held(_work: StudioWork, _run: Any, call: ReadyTask, *_: Any, **__: Any) -> JobResult:
         began.append(call.options["seed"])
         go.acquire()
         return JobResult({}, {}, {})
 
-    monkeypatch.setattr(room, "run", held)
+    monkeypatch.setattr(StudioWork, "run", held)
     jobs = [
         studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", "seed": k}))
         for k in range(room.AT_ONCE + 4)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import works
 from waiting import until
 
 from leafcut.errors import OptionError
@@ -22,12 +23,15 @@ from leafcut.studio.jobs.history import Artefact, History, JobState
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.run_job import JobResult
 from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
+from leafcut.studio.jobs.workers import StudioWork, StudioWorkers
 from leafcut.studio.page.job_words import change_words, choices_of
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
 SHORT = Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast"})
+#: Of a job that never starts.
+WORK = StudioWork(StudioWorkers(Path("unused")))
 
 
 def test_a_job_keeps_program_report_pictures_and_scenes(studio: Studio) -> None:
@@ -66,7 +70,7 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) ->
 
 def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
     release = threading.Event()
-    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and JobResult({}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(30) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
     last = studio.jobs.live(jobs[-1])
     assert last is not None
@@ -80,7 +84,7 @@ def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     release = threading.Event()
-    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and JobResult({}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(30) and JobResult({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 2)]
     studio.jobs.cancel(jobs[-1])
     assert studio.jobs.wait(jobs[-1], 30) is JobState.CANCELLED
@@ -97,7 +101,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a history that takes nothing more, the server still knows; of a fault in storing, the history, too."""
-    monkeypatch.setattr(room, "run", lambda *_: JobResult({"odd": object()}, {}, {}))
+    monkeypatch.setattr(StudioWork, "run", lambda *_, **__: JobResult({"odd": object()}, {}, {}))
     job = studio.jobs.start(SHORT)
     assert studio.jobs.wait(job, 30) is JobState.FAILED
     kept = studio.history.get(job)
@@ -135,14 +139,14 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
 ) -> None:
     """What they said and how they stand is read from the history; what that does not know is not let go of."""
 
-    def said(_call: Any, _names: Any, tell: Any, *_: Any) -> JobResult:
-        tell(Progress("search"))
+    def said(*_: Any, on_message: Any) -> JobResult:
+        on_message(Progress("search"))
         return JobResult({}, {}, {})
 
     def full(*_: object, **__: object) -> None:
         raise OutputError("cannot write the history (disk full)")
 
-    monkeypatch.setattr(room, "run", said)
+    monkeypatch.setattr(StudioWork, "run", said)
     with monkeypatch.context() as patched:
         patched.setattr(studio.history, "finish", full)
         unknown = studio.jobs.start(SHORT)
@@ -165,22 +169,15 @@ def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) ->
     assert studio.jobs.wait(studio.jobs.start(Task("solve", ("random:9:1",)))) is JobState.DONE
 
 
-@pytest.mark.parametrize("problem", [ValueError("odd\nthing"), MemoryError(), SystemExit(3), KeyboardInterrupt()])
-def test_a_fault_of_leafcut_is_one_line_too(
-    studio: Studio, monkeypatch: pytest.MonkeyPatch, problem: BaseException
-) -> None:
-    def broken(*_: object) -> JobResult:
-        raise problem
-
-    monkeypatch.setattr(room, "run", broken)
+@pytest.mark.parametrize("problem", ["ValueError", "MemoryError", "SystemExit", "KeyboardInterrupt"])
+def test_a_fault_of_leafcut_is_one_line_too(studio: Studio, monkeypatch: pytest.MonkeyPatch, problem: str) -> None:
+    monkeypatch.setattr(room, "run", getattr(works, f"raise_{problem}"))
     job = studio.jobs.start(SHORT)
     assert studio.jobs.wait(job) is JobState.FAILED
     record = studio.jobs.record(job)
     assert record is not None
     assert len(record.line.splitlines()) == 1
-    assert (
-        "memory" if isinstance(problem, MemoryError) else f"internal error in leafcut ({type(problem).__name__}"
-    ) in record.line
+    assert ("not enough memory" if problem == "MemoryError" else f"internal error in leafcut ({problem}") in record.line
 
 
 def test_a_task_that_cannot_be_meant_is_refused_before_it_is_a_job(studio: Studio) -> None:
@@ -200,7 +197,7 @@ def test_a_task_that_cannot_be_meant_is_refused_before_it_is_a_job(studio: Studi
 
 
 def test_the_curve_of_a_long_run_stays_short() -> None:
-    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",), WORK)
     for k in range(9_000):
         live.began = time.perf_counter() - k
         live.record_progress(Progress("search", 0.5, 1e6 - k))
@@ -209,27 +206,22 @@ def test_the_curve_of_a_long_run_stays_short() -> None:
     assert costs == sorted(costs, reverse=True)
 
 
-def test_a_restart_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = open_studio(tmp_path)
+def test_a_restart_loses_nothing(tmp_path: Path, workers: StudioWorkers, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = open_studio(tmp_path, workers=workers)
     points = first.folder.add_input("map.csv", b"x,y,diameter\n1,2,3\n4,5,3\n")
     done = first.jobs.start(Task("solve", (points,), options={"units": "mm"}))
     assert first.jobs.wait(done) is JobState.DONE
     tour = first.history.artefact(done, "tour")
-    started = threading.Event()
-
-    def search(_call: Any, _names: Any, _tell: Any, cancelled: threading.Event, *_: Any) -> JobResult:
-        started.set()
-        assert cancelled.wait(60)
-        return JobResult({}, {}, {})
-
     with monkeypatch.context() as patched:
-        patched.setattr(room, "run", search)
+        patched.setattr(room, "run", works.read_for_ever)
         running = first.jobs.start(SHORT)
-        assert started.wait(60)
+        live = first.jobs.live(running)
+        assert live is not None
+        until(lambda: live.latest.step)
         first.jobs.close()
     first.history.close()
 
-    second = open_studio(tmp_path)
+    second = open_studio(tmp_path, workers=workers)
     records = {r.id: r for r in second.history.newest()}
     assert records[running].state is JobState.INTERRUPTED
     assert records[done].state is JobState.DONE
@@ -382,7 +374,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
 
 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
-    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    live = LiveJob("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",), WORK)
     for number in range(1500):
         live.record_progress(Progress(f"pocket {number}"))
     assert (len(live.messages), live.said) == (1000, 1500)
@@ -392,7 +384,7 @@ def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
 def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studio) -> None:
     """Also what is told of it in the same words: the words are one message."""
     call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
-    live = LiveJob("a", call, ("plate-27",))
+    live = LiveJob("a", call, ("plate-27",), WORK)
     live.record_progress(Progress("trying both", trial=Trial("zigzag")))
     live.record_progress(Progress("trying both", trial=Trial("contour")))
     live.record_progress(Progress("trying both", 0.5, trial=Trial("zigzag", "41.2 s", 41.2)))

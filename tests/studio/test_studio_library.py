@@ -9,9 +9,9 @@ import pytest
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.preview import read_preview
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page import library
-from leafcut.studio.page.preview import read_preview
 from leafcut.studio.studio import Studio
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -17,6 +17,7 @@ from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.nest_request import WantedPart, list_text, listed_parts, wanted_parts
 from leafcut.studio.jobs.sheets import comparison, nest_of, plan_cuts
 from leafcut.studio.jobs.task import Task, prepare, title_of
+from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.studio import Studio, open_studio
 
 #: Two plates fill a sheet.
@@ -185,8 +186,8 @@ def test_a_part_is_one_word_and_a_list_is_read_as_it_was_written(tmp_path: Path)
     assert listed_parts(file, opened) == (parts, [])
 
 
-def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Path) -> None:
-    first = open_studio(tmp_path)
+def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Path, workers: StudioWorkers) -> None:
+    first = open_studio(tmp_path, workers=workers)
     job = nested(first, plates=1, variants=1)
     begun = plan_cuts(first.jobs, job, CUT)
     for each in begun:

@@ -14,6 +14,7 @@ from leafcut.studio.drawing.editing import HoleOrder
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, prepare
+from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page.elements import box
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import EditPanel
@@ -45,7 +46,9 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
 
 
 def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over_is_told_so(studio: Studio) -> None:
-    live = LiveJob("a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",))
+    live = LiveJob(
+        "a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",), StudioWork(studio.workers)
+    )
     live.tried = {"zigzag": ("52.0 s", 52.0), "shapes 3": ("41.2 s", 41.2), "ants": ("", None), "adaptive": ("–", None)}
     with Client(page_of("/")):
         panel = TriedPanel(words("en"), live)
@@ -86,7 +89,7 @@ def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_fo
     """A drag chooses no stop: what is said of it is about the drag."""
     said: list[str] = []
     page: Any = SimpleNamespace(show_message=lambda line, *_: said.append(line), changed=nothing)
-    names = ("select", "select_stop", "set_editable", "show", "hide")
+    names = ("select", "select_stop", "clear_selection", "set_editable", "show", "hide")
     canvas: Any = SimpleNamespace(**dict.fromkeys(names, nothing))
     with Client(page_of("/")):
         panel = EditPanel(View(studio, words("en")), page, canvas)

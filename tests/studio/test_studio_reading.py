@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+import works
 from nicegui.client import Client
 from nicegui.page import page as page_of
 from own_loop import awaited
-from waiting import until
+from waiting import has_ended, until
 
-from leafcut.model.heartbeat import Progress
-from leafcut.studio.jobs.ending import Ended
-from leafcut.studio.page import page_state, panel_reading, preview
+from leafcut.studio.jobs.preview import read_preview
+from leafcut.studio.page import page_state, panel_reading
 from leafcut.studio.page.pages import Page
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
@@ -24,21 +24,10 @@ EN = words("en")
 CIRCLE = "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n"
 
 
-class Endless:
-    """Stands for `preview.read_preview`: reports a step, and reads for ever."""
-
-    def __init__(self) -> None:
-        self.begun = self.ended = False
-
-    def __call__(self, *arguments: Any) -> None:
-        arguments[3](Progress("reading", 0.25))
-        self.begun = True
-        try:
-            while True:
-                pass
-        except Ended:
-            self.ended = True
-            raise
+def process_of(page: Page) -> int:
+    """Return the number of the process that reads the input for ever."""
+    assert page.input.newest is not None
+    return int(page.input.newest.what.split()[1])
 
 
 @contextmanager
@@ -64,7 +53,6 @@ def within(client: Client, work: Any) -> asyncio.Task[None]:
 def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reader = Endless()
     monkeypatch.setattr(panel_reading, "QUIET_SECONDS", 0.0)
 
     async def work() -> None:
@@ -72,12 +60,14 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
             await page.input.open("example:plate-10", "plate-10")
             seen = page.view.seen
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "read_preview", reader)
+                patched.setattr(page_state, "preview", works.read_for_ever)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
-                await come(lambda: reader.begun)
+                await come(lambda: page.input.newest is not None and page.input.newest.what)
                 page.run.tick()
+                number = process_of(page)
                 shown = page.run.reading
-                assert (shown.place.visible, shown.name.text, shown.what.text) == (True, "plate-27", "reading, 25 %")
+                line = f"process {number}, 25 %"
+                assert (shown.place.visible, shown.name.text, shown.what.text) == (True, "plate-27", line)
                 page.input.cancel()
                 await opening
             page.run.tick()
@@ -88,23 +78,22 @@ def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
                 "Reading cancelled.",
             )
             assert not page.input.reading
-            await come(lambda: reader.ended)
+            await come(lambda: has_ended(number))
 
     awaited(work())
 
 
 def test_another_input_ends_the_reading_of_the_one_before(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
-    reader = Endless()
-
     async def work() -> None:
         with opened(studio) as (page, client):
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "read_preview", reader)
+                patched.setattr(page_state, "preview", works.read_for_ever)
                 opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
-                await come(lambda: reader.begun)
+                await come(lambda: page.input.newest is not None and page.input.newest.what)
+                number = process_of(page)
             await page.input.open("example:plate-10", "plate-10")
             await opening
-            await come(lambda: reader.ended)
+            await come(lambda: has_ended(number))
             assert page.view.source == "example:plate-10"
             assert page.view.seen is not None
 
@@ -115,37 +104,35 @@ def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A drawing of the choice before would not show what a run makes."""
-    reader = Endless()
 
     async def work() -> None:
         with opened(studio) as (page, client):
             await page.input.open("example:plate-10", "plate-10")
-            works = page.view.works()
+            kinds = page.view.works()
             with monkeypatch.context() as patched:
-                patched.setattr(page_state, "read_preview", reader)
+                patched.setattr(page_state, "preview", works.read_for_ever)
                 again = within(client, lambda: page.input._put("rotate", "90", ""))
-                await come(lambda: reader.begun)
+                await come(lambda: page.input.newest is not None and page.input.newest.what)
                 page.input.cancel()
                 await again
             assert page.view.values == {"rotate": "90"}
             assert page.view.seen is not None
-            assert (page.view.seen.error, page.view.works()) == ("Reading cancelled.", works)
+            assert (page.view.seen.error, page.view.works()) == ("Reading cancelled.", kinds)
             assert page.view.ready
 
     awaited(work())
 
 
 def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
-    reader = Endless()
-
     async def work() -> None:
         with opened(studio) as (page, client):
-            monkeypatch.setattr(page_state, "read_preview", reader)
+            monkeypatch.setattr(page_state, "preview", works.read_for_ever)
             opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
-            await come(lambda: reader.begun)
+            await come(lambda: page.input.newest is not None and page.input.newest.what)
+            number = process_of(page)
             page._forget()
             await opening
-            await come(lambda: reader.ended)
+            await come(lambda: has_ended(number))
             assert page.view.seen is None
 
     awaited(work())
@@ -166,7 +153,7 @@ def test_readers_that_know_how_far_they_are_report_it(
     told: list[tuple[str, float]] = []
     file = tmp_path / name
     file.write_text(text)
-    preview.read_preview(str(file), "", {}, lambda now: told.append((now.step, now.share)))
+    read_preview(str(file), "", {}, lambda now: told.append((now.step, now.share)))
     assert {what for what, _ in told} == {"reading", "drawing the preview"}
     shares = [share for _, share in told]
     assert all(0.0 <= share <= 1.0 for share in shares)

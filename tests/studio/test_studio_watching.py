@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from leafcut import api
 from leafcut.model.snapshot import Snapshot
 from leafcut.studio.jobs import search_watch as watching
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.jobs.search_watch import PageObserver, Picture, Watch
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import Studio
 
@@ -22,7 +23,7 @@ MMAS = {"algorithm": "mmas", "iterations": "12", "threads": "1"}
 
 
 class Clock:
-    """The time of a `Watch`: it advances when the search waits, and then `on_wait` is called."""
+    """The time of a `PageObserver`: it advances when the search waits, and then `on_wait` is called."""
 
     def __init__(self) -> None:
         self.now, self.waits = 1000.0, 0
@@ -39,7 +40,7 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """Replace the clock of `Watch` and its waiting."""
+    """Replace the clock of `PageObserver` and its waiting."""
     made = Clock()
 
     class Condition:
@@ -67,12 +68,21 @@ class Pictures:
         return Snapshot(np.zeros((2, 2)), 1.0, None, 0, 0.0)
 
 
+def observer(speed: float | None = None, paused: bool = False, sent: list[Any] | None = None) -> PageObserver:
+    """Return an observer that a page has just opened with these settings."""
+    made = PageObserver(([] if sent is None else sent).append)
+    made.go(speed)
+    made.pause(paused)
+    return made
+
+
 def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
     """A page looks at each wait and requests a step at each fifth."""
-    watch = Watch(paused=True)
+    sent: list[Any] = []
+    watch = observer(paused=True, sent=sent)
 
     def page() -> None:
-        watch.poll()
+        watch.look()
         if clock.waits % 5 == 0:
             watch.step()
 
@@ -80,16 +90,15 @@ def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
     for step in (1, 2, 3):
         watch(Pictures(), True)
         assert clock.waits == 5 * step
-    assert watch.can_hold
-    assert watch.poll()[1] is not None
+    assert any(isinstance(message, Picture) and message.can_hold for message in sent)
     watch.pause(False)
     watch(Pictures(), True)
     assert clock.waits == 15
 
 
 def test_a_search_with_a_speed_makes_that_many_steps_per_second(clock: Clock) -> None:
-    watch = Watch(speed=20.0)
-    clock.on_wait = watch.poll
+    watch = observer(speed=20.0)
+    clock.on_wait = watch.look
     start = clock.now
     for _ in range(41):
         watch(Pictures(), True)
@@ -102,20 +111,20 @@ def test_a_search_with_a_speed_makes_that_many_steps_per_second(clock: Clock) ->
 
 
 def test_a_search_without_a_page_is_neither_held_nor_seen(clock: Clock) -> None:
-    watch, take = Watch(paused=True), Pictures()
+    watch, take = observer(paused=True), Pictures()
     start = clock.now
     watch(take, True)
     assert watching.LEFT_ALONE <= clock.now - start < watching.LEFT_ALONE + 2 * watching.EVERY
     taken, waits = take.taken, clock.waits
     watch(take, True)
     assert (take.taken, clock.waits) == (taken, waits)
-    watch.poll()
+    watch.look()
     watch(take, False)
     assert take.taken == taken + 1
 
 
 def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -> None:
-    watch, taking, release, pressed = Watch(paused=True), threading.Event(), threading.Event(), threading.Event()
+    watch, taking, release, pressed = observer(paused=True), threading.Event(), threading.Event(), threading.Event()
 
     def take() -> Snapshot:
         taking.set()
@@ -129,7 +138,7 @@ def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -
         pressed.set()
 
     held = threading.Thread(target=lambda: watch._hold(take), daemon=True)
-    watch.poll()
+    watch.look()
     held.start()
     assert taking.wait(30)
     threading.Thread(target=press, daemon=True).start()
@@ -140,10 +149,10 @@ def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -
 
 
 def test_a_released_search_is_held_no_more(clock: Clock) -> None:
-    watch = Watch(paused=True)
+    watch = observer(paused=True)
 
     def page() -> None:
-        watch.poll()
+        watch.look()
         if clock.waits == 3:
             watch.release()
 
@@ -155,7 +164,7 @@ def test_a_released_search_is_held_no_more(clock: Clock) -> None:
 
 def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
     """A snapshot that takes 0.05 s is taken every 0.5 s only."""
-    watch, take = Watch(), Pictures()
+    watch, take = observer(), Pictures()
 
     def slow() -> Snapshot:
         clock.now += 0.05
@@ -165,7 +174,7 @@ def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
         take.taken = 0
         end = clock.now + 1.0
         while clock.now < end:
-            watch.poll()
+            watch.look()
             watch(picture, False)
             clock.now += 0.001
         assert take.taken == pytest.approx(expected, abs=1)
@@ -199,3 +208,16 @@ def test_a_held_job_can_be_stopped_and_cancelled(studio: Studio, end: str) -> No
     until(lambda: live.watch.poll()[1] is not None)
     getattr(studio.jobs, end)(job)
     assert studio.jobs.wait(job, 60) is (JobState.STOPPED if end == "stop" else JobState.CANCELLED)
+
+
+def test_a_search_that_does_not_answer_is_not_flooded_by_the_looks_of_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, sent = Clock(), list[tuple[Any, ...]]()
+    monkeypatch.setattr(watching, "time", clock)
+    watch = Watch()
+    watch.connect(lambda *message: sent.append(message))
+    for looks in (1, 2):
+        for _ in range(100):
+            clock.now += 1.0
+            watch.poll()
+        assert sent.count(("look",)) == looks
+        watch.receive(watching.LOOKED)

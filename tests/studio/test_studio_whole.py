@@ -17,11 +17,11 @@ from leafcut.model.part import Hole, Part
 from leafcut.processes.settings import collect
 from leafcut.studio.drawing.scene import part_scene
 from leafcut.studio.drawing.thumbnail import HEIGHT, WIDTH, Thumbnails
+from leafcut.studio.jobs.preview import READY, read_preview
+from leafcut.studio.jobs.whole import travel_of
 from leafcut.studio.page.fitting_machines import head_of, offered, why_not
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
-from leafcut.studio.page.preview import READY, read_preview
-from leafcut.studio.page.whole import travel_of
 from leafcut.studio.page.work_choice import cards, why_suggested
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import LANGUAGES, words

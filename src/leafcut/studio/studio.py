@@ -9,6 +9,7 @@ from leafcut.studio.drafts import Drafts
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
+from leafcut.studio.jobs.workers import StudioWorkers
 from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.lab_runs import LabRuns
@@ -25,6 +26,7 @@ class Studio:
     folder: Folder
     history: History
     jobs: Jobs
+    workers: StudioWorkers
     keys: StudioKeys
     port: int
     pages: KeptPages
@@ -41,6 +43,7 @@ class Studio:
         self.machine.close()
         self.lab.stop()
         self.jobs.close()
+        self.workers.close()
         self.lab.close()
 
     def address(self, key: str) -> str:
@@ -58,8 +61,10 @@ class Studio:
         return self.folder.root / "open.html"
 
 
-def open_studio(root: Path, port: int = PORT) -> Studio:
+def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
     """Open the studio's folder and its history; jobs that the last shutdown cut short are marked as interrupted.
+
+    `workers` replaces the studio's own processes.
 
     Raises
     ------
@@ -75,5 +80,6 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
         return pages.files_in_use() | recent.files_in_use()
 
     folder.drop_unused(history.inputs_in_use() | kept())
-    jobs, keys = Jobs(folder, history, kept), StudioKeys(kept_secret(root))
-    return Studio(folder, history, jobs, keys, port, pages, recent, LabRuns(folder))
+    workers = workers or StudioWorkers(root / "temporary")
+    jobs, keys = Jobs(folder, history, workers, kept), StudioKeys(kept_secret(root))
+    return Studio(folder, history, jobs, workers, keys, port, pages, recent, LabRuns(folder))

@@ -1,1 +1,1 @@
-"""Jobs of the studio: requests that run in threads, and their history."""
+"""Jobs of the studio: requests that run in other processes, and their history."""

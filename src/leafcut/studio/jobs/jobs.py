@@ -1,4 +1,4 @@
-"""Jobs in threads outside the event loop, with progress, stop (keep the best result) and cancel."""
+"""Jobs in processes of their own, with progress, stop (keep the best result) and cancel."""
 
 from __future__ import annotations
 
@@ -17,18 +17,15 @@ from dataclasses import dataclass, field, replace
 from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import OutputError
 from leafcut.model.heartbeat import Progress
-from leafcut.model.study import Study
 from leafcut.studio.folder import Folder
-from leafcut.studio.jobs.ending import Endable
 from leafcut.studio.jobs.history import History, JobRecord, JobState, SearchTerm
 from leafcut.studio.jobs.run_job import JobResult, run
-from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.jobs.search_watch import Picture, Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
+from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 
 #: Number of jobs that run at once; a single search uses all cores already.
 AT_ONCE = 2
-#: Step name while a job reads its inputs (`model.heartbeat.looking_for`).
-READING = "reading"
 #: Maximum number of stored messages; older ones are dropped.
 _MAX_MESSAGES = 1000
 #: Number of finished jobs kept in memory, for pages that have not shown their end yet.
@@ -37,10 +34,6 @@ _MAX_ENDED = 16
 _MAX_TRIED = 64
 #: Maximum number of points of a running convergence chart, and minimum interval between two, s.
 _MAX_POINTS, _POINT_SECONDS = 4000, 0.02
-
-
-class Cancelled(Exception):
-    """Raised inside a cancelled job to end it at once."""
 
 
 @dataclass
@@ -62,11 +55,9 @@ class LiveJob:
     tried
         Trials of a job that tries several strategies, in order of their start: name → (result, cost).
     watch
-        Observer of the search for pages that show it.
-    study
-        Recorder of the iterations of a search algorithm from the literature; None for other jobs.
-    reading
-        Work that can be ended at any line: reading the inputs, until the next step.
+        View of pages on the search.
+    stopped, dropped
+        Whether it shall end with its best result, or without a result.
     ended
         Done when the job has ended and is stored in the history.
     """
@@ -74,6 +65,7 @@ class LiveJob:
     id: str
     call: ReadyTask
     names: tuple[str, ...]
+    work: StudioWork
     state: JobState = JobState.WAITING
     line: str = ""
     internal: bool = False
@@ -85,26 +77,25 @@ class LiveJob:
     tried: dict[str, tuple[str, float | None]] = field(default_factory=dict)
     began: float = 0.0
     watch: Watch = field(default_factory=Watch)
-    study: Study | None = None
-    stop: threading.Event = field(default_factory=threading.Event)
-    reading: Endable = field(default_factory=Endable)
+    stopped: bool = False
     dropped: bool = False
     ended: Future[None] = field(default_factory=Future)
 
     def drop(self) -> None:
         """End the job without a result."""
         self.dropped = True
-        self.stop.set()
-        self.watch.release()
-        self.reading.end()
+        self.work.cancel()
+
+    def receive(self, message: Progress | Picture | str) -> None:
+        """Record a message from the job."""
+        if isinstance(message, Progress):
+            self.record_progress(message)
+        else:
+            self.watch.receive(message)
 
     def record_progress(self, progress: Progress) -> None:
-        """Record the progress; called often by the job."""
-        if self.dropped:
-            raise Cancelled
+        """Record the progress."""
         step, cost, trial = progress.step, progress.cost, progress.trial
-        if step != self.latest.step:
-            self.reading.allow_end() if step == READING else self.reading.leave()
         if trial is not None and (trial.name in self.tried or len(self.tried) < _MAX_TRIED):
             self.tried[trial.name] = trial.figure, trial.cost
         now = time.perf_counter() - self.began
@@ -129,8 +120,10 @@ class Jobs:
     `kept` returns the ids of uploads that are needed for other reasons than a job.
     """
 
-    def __init__(self, folder: Folder, history: History, kept: Callable[[], set[str]] = set) -> None:
-        self.folder, self.history, self._kept = folder, history, kept
+    def __init__(
+        self, folder: Folder, history: History, workers: StudioWorkers, kept: Callable[[], set[str]] = set
+    ) -> None:
+        self.folder, self.history, self.workers, self._kept = folder, history, workers, kept
         self._live: dict[str, LiveJob] = {}
         #: Jobs whose end is stored in the history, the latest at the end.
         self._ended: deque[str] = deque()
@@ -153,8 +146,9 @@ class Jobs:
         call = prepare(task, self.folder)
         if self.closed:
             raise OutputError("the studio is closing; no new jobs are started")
-        live = LiveJob(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
-        live.study = Study(live.watch) if call.studied else None
+        work = StudioWork(self.workers)
+        live = LiveJob(secrets.token_urlsafe(9), call, names_of(task, self.folder), work, watch=watch or Watch())
+        live.watch.connect(work.send)
         self.history.add(live.id, title_of(task, self.folder), task, time.time())
         with self._lock:
             self._live[live.id] = live
@@ -214,8 +208,8 @@ class Jobs:
         """Stop a job and keep its best result; ignore a finished job."""
         live = self._live.get(job)
         if live is not None and not live.state.over:
-            live.stop.set()
-            live.watch.release()
+            live.stopped = True
+            live.work.send("stop")
 
     def cancel(self, job: str) -> None:
         """Stop a job without a result."""
@@ -279,25 +273,22 @@ class Jobs:
             self._work(live)
 
     def _work(self, live: LiveJob) -> None:
-        """Run one job in its own thread; no exception reaches the server."""
+        """Run one job and wait for its end; no exception reaches the server."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, JobState.RUNNING)
-            try:
-                result = run(live.call, live.names, live.record_progress, live.stop, live.study or live.watch)
-            finally:
-                live.reading.leave()
+            result = live.work.run(run, live.call, live.names, on_message=live.receive)
         except BaseException as problem:
             if live.dropped:
                 self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                live.internal = _is_internal(problem)
+                live.internal = is_internal(problem)
                 self._end(live, JobState.FAILED, line=self.folder.without_paths(line_of(problem)))
         else:
             if live.dropped:
                 self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, result=result)
+                self._end(live, JobState.STOPPED if live.stopped else JobState.DONE, result=result)
 
     def _end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
         """Record in the history how the job ended, then publish it."""
@@ -318,7 +309,7 @@ class Jobs:
                 noted = False
         live.state = state
         # Release data of the search, which would otherwise pile up.
-        live.points, live.watch, live.study, live.tried = [], Watch(), None, {}
+        live.points, live.watch, live.tried = [], Watch(), {}
         if noted:
             live.messages = []
             self._forget_older(live.id)
@@ -332,7 +323,10 @@ class Jobs:
                 self._live.pop(self._ended.popleft(), None)
 
 
-def _is_internal(problem: BaseException) -> bool:
+def is_internal(problem: BaseException) -> bool:
+    """Return whether an exception is an internal error of leafcut."""
+    if isinstance(problem, WorkError):
+        return problem.internal
     return not isinstance(problem, LeafcutError | MemoryError | OSError)
 
 

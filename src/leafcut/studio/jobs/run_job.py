@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
     from leafcut.model.toolpath import Toolpath
     from leafcut.report.path_report import PathReport
+    from leafcut.studio.jobs.link import Link
 
 _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
@@ -53,13 +54,7 @@ class JobResult:
     artefacts: dict[str, Artefact]
 
 
-def run(
-    call: ReadyTask,
-    names: tuple[str, ...],
-    on_progress: OnProgress,
-    cancelled: threading.Event,
-    observe: Observer | None = None,
-) -> JobResult:
+def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
     """Run a task; `names` are the displayed names of the inputs.
 
     Raises
@@ -69,6 +64,10 @@ def run(
     """
     from leafcut.report.json_answer import simulation_as_json
 
+    on_progress, cancelled = link.report, link.stop
+    observe: Observer = link.observer
+    if call.studied:
+        observe = link.observer.study = Study(link.observer)
     if call.command == "optimize":
         return _optimize(call, names[0], on_progress, cancelled, observe)
     if call.command == "nest":
@@ -126,7 +125,7 @@ def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefa
 
 
 def _optimize(
-    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
     from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
@@ -234,7 +233,7 @@ def _given_file(call: ReadyTask) -> dict[str, Artefact]:
 
 
 def _searches(
-    searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer | None
+    searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
     """Return data for the convergence charts: (name, history, lower bound, unit) of every search.
 
@@ -275,7 +274,7 @@ def _scene(data: bytes) -> Artefact:
 
 
 def _solve(
-    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
@@ -297,7 +296,7 @@ def _solve(
 
 
 def _study(
-    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer | None
+    call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
     """Run several algorithms with several seeds; the scene shows the best tour."""
     from leafcut.lab.experiment import run_experiment

@@ -1,12 +1,15 @@
-"""`Watch`: observes the search of a job for pages, and pauses or slows it for study."""
+"""Observation of a job's search: `Watch` for pages, `PageObserver` in the process of the search."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 from leafcut.model.snapshot import Snapshot
+from leafcut.model.study import Iteration, Study
 
 #: Minimum interval between snapshots: s, and as a multiple of the time for taking a snapshot.
 EVERY, TIMES_AS_LONG = 0.1, 10.0
@@ -14,51 +17,127 @@ EVERY, TIMES_AS_LONG = 0.1, 10.0
 PER_PLACE = 3e-6
 #: Time without a request after which a page counts as closed, and after which a held search continues, s.
 LOOKS_AWAY, LEFT_ALONE = 1.0, 30.0
+#: Maximum number of iterations of a studied search sent with a snapshot.
+_MAX_ITERATIONS = 300
+
+
+#: Answer of a search to `PageObserver.look`.
+LOOKED = "looked"
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Picture of a search for pages.
+
+    Attributes
+    ----------
+    can_hold
+        Whether the search can be held, as it waits during a snapshot.
+    iterations
+        Some iterations of a studied search, including the last; empty for other searches.
+    """
+
+    snapshot: Snapshot
+    can_hold: bool
+    iterations: list[Iteration]
 
 
 class Watch:
-    """Observer of a job, called by its search and polled by pages.
+    """View of pages on the search of a job.
 
-    It takes no snapshots while no page is open. A search waits between two steps while `paused`, and is slowed down to
-    `speed` steps per second unless that is None.
+    Attributes
+    ----------
+    speed, paused
+        Steps per second, None for no limit; whether the search shall wait.
+    number, picture
+        Number and content of the latest picture; 0 and None before the first.
     """
 
     def __init__(self, speed: float | None = None, paused: bool = False) -> None:
+        self.speed, self.paused = speed, paused
+        self.number, self.picture = 0, None  # type: int, Picture | None
+        self._send: Callable[..., None] = lambda *_: None
+        self._looked, self._answered = 0.0, True
+
+    def connect(self, send: Callable[..., None]) -> None:
+        """Set the function that calls a method of the search's `PageObserver`, and send the settings."""
+        self._send = send
+        send("go", self.speed)
+        send("pause", self.paused)
+
+    def receive(self, message: Picture | str) -> None:
+        """Take a picture from the search, or `LOOKED`."""
+        if isinstance(message, Picture):
+            self.picture = message
+            self.number += 1
+        else:
+            self._answered = True
+
+    def poll(self) -> tuple[int, Snapshot | None]:
+        """Return number and content of the latest snapshot, and inform the search that a page is open."""
+        now = time.perf_counter()
+        # A search in one long call does not answer; further messages would fill the pipe.
+        if self._answered and now - self._looked > 0.5 * LOOKS_AWAY:
+            self._looked, self._answered = now, False
+            self._send("look")
+        picture = self.picture
+        return self.number, None if picture is None else picture.snapshot
+
+    @property
+    def can_hold(self) -> bool:
+        """Whether the search can be held."""
+        return self.picture is not None and self.picture.can_hold
+
+    def pause(self, paused: bool) -> None:
+        """Hold the search before its next step, or continue."""
+        self.paused = paused
+        self._send("pause", paused)
+
+    def step(self) -> None:
+        """Make one step and hold the search after it."""
+        self.paused = True
+        self._send("step")
+
+    def go(self, speed: float | None) -> None:
+        """Set the speed in steps per second; None for no limit."""
+        self.speed = speed
+        self._send("go", speed)
+
+
+class PageObserver:
+    """Observer of a search, controlled by a `Watch` in another process.
+
+    It takes no snapshots while no page is open. A search waits between two steps while paused, and is slowed down to
+    a number of steps per second.
+
+    Attributes
+    ----------
+    study
+        Recorder of the iterations of a studied search; None for other searches.
+    """
+
+    def __init__(self, send: Callable[[Any], None]) -> None:
+        self._send = send
         self._changed = threading.Condition()
-        self._speed, self._paused = speed, paused
-        self._steps = 0
-        self._released = False
+        self._speed: float | None = None
+        self._paused = self._released = False
+        self._steps = self._number = 0
         self._looked, self._next, self._stepped = time.perf_counter(), 0.0, 0.0
-        self.latest: Snapshot | None = None
-        #: Number of the latest snapshot, from 1.
-        self.number = 0
-        #: Whether the search can be held, as it waits during a snapshot.
-        self.can_hold = False
+        self.study: Study | None = None
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
         """Take a snapshot if a page is open, and hold the search if requested."""
-        self.can_hold = alone
         now = time.perf_counter()
         on_hold = alone and (self._paused or self._speed is not None) and not self._released
         if now - self._looked < LOOKS_AWAY and (now >= self._next or (on_hold and self._paused)):
-            self._see(take, now)
+            self._see(take, alone, now)
         if on_hold:
             self._hold(take)
 
-    def poll(self) -> tuple[int, Snapshot | None]:
-        """Return number and content of the latest snapshot, and note that a page is open."""
+    def look(self) -> None:
+        """Note that a page is open."""
         self._looked = time.perf_counter()
-        return self.number, self.latest
-
-    @property
-    def paused(self) -> bool:
-        """Whether the search shall wait."""
-        return self._paused
-
-    @property
-    def speed(self) -> float | None:
-        """Steps per second; None for no limit."""
-        return self._speed
+        self._send(LOOKED)
 
     def pause(self, paused: bool) -> None:
         """Hold the search before its next step, or continue."""
@@ -85,19 +164,22 @@ class Watch:
             self._released = True
             self._changed.notify_all()
 
-    def _see(self, take: Callable[[], Snapshot], now: float) -> None:
-        self.latest = take()
-        self.number += 1
+    def _see(self, take: Callable[[], Snapshot], can_hold: bool, now: float) -> None:
+        """Take a snapshot and send it."""
+        snapshot = take()
+        iterations = thinned(self.study.iterations(), _MAX_ITERATIONS) if self.study is not None else []
+        self._send(Picture(snapshot, can_hold, iterations))
+        self._number += 1
         duration = time.perf_counter() - now
-        self._next = now + max(EVERY, TIMES_AS_LONG * duration, PER_PLACE * len(self.latest.path))
+        self._next = now + max(EVERY, TIMES_AS_LONG * duration, PER_PLACE * len(snapshot.path))
 
     def _hold(self, take: Callable[[], Snapshot]) -> None:
         """Return when the next step may start."""
-        seen = self.number
+        seen = self._number
         while self._waits():
-            if self.number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
+            if self._number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
                 # A page was opened during the pause. A snapshot of a large map takes a second, so take it here.
-                self._see(take, time.perf_counter())
+                self._see(take, True, time.perf_counter())
         self._stepped = time.perf_counter()
 
     def _waits(self) -> bool:
@@ -113,3 +195,9 @@ class Watch:
                 return False
             self._changed.wait(min(rest, EVERY) if not self._paused else EVERY)
             return True
+
+
+def thinned(rows: list[Any], limit: int) -> list[Any]:
+    """Return at most about `limit` rows, including the last."""
+    kept = rows[:: len(rows) // limit + 1]
+    return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]

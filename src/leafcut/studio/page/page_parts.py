@@ -10,11 +10,11 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.preview import Preview
 from leafcut.studio.jobs.sheets import SheetOfNest
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_reading import PreviewReading
-from leafcut.studio.page.preview import Preview
 
 
 class InputPart(Protocol):

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.model.heartbeat import OnProgress
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name
 from leafcut.processes.settings import all_options, group_of, options_of_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.preview import Preview, preview, stock_scene
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
+from leafcut.studio.jobs.whole import Zero
+from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
 from leafcut.studio.page.own_defaults import OwnDefaults, own_defaults, without_idle
-from leafcut.studio.page.preview import Preview, read_preview
-from leafcut.studio.page.whole import Zero
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -86,17 +88,23 @@ class View:
     edited: bool = False
     for_study: bool | None = None
 
-    def read_preview(self, work: str = "", progress: OnProgress | None = None) -> Preview:
-        """Read the input for a given or the most likely kind of work; slow for a large file."""
+    def read_preview(self, work: str, reading: StudioWork, on_message: Callable[[Any], Any] | None = None) -> Preview:
+        """Read the input for a given or the most likely kind of work in another process; slow for a large file."""
         try:
             values = dict(self.values)  # the user may type meanwhile
             known = forms.of_work(work, values) if work else forms.changed(values)
             options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
-            seen = read_preview(call.sources[0], work, call.options, progress)
+            seen: Preview = reading.run(preview, call.sources[0], work, call.options, on_message=on_message)
         except LeafcutError as problem:
             raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
-        return replace(seen, error=self.studio.folder.without_paths(seen.error))
+        has_stock = seen.format == "gcode" and not seen.error
+        stock = partial(self._stock, call.sources[0], call.options) if has_stock else None
+        return replace(seen, error=self.studio.folder.without_paths(seen.error), stock=stock)
+
+    def _stock(self, source: str, options: dict[str, Any]) -> bytes:
+        scene: bytes = StudioWork(self.studio.workers).run(stock_scene, source, options)
+        return scene
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that the input is suitable for; all without an input."""

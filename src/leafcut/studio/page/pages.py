@@ -6,7 +6,6 @@ import asyncio
 import gc
 import logging
 import math
-import threading
 import time
 from contextlib import suppress
 from html import escape
@@ -16,7 +15,6 @@ from fastapi import Request
 from nicegui import Client, background_tasks, ui
 
 from leafcut.studio.folder import Folder
-from leafcut.studio.page import preview
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.head import LEAF, first_bar, head
@@ -52,18 +50,12 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
     """Add the pages of a studio to its server."""
     logging.getLogger("nicegui").setLevel(logging.ERROR)
     tidier = _Tidier()
-    ready = threading.Event()
-
-    def get_ready() -> None:
-        if not ready.is_set():
-            ready.set()
-            threading.Thread(target=preview.get_ready, daemon=True).start()
 
     @ui.page("/", title="leafcut studio")
     def page(request: Request, lang: str = "", page: str = "", view: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang)), page, job).build(view)
         ui.context.client.on_delete(tidier.page_gone)
-        ui.context.client.on_connect(get_ready)  # the page is visible, so loading now delays nobody
+        ui.context.client.on_connect(studio.workers.get_ready)  # the page is visible, so this delays nobody
         tidier.drop_unseen()
 
     # No compression over the loopback interface. Tailwind would run a compiler in the page.

@@ -13,8 +13,8 @@ from nicegui import run, ui
 from leafcut.errors import LeafcutError
 from leafcut.options.removed import why_removed
 from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
-from leafcut.studio.jobs.ending import Ended
 from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.preview import Preview
 from leafcut.studio.jobs.sheets import SheetOfNest, take
 from leafcut.studio.jobs.task import Task, called, parts_of
 from leafcut.studio.page import forms
@@ -25,7 +25,6 @@ from leafcut.studio.page.panel_live import pace_field
 from leafcut.studio.page.panel_parts import PartsPanel
 from leafcut.studio.page.panel_reading import PreviewReading
 from leafcut.studio.page.panel_recent import RecentPanel
-from leafcut.studio.page.preview import Preview
 from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
 from leafcut.units import parse_quantity
 
@@ -34,6 +33,8 @@ if TYPE_CHECKING:
 
 #: Maximum number of a file's issues listed before a run.
 _MAX_ISSUES = 30
+#: Time for an obsolete reading to finish before its process is killed, s.
+_GRACE_SECONDS = 1.0
 #: Attributes of a view typed by the user.
 _TYPED = ("values", "shown", "errors")
 
@@ -238,9 +239,10 @@ class InputPanel:
         Reading takes a while, and the user may open another input meanwhile.
         """
         turn = self._begin_reading()
-        self.cancel()  # earlier readings are obsolete
-        self.newest = reading = PreviewReading(view.name)
-        thread = asyncio.ensure_future(run.io_bound(look_until_ended, view, work, reading))
+        if self.newest is not None:
+            self.newest.cancel(_GRACE_SECONDS)
+        self.newest = reading = PreviewReading(view.studio.workers, view.name)
+        thread = asyncio.ensure_future(run.io_bound(_read, view, work, reading))
         waiting = asyncio.ensure_future(reading.cancelled.wait())
         await asyncio.wait((thread, waiting), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
@@ -549,13 +551,10 @@ def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
-def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
-    """Return the result of `View.read_preview`, or its error in one line; neither if the reading was ended."""
+def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
+    """Return the result of `View.read_preview`, or its error in one line."""
     try:
-        with reading.endable:
-            return view.read_preview(work, reading.record_progress), ""
-    except Ended:
-        return None, ""
+        return view.read_preview(work, reading.work, reading.record_progress), ""
     except Exception as problem:
         return None, line_of(problem)
 

@@ -15,7 +15,6 @@ from leafcut.studio.jobs.search_watch import Watch
 from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_lesson import LessonPanel
-from leafcut.studio.page.panel_search import thinned
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -116,8 +115,8 @@ class LivePanel:
         self.pace.show({"pace": pace_of(live.watch)})
         self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
         bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
-        study = live.study  # the job's thread clears it at the end
-        rows = thinned(study.iterations(), _MAX_POINTS) if study is not None else []
+        picture = live.watch.picture  # the job's thread replaces the watch at the end
+        rows = picture.iterations if picture is not None else []
         self.learning.set_visibility(bool(rows))
         if rows:
             self.chart.set_visibility(False)

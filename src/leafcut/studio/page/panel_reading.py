@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from leafcut.model.heartbeat import Progress
-from leafcut.studio.jobs.ending import Endable
+from leafcut.studio.jobs.workers import StudioWork, StudioWorkers
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
@@ -18,21 +18,21 @@ QUIET_SECONDS = 0.5
 
 
 class PreviewReading:
-    """An input while it is read in a thread.
+    """An input while it is read in another process.
 
     Attributes
     ----------
-    endable
-        Ends the thread.
+    work
+        The reading.
     what, share
         The step reported last by the reader and its completed share, 0 if unknown.
     cancelled
         Set when the user cancels.
     """
 
-    def __init__(self, name: str = "") -> None:
+    def __init__(self, workers: StudioWorkers, name: str = "") -> None:
         self.name = name
-        self.endable = Endable()
+        self.work = StudioWork(workers)
         self.what, self.share = "", 0.0
         self.cancelled = asyncio.Event()
         self._began = time.monotonic()
@@ -43,13 +43,16 @@ class PreviewReading:
         return time.monotonic() - self._began
 
     def record_progress(self, progress: Progress) -> None:
-        """Record the progress; called often by the reader."""
+        """Record the progress."""
         self.what, self.share = progress.step, progress.share
 
-    def cancel(self) -> None:
-        """End the thread without waiting for it; a call into compiled code finishes first."""
-        self.endable.end()
+    def cancel(self, grace: float = 0.0) -> None:
+        """End the reading; its process may take `grace` seconds to finish, since a new process starts slowly."""
         self.cancelled.set()
+        if grace:
+            asyncio.get_running_loop().call_later(grace, self.work.cancel)
+        else:
+            self.work.cancel()
 
 
 class ReadingPanel:

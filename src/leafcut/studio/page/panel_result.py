@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from nicegui.element import Element
     from nicegui.elements.mixins.text_element import TextElement
 
+    from leafcut.studio.jobs.preview import Preview
     from leafcut.studio.page.page_parts import PageParts
-    from leafcut.studio.page.preview import Preview
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"

@@ -9,6 +9,7 @@ from leafcut.model.study import Iteration
 from leafcut.studio.drawing.canvas import Bars, Convergence
 from leafcut.studio.drawing.charts import Learning
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.search_watch import thinned
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
@@ -30,12 +31,6 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
     _workers(view, answer)
 
 
-def thinned(rows: list[Any], limit: int = _MAX_POINTS) -> list[Any]:
-    """Return at most about `limit` rows, including the last."""
-    kept = rows[:: len(rows) // limit + 1]
-    return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]
-
-
 def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
     """Show the learning curve of a search from the literature, with its files."""
     w = view.words
@@ -49,7 +44,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
                 link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
         chart = Learning(w.section("chart"))
         chart.classes("chart learned")
-        chart.set(thinned(search["iterations"]), search["bound"], search["unit"])
+        chart.set(thinned(search["iterations"], _MAX_POINTS), search["bound"], search["unit"])
     last = Iteration(*search["iterations"][-1])
     if last.branching is not None:
         text("p", w("lesson.branching", factor=f"{last.branching:.2f}"), "quiet small")

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui.element import Element
 
-from leafcut.studio.page.preview import Preview
+from leafcut.studio.jobs.preview import Preview
 from leafcut.studio.wording import Words
 
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
-from leafcut.studio.jobs.ending import catch_discarded_end
 from leafcut.studio.keys import page_that_goes_to, write_private
 from leafcut.studio.lock import lock_folder
 from leafcut.studio.server.connections import patient_protocol
@@ -116,7 +115,6 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
-    catch_discarded_end()
     with _listen(port) as listening, lock_folder(folder, "http://{}:{}".format(*listening.getsockname())):
         studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)

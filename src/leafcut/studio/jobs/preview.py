@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.part import Part
-from leafcut.model.simulation import Simulation
 from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
-from leafcut.studio.page.whole import MachineTravel, Whole, Zero, travel_of, whole_of
+from leafcut.studio.jobs.whole import MachineTravel, Whole, Zero, travel_of, whole_of
+
+if TYPE_CHECKING:
+    from leafcut.studio.jobs.link import Link
 
 #: Suitable kinds of work for programs, for maps by format, and for built-in examples.
 _PROGRAM = ("program", "simulate", "verify")
@@ -40,7 +41,7 @@ class Preview:
     scenes
         Content of the drawing: layer → scene.
     stock
-        Function that creates the scene of the program's stock (`studio.drawing.solid`), or the reason for none.
+        Function that creates the scene of the program's stock (`stock_scene`); None for other inputs.
     error
         Why it cannot be read for this work; another kind of work or other options may succeed.
     work
@@ -77,13 +78,6 @@ READY = (
     Source("ready.dxf", b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n5\n20\n5\n40\n1\n0\nENDSEC\n0\nEOF\n"),
     Source("ready.nc", b"G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X2 Y0 I1 J0\nG81 X5 Y5 Z-1 R2\nG80\nM2\n"),
 )
-
-
-def get_ready() -> None:
-    """Load the modules for most inputs, so that the first input opens at once."""
-    with suppress(Exception):  # errors are shown when the user opens a file
-        for source in READY:
-            read_preview(source)
 
 
 def read_preview(
@@ -176,9 +170,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
     from leafcut.units import format_length, format_time
 
     try:
-        used = registry.work("simulate").used()
-        known = {name: value for name, value in options.items() if name in used}
-        simulation = api.simulate(source, progress=progress, **known)
+        simulation = api.simulate(source, progress=progress, **_used("simulate", options))
         looking_for(progress, "drawing the preview")
         text = read_program(source)
         scene = toolpath_scene(
@@ -198,20 +190,27 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         ("feed", format_length(simulation.measure.cut_mm)),
         ("size", f"{_size(right - left, high - low)} mm"),
     )
-    return Preview(
-        "gcode", _PROGRAM, facts, tuple(issues_as_json(simulation.issues)), shown, _stock(source, simulation, options)
-    )
+    return Preview("gcode", _PROGRAM, facts, tuple(issues_as_json(simulation.issues)), shown)
 
 
-def _stock(source: Source, simulation: Simulation, options: Mapping[str, Any]) -> Callable[[], bytes]:
-    """Return a function that creates the scene of the stock on demand."""
+def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
+    """Return the preview of an input without its whole content, which only the reading needs."""
+    seen = read_preview(source, work, options, link.report)
+    return replace(seen, whole=replace(seen.whole, part=None))
 
-    def make() -> bytes:
-        from leafcut.studio.drawing.solid import solid_scene
 
-        used = registry.work("stock").used()
-        settings = collect({name: value for name, value in options.items() if name in used})
-        stock = registry.command("shown_stock")(source, settings)
-        return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
+def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
+    """Return the scene of the stock of a program (`studio.drawing.solid`), or the reason for none."""
+    from leafcut.read.registry import read_source
+    from leafcut.studio.drawing.solid import solid_scene
 
-    return make
+    _, loaded = read_source(source, looking_for(link.report, "reading"))
+    simulation = api.simulate(loaded, progress=link.report, **_used("simulate", options))
+    stock = registry.command("shown_stock")(loaded, collect(_used("stock", options)))
+    return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
+
+
+def _used(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that a kind of work uses."""
+    used = registry.work(work).used()
+    return {name: value for name, value in options.items() if name in used}

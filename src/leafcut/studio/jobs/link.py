@@ -1,0 +1,49 @@
+"""`Link`: connection of a work in another process with the studio."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from leafcut.model.heartbeat import Progress, Trial
+from leafcut.studio.jobs.search_watch import PageObserver
+
+#: Minimum interval between two reports of the same step, s.
+_REPORT_SECONDS = 0.02
+
+
+class Link:
+    """Connection of a work with the studio.
+
+    Attributes
+    ----------
+    stop
+        Set when the work shall end with its best result.
+    observer
+        Observer for a search, which sends snapshots.
+    """
+
+    def __init__(self, send: Callable[[Any], None]) -> None:
+        self.stop = threading.Event()
+        self.observer = PageObserver(send)
+        self._send = send
+        self._reported: tuple[str, Trial | None] = ("", None)
+        self._next = 0.0
+
+    def report(self, progress: Progress) -> None:
+        """Send the progress; called often by the work."""
+        now = time.monotonic()
+        reported = progress.step, progress.trial
+        if reported != self._reported or now >= self._next:
+            self._reported, self._next = reported, now + _REPORT_SECONDS
+            self._send(progress)
+
+    def obey(self, name: str, *arguments: Any) -> None:
+        """Stop the work, or call a method of the observer."""
+        if name == "stop":
+            self.stop.set()
+            self.observer.release()
+        else:
+            getattr(self.observer, name)(*arguments)

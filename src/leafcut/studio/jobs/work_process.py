@@ -1,0 +1,73 @@
+"""Process that works for the studio (`workers`). It ends when the studio ends."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from leafcut.studio.jobs import run_job
+from leafcut.studio.jobs.jobs import is_internal, line_of
+from leafcut.studio.jobs.link import Link
+from leafcut.studio.jobs.preview import READY, read_preview
+from leafcut.studio.jobs.task import ReadyTask
+from leafcut.studio.jobs.workers import Done, Failed
+
+
+def main() -> None:
+    """Do the works that standard input names, until it ends."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # the prints of a library must not mix with the answers
+    lock = threading.Lock()
+
+    def send(message: Any) -> None:
+        data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+        with lock, suppress(OSError):  # the studio has ended, and this process ends with it
+            answers.write(data)
+            answers.flush()
+
+    link, busy = Link(send), threading.Event()
+    try:
+        while True:
+            name, *arguments = pickle.load(sys.stdin.buffer)
+            if name == "get_ready":
+                threading.Thread(target=_get_ready, args=(busy,), daemon=True).start()
+            elif name == "run":
+                function, values, messages = arguments
+                busy.set()
+                link = Link(send)
+                for message, words in messages:
+                    link.obey(message, *words)
+                threading.Thread(target=_work, args=(link, send, function, values), daemon=True).start()
+            else:
+                link.obey(name, *arguments)
+    except EOFError:
+        pass
+    finally:
+        if os.name == "posix" and os.getpgrp() == os.getpid():
+            os.killpg(0, signal.SIGKILL)  # with the processes that a work has started
+        os._exit(0)
+
+
+def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """Do a work and send its result, or its error in one line."""
+    try:
+        send(Done(function(link, *arguments)))
+    except BaseException as problem:
+        send(Failed(line_of(problem), is_internal(problem)))
+
+
+def _get_ready(busy: threading.Event) -> None:
+    """Load the modules and the compiled code for the most common work, until another work arrives."""
+    with suppress(Exception):  # errors are shown when the user opens a file
+        for source in READY:
+            if not busy.is_set():
+                read_preview(source)
+        if not busy.is_set():
+            call = ReadyTask("optimize", ("example:plate-10",), "auto", {"iterations": 1, "threads": 1})
+            run_job.run(Link(lambda _: None), call, ("plate-10",))

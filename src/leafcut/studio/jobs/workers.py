@@ -1,0 +1,248 @@
+"""Processes that work for the studio. Each does one work at a time and can be killed at any moment.
+
+A process reads its work from standard input and answers on standard output, both pickled (`work_process`). Each
+side notices the end of the other by the end of its pipe.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import LeafcutError
+from leafcut.model.heartbeat import Progress
+
+#: Maximum number of idle processes, each with about 250 MB of modules and compiled code.
+_MAX_IDLE = 2
+#: Maximum duration of a work after which its process is used again, s. The end of a process frees its memory.
+_LONG_SECONDS = 10.0
+_COMMAND = (sys.executable, "-P", "-c", "from leafcut.studio.jobs.work_process import main; main()")
+
+
+@dataclass(frozen=True)
+class Done:
+    """Last message of a process about a work: its result."""
+
+    result: Any
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Last message of a process about a work: its error in one line, and whether it is an internal error."""
+
+    line: str
+    internal: bool
+
+
+class WorkError(LeafcutError):
+    """A work failed, was cancelled, or its process died."""
+
+    def __init__(self, line: str, internal: bool = False) -> None:
+        super().__init__(line)
+        self.internal = internal
+
+
+class _Process:
+    """A process with a folder for its temporary files."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = tempfile.mkdtemp(dir=folder)
+        self._lock = threading.Lock()
+        # Processes that it starts are killed with its group. Ctrl-C in the terminal does not reach another group.
+        self._process = subprocess.Popen(
+            _COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            env={**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder)},
+            start_new_session=True, creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )  # fmt: skip
+
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
+    def send(self, *message: Any) -> None:
+        """Send a message; do nothing if the process has ended, since `receive` reports that."""
+        data = pickle.dumps(message)
+        assert self._process.stdin is not None
+        with self._lock, suppress(OSError, ValueError):
+            self._process.stdin.write(data)
+            self._process.stdin.flush()
+
+    def receive(self) -> Any:
+        """Return the next message.
+
+        Raises
+        ------
+        EOFError
+            The process has ended.
+        """
+        assert self._process.stdout is not None
+        try:
+            return pickle.load(self._process.stdout)
+        except (OSError, ValueError, pickle.UnpicklingError):
+            raise EOFError from None
+
+    def kill(self) -> int:
+        """Kill the process and the processes it has started, and remove its files; return its exit status."""
+        with self._lock:
+            if self._process.returncode is None:
+                with suppress(OSError):
+                    os.killpg(self._process.pid, signal.SIGKILL) if os.name == "posix" else self._process.kill()
+                self._process.wait()
+            shutil.rmtree(self._folder, ignore_errors=True)
+        return self._process.returncode
+
+    def close(self) -> None:
+        """Kill the process, and close its pipes, which no thread may use any more."""
+        self.kill()
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            with suppress(OSError):
+                pipe.close()
+
+
+class StudioWorkers:
+    """Starts processes for works, keeps a spare one ready, and ends them all.
+
+    Parameters
+    ----------
+    folder
+        Folder for the temporary files of the processes; files left by an earlier studio are removed.
+    spare
+        Whether to keep a process ready, since its start takes seconds.
+    """
+
+    def __init__(self, folder: Path, spare: bool = True) -> None:
+        self._folder, self._spare = folder, spare
+        self._all: set[_Process] = set()
+        self._idle: list[_Process] = []
+        self._lock = threading.Lock()
+        self._closed = False
+        shutil.rmtree(folder, ignore_errors=True)
+
+    def get_ready(self) -> None:
+        """Start a process for the next work unless one is idle."""
+        with self._lock:
+            if self._spare and not self._idle and not self._closed:
+                process = self._start()
+                process.send("get_ready")
+                self._idle.append(process)
+
+    def take(self) -> _Process:
+        """Return an idle process, else a new one.
+
+        Raises
+        ------
+        WorkError
+            The studio is closing.
+        """
+        with self._lock:
+            if self._closed:
+                raise WorkError("the studio is closing; no new jobs are started")
+            while self._idle:
+                process = self._idle.pop()
+                if process.alive:
+                    return process
+                self._all.discard(process)
+                process.close()
+            return self._start()
+
+    def put_back(self, process: _Process, reusable: bool) -> None:
+        """Keep a process for the next work if it is `reusable`, else end it."""
+        with self._lock:
+            if reusable and not self._closed and len(self._idle) < _MAX_IDLE:
+                self._idle.append(process)
+                return
+            self._all.discard(process)
+        process.close()
+
+    def close(self) -> None:
+        """Kill all processes; works that wait for them fail."""
+        with self._lock:
+            self._closed = True
+            processes, idle = list(self._all), list(self._idle)
+            self._idle.clear()
+        for process in processes:
+            process.close() if process in idle else process.kill()
+
+    def _start(self) -> _Process:
+        process = _Process(self._folder)
+        self._all.add(process)
+        return process
+
+
+class StudioWork:
+    """A work in another process, which any thread may cancel."""
+
+    def __init__(self, workers: StudioWorkers) -> None:
+        self._workers = workers
+        self._lock = threading.Lock()
+        self._process: _Process | None = None
+        #: Messages for a work that has not started: name → arguments.
+        self._pending: dict[str, tuple[Any, ...]] = {}
+        self._cancelled = False
+
+    def run(self, function: Callable[..., Any], *arguments: Any, on_message: Callable[[Any], Any] | None = None) -> Any:
+        """Return the result of ``function(link, *arguments)`` in another process; `link` is a `link.Link`.
+
+        Function, arguments and result are pickled. `on_message` receives the messages sent through the link.
+
+        Raises
+        ------
+        WorkError
+            The work failed or was cancelled, its process died, or the studio is closing.
+        """
+        with self._lock:
+            if self._cancelled:
+                raise WorkError("cancelled")
+            self._process = process = self._workers.take()
+            process.send("run", function, arguments, list(self._pending.items()))
+        began, step, answer = time.monotonic(), "", None
+        try:
+            self._workers.get_ready()
+            while not isinstance(answer := process.receive(), Done | Failed):
+                if isinstance(answer, Progress):
+                    step = answer.step
+                if on_message is not None:
+                    on_message(answer)
+        except EOFError:
+            status = process.kill()
+            how = f"signal {-status}" if status < 0 else f"status {status}"
+            during = f" during '{step}'" if step else ""
+            line = f"the process of this job ended unexpectedly{during} ({how}); it may have run out of memory"
+            raise WorkError(line, internal=True) from None
+        finally:
+            with self._lock:
+                self._process = None
+            ended = isinstance(answer, Done | Failed)
+            self._workers.put_back(process, ended and time.monotonic() - began < _LONG_SECONDS)
+        if isinstance(answer, Failed):
+            raise WorkError(answer.line, answer.internal)
+        return answer.result
+
+    def send(self, name: str, *arguments: Any) -> None:
+        """Call a method of the link in the process, now or at the start of the work."""
+        with self._lock:
+            if self._process is not None:
+                self._process.send(name, *arguments)
+            else:
+                self._pending[name] = arguments
+
+    def cancel(self) -> None:
+        """Kill the process, or prevent its start."""
+        with self._lock:
+            self._cancelled = True
+            if self._process is not None:
+                self._process.kill()
