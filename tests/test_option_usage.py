@@ -261,8 +261,16 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
             {"n_ants": 7},
             "--n-ants: only .* --algorithm as, eas, asrank, mmas or acs; set --algorithm or leave",
         ),
-        ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: every tool of .* has its own; leave it out"),
-        ("holes.csv", {"program_number": 7}, "--program-number: linuxcnc programs have no number; leave it out"),
+        (
+            "holes.csv",
+            {"depth": 3, "tools": "tools.toml", "feed": 9},
+            "--feed: every tool of .* has its own; leave it out",
+        ),
+        (
+            "holes.csv",
+            {"depth": 3, "program_number": 7},
+            "--program-number: linuxcnc programs have no number; leave it out",
+        ),
         ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: only used for a picture; leave it out"),
         ("plasma.ngc", {"amps": 45, "cut_speed": 900}, "--amps: not used with --cut-speed; leave out --cut-speed or"),
         ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*only used with --micro-joints"),

@@ -160,15 +160,15 @@ def test_what_is_broken_is_told_where_it_is_asked_for(
 
 
 def test_a_broken_plug_in_does_not_disturb_other_jobs() -> None:
-    assert run(["optimize", "example:plate-10", "--preset", "fast", "-q", "--dry-run"]) == 0
+    assert run(["optimize", "example:plate-10", "--depth", "3", "--preset", "fast", "-q", "--dry-run"]) == 0
 
 
 def test_a_plate_is_drilled_as_if_no_package_were_there(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
-    with_them = leafcut.optimize("example:plate-27", preset="fast").text
+    with_them = leafcut.optimize("example:plate-27", depth=3, preset="fast").text
     monkeypatch.setattr(sys, "path", [folder for folder in sys.path if "packages" not in folder])
-    assert with_them == leafcut.optimize("example:plate-27", preset="fast").text
+    assert with_them == leafcut.optimize("example:plate-27", depth=3, preset="fast").text
 
 
 def test_no_package_takes_the_name_of_a_command() -> None:

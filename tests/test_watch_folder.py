@@ -23,6 +23,7 @@ from leafcut.order.executors import open_executor
 PROGRAM = "G21 G90 G17 G54\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX50\nX9 Y30\nG80\nG0 Z50\nM30\n"
 BROKEN = PROGRAM.replace("X50", "X")
 GIVEN = {"machine": "linuxcnc-mill", "preset": "fast", "threads": 1}
+DRILLED: dict[str, object] = {**GIVEN, "depth": 3}
 
 
 @pytest.fixture
@@ -99,7 +100,9 @@ def test_a_drawing_that_lacks_its_end_is_waited_for_longer_and_then_refused(fold
     whole = (examples / "plate_10.dxf").read_bytes()
     part = whole[: len(whole) // 2]
     (folder / "plate.dxf").write_bytes(part)
-    slow = Watched(folder, *[nothing] * 4, lambda: (folder / "plate.dxf").write_bytes(whole), *[nothing] * 3)
+    slow = Watched(
+        folder, *[nothing] * 4, lambda: (folder / "plate.dxf").write_bytes(whole), *[nothing] * 3, given=DRILLED
+    )
     assert slow.names == ["plate.ngc"] and not slow.refused
     (folder / "plate.dxf").write_bytes(part)
     never = Watched(folder, *[nothing] * 12)
@@ -132,7 +135,7 @@ def test_two_files_of_one_program_are_refused_until_one_has_another_name(folder:
     board = "M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y5.0\nX30.0Y5.0\nM30\n"
     (folder / "board.dxf").write_bytes((examples / "plate_10.dxf").read_bytes())
     (folder / "board.drl").write_text(board)
-    seen = Watched(folder, nothing, nothing, (folder / "board.drl").unlink, *[nothing] * 3)
+    seen = Watched(folder, nothing, nothing, (folder / "board.drl").unlink, *[nothing] * 3, given=DRILLED)
     assert [row.input for row in seen.written] == ["in/board.drl", "in/board.dxf"]
     assert seen.refused == ["in/board.dxf and in/board.drl would both be written as board.ngc; rename one of them"]
 
