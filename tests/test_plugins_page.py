@@ -153,7 +153,7 @@ def test_what_is_broken_is_told_where_it_is_asked_for(
     flags: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
-    assert run(["optimize", "example:plate-10", *flags]) == 2
+    assert run(["optimize", "example:plate-10", "--depth", "3", *flags]) == 2
     told = capsys.readouterr().err
     assert words in told
     assert told.count("\n") == 1

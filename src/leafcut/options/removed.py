@@ -61,7 +61,7 @@ REMOVED = {
     "remnant_size": "remnants narrower than 150 mm are not kept",
     "renumber": "now --line-numbers",
     "repeat_words": "modal words are written once",
-    "save_norms": "now --report FILE.csv",
+    "save_norms": "give --report FILE.csv",
     "sheet_margin": "draw a smaller sheet outline, or give a smaller --sheet-size",
     "short_inversion": "short inversions have up to a quarter of the nodes; 50 with local search",
     "slot_chip": "give a smaller --step-down for slots",

@@ -84,7 +84,6 @@ def faults(asked: DrillingRequest, text: str, name: str = "linuxcnc", units: str
         {},
         {"thickness": None, "depth": 4.0},
         {"thickness": None, "depth": 4.0, "depth_to": "tip"},
-        {"thickness": None},
         {"break_through": 0.0, "peck": 1.5},
         {"mirror": "x", "rotate": math.radians(30.0), "origin": "lower-left"},
         {"mirror": "y", "rotate": -0.5 * math.pi, "origin": "centre"},
