@@ -125,7 +125,7 @@ def solid_reader() -> Iterator[SolidReader]:
 
 @pytest.fixture
 def opencascade_at_hand(solid_reader: SolidReader, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Read solids in forks of one process; `monkeypatch.undo()` restores a process for each solid."""
+    """Read solids in forks of one process; `monkeypatch.undo()` restores a new process for each solid."""
     if hasattr(os, "fork"):
         monkeypatch.setattr("leafcut.read.step.subprocess", solid_reader)
 

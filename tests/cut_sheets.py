@@ -24,7 +24,7 @@ from leafcut.processes.sheet.plan.starts import CutStart
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
 LASER = CutData("laser_fiber_3kW", "mild_steel", 3.0, 100.0, 0.2, None, 1.0, 0.3, 1.0)
-#: How exactly the checks look, mm: contours in chords, paths beside them to a hundredth.
+#: Accuracy of the checks, mm: chords of contours, and paths next to them.
 FINE, ROOM = 0.002, 0.04
 
 
@@ -37,7 +37,7 @@ def rectangle(x: float, y: float, width: float, height: float) -> Polyline:
 
 
 def split_rectangle(seed: int, kerf: float) -> list[tuple[float, float, float, float]]:
-    """Return (x, y, width, height) of what is left of a rectangle split by chance, each time by a kerf; one may go."""
+    """Return (x, y, width, height) of the pieces of a rectangle split at random, one kerf apart; one may be missing."""
     chance = random.Random(seed)
     boxes = [(40.0, 40.0, 300.0, 200.0)]
     for _ in range(chance.randint(1, 6)):

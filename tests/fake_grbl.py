@@ -1,4 +1,4 @@
-"""A GRBL board in plain Python, with a clock of its own: for rules of the protocol, and for what no real board does."""
+"""A GRBL board in plain Python with a simulated clock, for protocol rules and behaviour that no real board shows."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class FakeGrbl:
             yield from paces
 
     def clock(self) -> float:
-        """Return its time, s: it passes as it is read."""
+        """Return the board's time, s; each call advances it."""
         return self.now
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: no resource is open."""
 
     def say(self, line: str) -> None:
         self.said += line.encode("latin-1") + b"\r\n"

@@ -1,7 +1,7 @@
-"""A job of FreeCAD, run by freecadcmd: a plate with six holes, its program by a post-processor.
+"""A FreeCAD job run by freecadcmd: a plate with six holes, written by a post-processor.
 
-The environment says where the post-processors of the person are (MACROS), which one writes (POST) with which arguments
-(ARGUMENTS), and where to (OUT). FreeCAD ends with status 0 whatever a script does, so it is ended here.
+Environment variables: folder of the user's post-processors (MACROS), post-processor (POST), its arguments (ARGUMENTS),
+and output file (OUT). FreeCAD ends with status 0 whatever a script does, so this script ends it.
 """
 
 import os

@@ -37,7 +37,7 @@ HEAD, EACH, HOLES = 4, 4, 70
 
 
 def plate(count: int = HOLES) -> str:
-    """Return the program of a plate: hole k has the lines HEAD + EACH·(k-1) + 1 and the three behind it."""
+    """Return the program of a plate: hole k has the lines HEAD + EACH·(k-1) + 1 and the three lines after it."""
     lines = ["(plate)", "G21 G90 G94 G17 G54", "G0 Z4 ; up", "M3 S5000"]
     for k in range(count):
         row, column = divmod(k, 10)
@@ -117,7 +117,7 @@ class Board:
         self.most = max(self.most, sum(len(line) + 1 for line in lines[answers:]) - 1)
 
     def forget(self) -> None:
-        """Begin to listen anew."""
+        """Start recording again."""
         self.sent, self.said, self.most = b"", b"", 0
 
     def lines(self) -> list[str]:
@@ -173,7 +173,7 @@ def running(patient: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 
 @pytest.fixture
 def board(running: Board) -> Board:
-    """Return the board at rest, as it was switched on but for its place."""
+    """Return the board at rest, in its power-on state except for its position."""
     port = SerialPort(running.port)
     talk = GrblConversation(port)
     talk.connect()

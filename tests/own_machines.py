@@ -20,5 +20,5 @@ def own_machine(folder: Path, machine: str = "linuxcnc-mill", **tables: dict[str
 
 
 def machine_of_power(folder: Path, power: str) -> str:
-    """Return the path of the profile of a mill whose spindle has so much power."""
+    """Return the path of the profile of a mill with this spindle power."""
     return own_machine(folder, spindle={"power": power})

@@ -1,4 +1,4 @@
-"""What a browser would see of a page, for the tests of the report."""
+"""The parts of a page that a browser shows, for tests of the report."""
 
 from __future__ import annotations
 

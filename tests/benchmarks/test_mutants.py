@@ -1,4 +1,4 @@
-"""A short run of mutants: none is missed; and the reference sees different work."""
+"""Short runs of the mutants: every mutant is detected, and the reference recognises different work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What QtPlasmaC obeys beside the G-code: its own filter of LinuxCNC says what that is, and what becomes of it."""
+"""Comments that QtPlasmaC executes, checked against its own G-code filter of LinuxCNC."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def same(one: str, other: str, name: str = "qtplasmac") -> bool:
 
 
 def cuts_of(text: str) -> Counter:
-    """Return every cut of a filtered program with the material it is pierced with, what the filter put in included."""
+    """Return every cut of a filtered program with its material, including the words that the filter inserts."""
     found: Counter = Counter()
     material = place = ""
     block: list[str] | None = None
@@ -68,15 +68,14 @@ def cuts_of(text: str) -> Counter:
 
 
 def test_every_parameter_that_the_filter_knows_is_one_that_we_know(qtplasmac_gcode: str) -> None:
-    """Names are taken from the filter's own text; the one of a newer LinuxCNC comes besides."""
+    """The names are read from the source of the filter; a newer LinuxCNC may add some."""
     names = set(re.findall(r"startswith\('#<([a-z_-]+)>'", Path(qtplasmac_gcode).read_text("utf-8")))
     assert names == set(dialect("qtplasmac").obeyed_parameters) - {"tube-cut"}
     assert {"linuxcnc", "plasma"} <= {n for n in ("linuxcnc", "plasma", "haas") if dialect(n).obeyed_parameters}
 
 
 def test_cuts_keep_the_material_and_the_settings_they_are_made_with(qtplasmac_gcode: str, tmp_path: Path) -> None:
-    """In random orders of what is free: the filter makes the same cuts of both programs, each under the same material,
-    and says nothing of either; and the proof calls them the same."""
+    """In random orders, the filter makes the same cuts with the same materials, without messages; the proof agrees."""
     program = read(PROGRAM)
     sequence = find_sequence(program)
     assert [len(s.pieces) for s in sequence.sections] == [4] * 5
@@ -118,7 +117,7 @@ CHANGES = {
 
 @pytest.fixture(scope="module")
 def plain(qtplasmac_gcode: str, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Return what the filter makes of the program itself."""
+    """Return the filter's output for the original program."""
     return filtered(qtplasmac_gcode, PROGRAM, tmp_path_factory.mktemp("plain")).text
 
 
@@ -126,7 +125,7 @@ def plain(qtplasmac_gcode: str, tmp_path_factory: pytest.TempPathFactory) -> str
 def test_a_changed_setting_of_the_controller_is_a_difference(
     name: str, plain: str, qtplasmac_gcode: str, tmp_path: Path
 ) -> None:
-    """The filter passes on another program than before, and the proof says so, whichever dialect reads it."""
+    """The filter outputs a different program, and the proof reports it in every dialect."""
     was, now = CHANGES[name]
     changed = PROGRAM.replace(was, now, 1)
     assert changed != PROGRAM
@@ -149,7 +148,9 @@ def test_a_setting_said_in_another_way_is_the_same(was: str, now: str) -> None:
 
 
 def test_a_program_that_only_pierces_is_left_as_it_is() -> None:
-    """The filter looks for rapids line by line then: nothing behind the setting is moved, and the reason is told."""
+    """For such a program the filter searches rapids line by line: nothing after the setting is moved, and the reason is
+    shown.
+    """
     sequence = find_sequence(read(f"{HEAD}{THIN}\n#<pierce-only>=1\n{zigzag(10)}M2\n"))
     assert not sequence.sections
     assert any("pierce-only" in reason for item in sequence.items for reason in getattr(item, "reasons", ()))

@@ -19,7 +19,7 @@ WORDS = ("", "P500", "Q2.", "P500 Q2.", "Q2. P500 L2", "S90", "L2")
 
 
 def program(cycle: str, words: str, name: str) -> Program:
-    """Three holes; the first is drilled again where L says so, and what the cycle cannot do without is given."""
+    """Three holes; with L, the first is drilled again. Required words of the cycle are added."""
     needed = {"G82": "P500", "G83": "Q2.", "G73": "Q2."}.get(cycle, "")
     words = words if needed[:1] in words else f"{words} {needed}"
     if name == "linuxcnc":

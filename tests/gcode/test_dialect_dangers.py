@@ -98,7 +98,7 @@ def test_a_call_of_siemens_is_closed_before_anything_else_even_a_feed() -> None:
 
 
 def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
-    """Not that of the call: the proof and the messages name the line where the hole is."""
+    """The proof and the messages name the line of the hole, not the line of the MCALL."""
     lines = lines_of("siemens", *[DrillCycle("G81", 2.0, -3.0)] * 3)
     path = interpret("\n".join(lines), dialect("siemens"))
     call = next(number for number, line in enumerate(lines, 1) if line.startswith("MCALL CYCLE81"))

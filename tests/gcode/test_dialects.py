@@ -78,7 +78,7 @@ cycles = []
 
 
 def toy(text: str = "", name: str = "toy") -> Dialect:
-    """Return a dialect of its own words, with more said about it."""
+    """Return a dialect with its own words and additional text."""
     return parse_dialect((TOY + text).encode(), name)
 
 

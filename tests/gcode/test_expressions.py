@@ -135,7 +135,7 @@ def test_what_has_no_value_is_refused_in_one_line(text: str) -> None:
 
 
 def test_a_block_with_settings_uses_the_old_values() -> None:
-    """`#1=5 X#1` goes to what #1 was before."""
+    """`#1=5 X#1` moves to the previous value of #1."""
     parameters = ProgramParameters(numbered={1: 3.0})
     block, settings, computed, of_machine = read_block("G1 #1=5 X#1 #<up>=[#1*2] Y-#1 (#9) ; #9", 1, parameters)
     assert [str(w) for w in block.words] == ["G1", "X3.", "Y-3."]
@@ -148,12 +148,12 @@ def test_a_block_with_settings_uses_the_old_values() -> None:
     ["#7", "#0", "#5221", "#<_hal[pin]>", "#<_ini[axis_z]max>", "[#7 + 1]", "SIN[#7]", "##7", "[#7 EQ 1]", "-#7"],
 )
 def test_what_only_the_machine_knows_has_no_value_and_neither_has_what_comes_of_it(text: str) -> None:
-    """Another program, or the machine, may have set it: nothing is to be computed from a guess."""
+    """Another program or the machine may have set it, so nothing is computed from a guess."""
     assert math.isnan(value_of(text))
 
 
 def test_a_parameter_whose_number_is_not_known_may_be_any() -> None:
-    """What it sets, none of the others is known after that."""
+    """After an assignment to it, all parameters are unknown."""
     parameters = ProgramParameters(numbered={1: 3.0, 150: 4.0}, local={"a": 5.0})
     for key, value in read_block("#[#900]=7", 1, parameters).settings:
         parameters.put(key, value)

@@ -1,4 +1,4 @@
-"""The interpreter of foreign programs: blocks, what was active before each, and what is kept as it is."""
+"""Interpreting foreign programs: blocks, the state before each block, and blocks kept unchanged."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def kinds(program: Program, block: int) -> list[Kind]:
 
 
 def place(program: Program, row: int = -1) -> list[float]:
-    """Return where a row ends."""
+    """Return the end of a row."""
     return program.path.end[row].tolist()
 
 
@@ -147,9 +147,9 @@ def test_every_block_knows_what_was_active_before_it() -> None:
 def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_that_is_then_known(
     line: str, kind: Kind, after: tuple[float, float, float]
 ) -> None:
-    """NaN for an axis until it is programmed again; a block that is not understood says why it is kept.
+    """An axis is NaN until it is programmed again; a block that is not understood has a reason.
 
-    A tool length that is in no register (G43.1, G43.2) has a row of its own besides.
+    A tool length that is in no register (G43.1, G43.2) also has its own row.
     """
     program = run(line, "G90 G17 G0 X1", "Y1 Z1")
     check_structure(program)
@@ -286,7 +286,7 @@ def test_fanuc_programs_with_subprograms_repeats_and_stored_cycles() -> None:
 
 
 def test_a_length_that_a_controller_may_take_for_thousandths_is_refused_but_not_what_a_macro_computes() -> None:
-    """The dialect asks for the point in what is written."""
+    """The dialect requires a decimal point in written numbers."""
     for unit, least in (("G21", "X0.05"), ("G20", "X0.005")):
         said = f":2: X50 has no decimal point: whether that is X50.0 or {least} .*; write it with a decimal point"
         with pytest.raises(ReadError, match=said):
@@ -295,7 +295,7 @@ def test_a_length_that_a_controller_may_take_for_thousandths_is_refused_but_not_
 
 
 def test_a_hole_after_a_change_of_g90_inside_its_cycle_is_kept() -> None:
-    """Controls differ in what the old R and Z then mean; given again, they are clear."""
+    """Controllers differ in the meaning of the old R and Z; repeated values are unambiguous."""
     program = run("G99 G81 X1 Y1 Z-2 R3", "G91 X5", "X5 Z-4 R-1", "G80", "G90 G0 X0 Y0 Z5", "G81 X1 Z-1 R2")
     assert [kinds(program, b) for b in (4, 5, 6, 9)] == [[Kind.DRILL], [Kind.FOREIGN], [Kind.FOREIGN], [Kind.DRILL]]
 
@@ -309,7 +309,7 @@ def test_bolt_circles_of_haas_are_not_units() -> None:
 
 
 def test_m99_in_the_program_itself_ends_it() -> None:
-    """The controller begins again from the top: once through is all that there is to see."""
+    """The controller then starts again from the top; a single pass shows everything."""
     program = run("G1 X1", "M99", "G1 X2")
     assert program.path.end[-2, 0] == 1.0 and program.path.kind[-1] == Kind.END
 
@@ -407,7 +407,7 @@ def test_an_empty_comment_behind_a_line_changes_nothing(body: list[str], words: 
 
 
 def test_every_line_of_a_lasers_picture_has_its_own_power() -> None:
-    """S may come before F or behind it."""
+    """S may precede or follow F."""
     rows = [f"X{0.1 * k:.1f} S{(k * 37) % 1000}" for k in range(50)]
     text = "\n".join(["G21 G90 G0 X0 Y0", "M4 S0", "G1 X1 F3000", *rows, "G1 X9 S20 F900", "G1X0F800S3.5", "S7", "M5"])
     program = interpret_program(text, dialect("grbl-laser"))
@@ -449,6 +449,6 @@ def test_words_after_a_closing_percent_sign_are_refused(words: str) -> None:
     [("X5", 1), ("T2 M6", 2), ("M0", 2), ("G10 L1 P1 Z2", 2), ("G53 G0 Z0", 2), ("G28", 2), ("G49", 3)],
 )
 def test_a_length_offset_taken_again_changes_nothing(between: str, taken: int) -> None:
-    """Unless the tool, the table or what is active may be another one by then: the height stays known."""
+    """If the tool, the table or the active offset may have changed, the height becomes unknown."""
     program = run("T1 M6", "G43 H1", "Z3", between, "G43 H1", "X6")
     assert np.count_nonzero(program.path.kind == Kind.OFFSET) == taken

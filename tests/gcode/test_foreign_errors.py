@@ -17,7 +17,7 @@ from leafcut.gcode.program_interpreter import interpret_program
 
 HEAD = "G21 G90 G17 F100\nG0 X0 Y0 Z10\n"
 
-#: The lines after the head, the line of the error (from 1), and what it says.
+#: The lines after the header, the number of the faulty line (from 1), and the message.
 FAULTS = [
     ("G1 X5 ?", 3, "unexpected character '?'"),
     ("G1 X5\nG1 X", 4, "'X' is a letter without a number"),
@@ -138,7 +138,7 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
     ],
 )
 def test_a_loop_in_which_no_parameter_changes_is_refused_at_once(lines: str) -> None:
-    """What decides how a program goes on are its parameters: as they were a round ago, it goes on as it did then."""
+    """Only parameters decide how a program continues. If they are unchanged after an iteration, the loop never ends."""
     with pytest.raises(ReadError, match=r"program:\d+: this loop is endless: no parameter changes"):
         interpret_program(HEAD + lines, dialect("linuxcnc"))
 

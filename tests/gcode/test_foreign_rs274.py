@@ -72,7 +72,7 @@ PROGRAMS = {
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_every_construct_makes_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
-    """Ends, centres, turns, feeds and dwells are those of rs274, to the decimals that it prints."""
+    """Ends, centres, turns, feeds and dwells agree with rs274 to the printed decimals."""
     text = START + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output[-300:]
@@ -124,7 +124,7 @@ def test_a_line_that_a_test_has_broken_on_purpose_is_refused(data: Path) -> None
 
 @pytest.mark.parametrize("name", ["lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc"])
 def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_is_kept(data: Path, name: str) -> None:
-    """Numbers that only the machine knows: those blocks are barriers, and no place of theirs is told."""
+    """Blocks with numbers that only the machine knows are barriers, and their positions are unknown."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
     program = interpret_program(text, dialect("qtplasmac"), name)
     hidden = [b for b, line in enumerate(program.line.tolist()) if "_hal[" in program.lines[line - 1]]
@@ -133,7 +133,7 @@ def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_
 
 @pytest.mark.parametrize("name", ["lcnc_cam_nisley.ngc", "cncjs_helical_thread.gcode"])
 def test_real_programs_that_rs274_cannot_judge_are_read(data: Path, name: str) -> None:
-    """Radius compensation with a tool table of one's own, and a program that begins where the tool stands."""
+    """Radius compensation with a custom tool table, and a program that starts at the current position of the tool."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
     program = interpret_program(text, dialect("linuxcnc"), name)
     assert program.n_blocks > 10

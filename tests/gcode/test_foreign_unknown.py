@@ -1,4 +1,4 @@
-"""What a program leaves to its machine: understood, or kept with all that hangs on it; never a reason to refuse it."""
+"""Parts of a program that depend on the machine are understood, or kept with everything that depends on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def run(text: str, words: str = "haas", units: str | None = None) -> Program:
 
 
 def places(program: Program) -> list[tuple[float, float]]:
-    """Return where its feeds end, (x, y)."""
+    """Return the ends of the feed moves, (x, y)."""
     return [(x, y) for x, y, _ in program.path.end[program.path.kind == Kind.FEED].tolist()]
 
 
@@ -48,7 +48,7 @@ def kept(program: Program) -> list[int]:
     ],
 )
 def test_macros_of_fanuc_and_haas_run_as_written_out_by_hand(text: str, found: list[float]) -> None:
-    """Loops, conditions, jumps and calls of lines, whose numbers the program itself says."""
+    """Loops, conditions, jumps and calls of lines with numbers that the program itself sets."""
     program = run(HEAD + text + "\n")
     assert [x for x, _ in places(program)] == found and not kept(program)
 
@@ -75,7 +75,7 @@ def test_a_line_that_a_jump_leads_to_stays_and_so_does_what_is_run_again() -> No
     ],
 )
 def test_what_is_not_known_after_a_call_or_a_condition_is_not_taken_for_known(text: str, lines: list[int]) -> None:
-    """A move in a mode that something else may have changed is kept as it is, until the program says the mode again."""
+    """A move in a mode that may have changed is kept unchanged until the program sets the mode again."""
     program = run(HEAD + text + "\n", "linuxcnc" if "o" in text else "haas")
     assert kept(program) == lines
     last = int(np.flatnonzero(program.path.kind == Kind.FOREIGN)[-1])
@@ -92,7 +92,7 @@ def test_a_jump_that_nobody_can_follow_leaves_all_text_behind_it_as_it_is() -> N
         assert {int(program.line[b]) for b in program.fixed} >= {3, *text}
 
 
-#: What a program that is called may do, in any order.
+#: Actions of a called program, in any order.
 DEEDS = [
     "G91", "G90", "G18", "G19", "G0", "G3", "G0 X50. Y-20. Z3.", "G81 X1. Y1. Z-1. R2. F40.", "G98", "G99", "F7.",
     "G41 D1", "S500 M3", "G52 X3. Y4.", "G92 X1.", "T5 M6", "G43 H7", "G55", "#101=77.", "G17", "G2", "G53 G0 Z0.",
@@ -105,7 +105,7 @@ AFTER = [
 
 
 def test_what_is_understood_after_a_call_is_the_same_whatever_the_called_program_does() -> None:
-    """Bodies at random: every move that is not kept ends where it ends with any of them, as far as that is told."""
+    """With random bodies: every move that is not kept ends at the same position, as far as the position is known."""
     chance = random.Random(4)
     understood = 0
     for _ in range(300):
@@ -125,7 +125,7 @@ def test_what_is_understood_after_a_call_is_the_same_whatever_the_called_program
             for one, other in zip(moves, rows[1][line], strict=True):
                 assert one[0] == other[0] and one[2] == other[2], (text, body, line)
                 told = np.isfinite(one[1])
-                # Where the origin is, is not told to either: a place is what the program says.
+                # The origin is unknown, too: positions are those of the program.
                 assert np.allclose(one[1][told], other[1][told]), (text, body, line)
     assert understood > 60
 
@@ -165,7 +165,7 @@ def test_a_dwell_may_say_its_seconds_in_x() -> None:
 
 
 def test_units_that_a_program_does_not_state_are_those_of_the_reader_and_that_is_told() -> None:
-    """Only where a length or a feed needs them; what comes before G20 or G21 may say its feed already."""
+    """Only if a length or a feed needs them; a feed may precede G20 or G21."""
     assert places(run("G90 G0 X1 Y1\nG1 X2 F60\n", "grbl", "in")) == [(50.8, 25.4)]
     assert run("G90 G0 X1 Y1\n", "grbl", "mm").assumed_units
     for text in ("G90\nG21\nG0 X1 Y1\n", "F60\nG21 G90 G0 X1 Y1\nG1 X2\n", "G0 X0\nG20 F5\nX1\n"):
@@ -191,7 +191,7 @@ def test_what_stands_above_the_percent_sign_and_is_no_block_is_none_of_the_progr
 
 
 def test_a_program_of_a_fagor_as_schools_write_it() -> None:
-    """T1.1 is tool 1 with offset 1, the feed stands before the units, and a number before another one."""
+    """T1.1 is tool 1 with offset 1; the feed precedes the units, and one number precedes another."""
     text = "%THESIS,MX,\nN10 F200 S1000 M3\nN20 G71 G90 G17\nN30 T1.1 M6\nN40 N45 G43 G0 X0 Y0 Z20\n"
     program = run(text + "N50 G81 G99 X10 Y10 Z2 I-5\nN60 X20\nN70 G80\nN80 M30\n", "fagor8055", "mm")
     drilled = program.path.kind == Kind.DRILL
@@ -216,7 +216,7 @@ def test_a_number_given_twice_and_a_move_after_g80_without_g0() -> None:
 
 
 def test_statements_of_a_fagor_stand_in_parentheses_and_are_no_remarks() -> None:
-    """What sets a parameter may change anything; what goes elsewhere leaves all text as it is."""
+    """An assignment may change anything; a jump leaves the text unchanged."""
     head = "G71 G90 G17\nG0 X0 Y0 Z5 F100\n"
     assert kept(run(head + "(P1=5)\nG1 X5\n", "fagor8055")) == [3, 4]
     assert kept(run(head + "G1 X5\n(RPT N1,N2)N3\nG90 G1 X6 Y6 Z6 F10\n", "fagor8055")) == [4, 5]
@@ -249,7 +249,7 @@ ENDING = "\nG90 G17 G40 G0 X9. Y9. Z9.\nM30\n"
     ],
 )
 def test_what_only_the_machine_knows_is_the_same_only_where_all_that_it_reads_is(text: str, changed: str) -> None:
-    """No proof of it is in the values, since there are none: it is in the text and in what the program set before."""
+    """The values are unknown, so the proof compares the text and the preceding settings."""
     one, other = (run(HEAD + said + ENDING) for said in (text, changed))
     assert certify(one, run(HEAD + text + ENDING)).same
     assert not certify(one, other).same
@@ -265,7 +265,7 @@ def test_statements_of_a_fagor_count_in_the_proof() -> None:
 
 @pytest.mark.parametrize("words", ["haas", "fanuc"])
 def test_a_move_home_before_the_first_motion_is_known(words: str) -> None:
-    """It is made at rapid, whatever motion the control begins with: most posts write it first."""
+    """It is a rapid, whatever motion mode is active at power-on: most posts write it first."""
     program = run("G21 G90 G17 G94 G40 G80\nG28 G91 Z0.\nG90\nG0 X5. Y5.\n", words)
     assert not kept(program)
     assert Kind.MACHINE in program.path.kind.tolist()

@@ -1,4 +1,4 @@
-"""Tokenising: what the words of a line are."""
+"""Tokenising lines into words."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
     ],
 )
 def test_what_is_not_a_word_is_refused_with_its_reason(line: str, reason: str) -> None:
-    """Each malformed line has a message of one short line."""
+    """Each malformed line has a message of a single short line."""
     with pytest.raises(BlockError) as caught:
         tokenise(line)
     assert reason in str(caught.value)
@@ -94,13 +94,13 @@ def test_any_text_is_words_or_a_refusal(text: str) -> None:
 @settings(max_examples=settings().max_examples * 5)
 @given(st.lists(st.tuples(st.sampled_from("GXYZFST"), st.integers(-99999, 99999)), max_size=8))
 def test_written_words_are_read_back(words: list[tuple[str, int]]) -> None:
-    """Any words of letters and numbers with three decimals come back as they are."""
+    """Any words of letters and numbers with three decimals are unchanged."""
     line = "".join(f"{letter}{number / 1000:.3f}" for letter, number in words)
     assert pairs(line) == [(letter, number / 1000) for letter, number in words]
 
 
 def test_all_three_line_ends_count() -> None:
-    """Line numbers are those of an editor, whatever system wrote the file; a form feed ends no line."""
+    """Line numbers agree with an editor, whatever system wrote the file; a form feed does not end a line."""
     assert list(lines("a\r\nb\rc\nd\x0ce")) == [(1, "a"), (2, "b"), (3, "c"), (4, "d\x0ce")]
 
 
@@ -134,7 +134,7 @@ def test_numbers_that_no_machine_can_go_to_are_refused(value: float) -> None:
 @settings(max_examples=settings().max_examples * 5)
 @given(st.floats(-1e5, 1e5), st.booleans())
 def test_a_length_is_written_within_half_of_its_last_decimal(mm: float, inch: bool) -> None:
-    """What the controller understands differs by half a step at most."""
+    """The value differs by at most half of the last decimal."""
     numbers = NumberFormat(inch, 4 if inch else 3, True)
     assert abs(numbers.said(mm) - mm) <= numbers.resolution / 2 + 1e-9
     assert "." in numbers.length(mm) and "e" not in numbers.length(mm)

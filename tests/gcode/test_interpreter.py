@@ -126,7 +126,7 @@ def test_g98_rises_to_the_height_before_the_series() -> None:
 
 
 def test_repeats_step_in_incremental_mode_only() -> None:
-    """G91 with L3 drills three holes in a row; G90 with L2 drills one place twice. Fanuc says K."""
+    """G91 with L3 drills three holes in a row; G90 with L2 drills one position twice. Fanuc uses K."""
     path = read("G21 G0 X0 Y0 Z10 F60 / G99 G91 G81 X1 Y.5 Z-3 R-8 L3")
     assert same(tuple(path.end[1:4, :2].ravel()), (1, 0.5, 2, 1, 3, 1.5))
     assert same(tuple(read("G21 G0 X0 Y0 Z10 F60 / G99 G81 X4 Z-3 R1 L2").end[1:3, 0]), (4, 4))
@@ -134,7 +134,7 @@ def test_repeats_step_in_incremental_mode_only() -> None:
 
 
 def test_tool_offset_spindle_and_coolant_become_rows() -> None:
-    """T chooses and M6 changes; S alone changes a turning spindle only, and the row says so; M7 and M8 add up."""
+    """T selects and M6 changes the tool; S alone only changes a running spindle; M7 and M8 add up."""
     path = read("S500 / T3 / M6 / G43 H3 / M3 / S800 / M4 / M5 / M7 / M8 / M9 / M7 M8 / G49")
     expected = [
         (Kind.TOOL, 0, 3),

@@ -84,7 +84,7 @@ CASES = [
 
 @pytest.mark.parametrize("line, reason", CASES)
 def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
-    """The fault stands in line 4, and the message says so in one line."""
+    """The error is in line 4, and the one-line message names it."""
     with pytest.raises(ReadError, match=reason) as caught:
         interpret(HEAD + line + "\nM2\n", dialect("linuxcnc"), "part.ngc")
     assert str(caught.value).startswith("part.ngc:4: ") and "\n" not in str(caught.value)
@@ -120,7 +120,7 @@ def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
     ],
 )
 def test_faults_of_order_and_of_dialect_are_named(text: str, name: str, reason: str | None) -> None:
-    """What is right on one controller may be unknown, or mean something else, on another."""
+    """A correct line of one controller may be unknown to another, or have another meaning."""
     if reason is None:
         assert len(interpret(text, dialect(name))) == 1
         return
@@ -242,7 +242,7 @@ WORDS = st.sampled_from(
     st.sampled_from([None, "mm"]),
 )
 def test_any_mixture_of_words_is_read_or_refused(text: str, name: str, units: str | None) -> None:
-    """Only LeafcutError comes out, with a message of one line."""
+    """The only exception is LeafcutError with a one-line message."""
     try:
         interpret(text, dialect(name), units=units)
     except LeafcutError as problem:

@@ -40,7 +40,7 @@ PROGRAMS = {
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_little_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
-    """Ends, centres, turns, feeds and dwells are those of rs274, to the decimals that it prints."""
+    """Ends, centres, turns, feeds and dwells agree with rs274 to the printed decimals."""
     text = "G21 G90 G17 F100\nG0 Z10\nG0 X0 Y0\n" + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output[-300:]

@@ -1,4 +1,4 @@
-"""Heidenhain's plain language: what is written, read back, and refused."""
+"""Heidenhain's conversational language: writing, reading back, and refusals."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_one_digit_changed_is_found() -> None:
             continue
         if not faults and not re.search(r"Q206=|R0 F\d|TOOL CALL", line):
             missed.append(line)
-    # A stroke may be said longer than the hole is deep: it is one stroke all the same.
+    # A stroke longer than the depth of the hole is still a single stroke.
     assert {re.sub(r"[\d.]+", "0", line.strip()) for line in missed} <= {"Q0=+0 ;PLUNGING DEPTH ~"}
 
 

@@ -1,4 +1,4 @@
-"""What a controller adds at every start of a torch: by the material that the program tells it."""
+"""Effects of the material in a program: words that the controller adds at every start of the torch."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_s
     assert program.feed_words == dict.fromkeys(said, HAL)
     feeds = program.path.value[program.path.kind == Kind.FEED]
     assert feeds.tolist() == pytest.approx([20.0, 50.0, 50.0], abs=1e-6)
-    # The text is read as it is written, and no block of it has to stay for the sake of its feed.
+    # The text is unchanged, and no block has to stay because of its feed.
     assert "".join(program.lines) == text
     assert not any("parameters" in reason for reason in program.fixed.values())
 

@@ -1,4 +1,4 @@
-"""Programs in the styles of ten CAMs: none is refused, and they do what LinuxCNC's interpreter makes of them."""
+"""Programs in the styles of ten CAM systems are read, and make the same moves as in LinuxCNC's interpreter."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from leafcut.read.machine import load_machine
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 FILES = sorted(p for p in (Path(__file__).parents[1] / "styles").iterdir() if p.suffix != ".md")
-#: By the beginning of the name: the machine that runs it. The first that fits counts.
+#: Start of the file name → machine that runs it. The first match wins.
 MACHINES = {
     "fusion_haas": "haas-vf2", "mastercam": "haas-vf2", "fusion_grbl": "grbl-3018", "freecad_grbl": "grbl-3018",
     "estlcam": "grbl-3018", "vcarve_grbl": "grbl-3018", "vcarve": "mach3-router", "sheetcam_mach3": "mach3-router",
@@ -46,7 +46,6 @@ def test_there_are_four_of_each_style_at_least() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_no_program_of_a_cam_is_refused(path: Path) -> None:
-    """Its work is understood, but for what its machine does by itself."""
     program = read(path)
     assert (program.path.kind <= Kind.DRILL).sum() > 20
     foreign = program.path.line[program.path.kind == Kind.FOREIGN]

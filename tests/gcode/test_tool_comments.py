@@ -26,7 +26,7 @@ from leafcut.gcode.tool_comments import tool_width
     ],
 )
 def test_a_comment_tells_the_diameter_of_its_own_tool(comment: str, millimetres: float) -> None:
-    """A number of an operation, a depth, and what is said of another tool are not it; fractions are in its units."""
+    """Numbers of operations, depths and other tools do not count; fractions have the units of the comment."""
     text = f"G21 G90\n{comment}\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG0 Z5\nM2\n"
     program = interpret_program(text, dialect("linuxcnc"))
     block = int(next(k for k, line in enumerate(program.text_line.tolist()) if line == 6))

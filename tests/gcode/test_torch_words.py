@@ -41,7 +41,7 @@ def test_the_feed_is_lowered_only_while_the_controller_listens() -> None:
 
 
 def test_outputs_darken_the_torch_and_hold_its_height() -> None:
-    """M62 sets an output and M63 takes it back; an output that nothing listens to says nothing."""
+    """M62 sets an output and M63 resets it; an unused output has no effect."""
     text = "G0 X0 Y0\nM3 $0 S1\nM62 P2\nM62 P3\nM62 P3\nM62 P1\nG1 X1\nM63 P3\nM63 P2\nM5 $0"
     expected = [("SPINDLE", 1.0, 0), ("HEIGHT", 0.0, 0), ("TORCH", 0.0, 0), ("FEED", 20.0, 0)]
     assert rows(text)[1:] == [*expected, ("TORCH", 1.0, 0), ("HEIGHT", 1.0, 0), ("SPINDLE", 0.0, 0)]
@@ -94,7 +94,7 @@ def test_a_mill_knows_no_outputs(words: str) -> None:
 
 
 def test_a_foreign_program_keeps_such_blocks_where_they_are() -> None:
-    """What the outputs do to the feed is known; the blocks stay word for word all the same."""
+    """The effect of the outputs on the feed is known, but the blocks stay word for word."""
     text = "G21 G90 G94\nM52 P1\nG0 X0 Y0\nM3 $0 S1\nM67 E3 Q60\nG1 X9 F1200\nM67 E3 Q100\nX12\nM5 $-1\nM3 $1 S1\nM2"
     program = interpret_program(text, dialect("qtplasmac"))
     assert [m.value for m in program.path if m.kind is Kind.FEED] == [12.0, 20.0]
@@ -133,7 +133,7 @@ def cut_with_a_dark_end() -> Toolpath:
 
 
 def told(words: str, path: Toolpath) -> list[str]:
-    """The kinds of rows that a controller is told."""
+    """Return the kinds of rows of a program."""
     return [m.kind.name for m in for_controller(path, dialect(words))]
 
 

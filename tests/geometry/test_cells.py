@@ -1,4 +1,4 @@
-"""Cells: what is found by them is what is found by looking at everything."""
+"""Cells: lookups agree with an exhaustive search."""
 
 from __future__ import annotations
 

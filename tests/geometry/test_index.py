@@ -22,7 +22,7 @@ def lines_of(seed: int, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize("reach", [0.05, 1.0, 12.0, 300.0])
 def test_near_lines_are_those_that_geos_finds_by_their_distance(reach: float) -> None:
-    """All pairs of two sets of lines, and those of one set, against GEOS's distance of every pair."""
+    """All pairs of two sets of lines, and of one set, against GEOS's distance of every pair."""
     one, other = lines_of(1, 300), lines_of(2, 200)
     for a, b in ((one, other), (one, one)):
         found = [unique_pairs(*pair) for pair in NearLines(a).pairs(NearLines(b), reach)]

@@ -1,4 +1,4 @@
-"""Strokes become outlines: joined, gaps closed, what is drawn twice merged."""
+"""Strokes become outlines: joined, with closed gaps and without duplicates."""
 
 from __future__ import annotations
 

@@ -85,7 +85,8 @@ def results() -> dict[str, object]:
         out[name] = cost.tour_cost(model, np.arange(24, dtype=np.int32))
     words = np.array([1, 2**63 + 5], dtype=np.uint64)
     out["uniform"] = [random.uniform(words, 1) for _ in range(5)]
-    # Plain Python is slow: a fifth of the usual kicks, and every algorithm with two of the four ways to begin and end.
+    # Plain Python is slow: use a fifth of the usual kicks, and run every algorithm with two of the four combinations of
+    # ends.
     tour_kicks.kicks_per_iteration = lambda _: 40
     ants = ("as", "eas", "asrank", "mmas", "acs")
     for turn, (start, end) in enumerate(
@@ -134,7 +135,7 @@ def results() -> dict[str, object]:
 
 
 def along_a_way(corners: np.ndarray) -> list[object]:
-    """Return what a tool of 10 mm engages along a way, and its widest step-over."""
+    """Return the engagement of a 10 mm tool along a path, and the largest step-over."""
     rules = PocketRules(tool_diameter=10.0, step_over=6.0)
     way = way_of(PocketPath("way", (PocketPiece(Polyline.of_points(corners)),)), rules)
     found = measured(way, rules)
@@ -144,7 +145,7 @@ def along_a_way(corners: np.ndarray) -> list[object]:
 
 
 def cut_by(*shape: float) -> list[object]:
-    """Return a field of 20 × 20 cells, cut down, across, along two ramps and by a rapid, and what is told of it."""
+    """Return a field of 20 × 20 cells, cut down, across, along two ramps and by a rapid, and the reported removal."""
     heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 9))
     room = np.full((20, 20), 9.0, dtype=np.float32)
     places = np.array([(5, 5, 9), (5, 5, -1), (14, 8, -1), (6, 15, -2), (6, 4, -0.5), (18, 4, -3)], dtype=np.float64)
@@ -157,7 +158,7 @@ def cut_by(*shape: float) -> list[object]:
 
 
 def seen_from_above() -> list[object]:
-    """Return what three triangles are in cells, with what is near to these, over places, and as costs of ways."""
+    """Return three triangles as cells, the material near them, heights over positions, and travel costs over them."""
     triangles = np.array(
         [[(0, 0, 1), (9, 0, 4), (0, 9, 7)], [(9, 9, 0), (9, 0, 4), (0, 9, 7)], [(2, 2, 0), (2, 2, 9), (4, 2, 9)]],
         dtype=np.float64,
@@ -182,7 +183,7 @@ def seen_from_above() -> list[object]:
 
 
 def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
-    """Return a path through cuts between these places, each worked in so many ways, and its candidate lists."""
+    """Return a path through cuts between these positions, each with `ways` choices, and its candidate lists."""
     entry = np.concatenate([np.roll(xy, k, axis=0)[:12] for k in range(ways)])
     cluster = np.tile(np.arange(12, dtype=np.int32), ways)
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)

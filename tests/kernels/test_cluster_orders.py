@@ -27,7 +27,7 @@ def words(seed: int = 3) -> np.ndarray:
 
 
 def instance_of(closed: bool, pairs: list[tuple[int, int]], m: int = M, seed: int = 1) -> DirectedInstance:
-    """Return m cuts of one to three nodes each."""
+    """Return an instance of m cuts with one to three nodes each."""
     rng = np.random.default_rng(seed)
     cluster = np.repeat(np.arange(m, dtype=np.int32), rng.integers(1, 4, m))
     entry, leave = rng.uniform(0, 50, (2, len(cluster), 2))
@@ -179,7 +179,7 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
             after = {c for c in left if order[order.index(c) - 1] in gone}
             before = {c for c in left if order[(order.index(c) + 1) % m] in gone}
             marked = {left[k] for k in range(have) if walk.dirty[k]}
-            # At the beginning of a ring that may begin anywhere, the cluster after the gap is enough.
+            # At the start of a closed path, the cluster after the gap suffices.
             assert after <= marked <= after | before
             assert order[0] in gone or marked == after | before
     assert len(sizes) > 4

@@ -1,4 +1,4 @@
-"""Steps of ants: chances are those of the equations, and a tour takes each node once."""
+"""Steps of ants: probabilities follow the equations, and a tour visits each node once."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ ENDS = [None, (None, None), ((0.0, 0.0), None), ((0.0, 0.0), (9.0, 9.0))]
 
 
 def words(seed: int = 5) -> np.ndarray:
-    """Return the random state of one ant."""
+    """Return the random state of an ant."""
     return np.array([seed * 2**40 + 12345], dtype=np.uint64)
 
 
 def instance_of(ends: tuple[object, object] | None, n: int = 14, k: int = 4) -> Instance:
-    """Return an instance of n random places; `ends` None is a closed tour."""
+    """Return an instance of n random points; a closed tour if `ends` is None."""
     xy = np.random.default_rng(3).uniform(0, 9, (n, 2))
     given = {"closed": True} if ends is None else {"start": ends[0], "end": ends[1]}
     return build_instance(RoutingProblem.of_points(xy, **given), k)  # type: ignore[arg-type]
@@ -114,7 +114,7 @@ def test_a_tour_of_an_ant_is_whole_and_wears_off_its_own_edges(
                 assert tour[0] == instance.first
             if instance.second >= 0:
                 assert tour[1] == instance.second
-            # The edges along which the ant chose: all but those between given first nodes, and the one that closes.
+            # Edges chosen by the ant: all except the edge between given first nodes, and the closing edge.
             given = 1 + (instance.first >= 0 and instance.second >= 0)
             taken = {frozenset((int(a), int(b))) for a, b in zip(tour[given - 1 : -1], tour[given:], strict=True)}
             for i in range(n):
@@ -128,7 +128,9 @@ def test_a_tour_of_an_ant_is_whole_and_wears_off_its_own_edges(
 
 @pytest.mark.parametrize("greedy", [0.0, 1.0])
 def test_an_ant_follows_overwhelming_trails_and_goes_to_the_nearest_where_its_list_is_visited(greedy: float) -> None:
-    """Trails along a ring are followed all round; with lists of one visited node it is the nearest neighbour's tour."""
+    """Trails along a ring are followed all around; with lists that contain only visited nodes, the result is the
+    nearest-neighbour tour.
+    """
     instance = instance_of(None)
     n = instance.n
     ring = np.random.default_rng(4).permutation(n)

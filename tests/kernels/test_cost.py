@@ -16,7 +16,7 @@ from leafcut.order.instance import cost_model
 from plain_python import plain_python
 from travel_reference import travel_cost
 
-# To the nanometre: squares of what is smaller than 1e-154 are 0, which no machine will notice.
+# Rounded to the nanometre: squares of numbers below 1e-154 underflow to 0.
 COORDINATES = st.floats(-300, 300).map(lambda v: round(v, 6))
 PLACES = st.tuples(COORDINATES, COORDINATES)
 

@@ -12,7 +12,7 @@ SEEDS = st.integers(0, 2**31)
 
 
 def lists_of(n: int, k: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return random lists int32[n, k] without repetition, shorter for some, and costs that are the same both ways."""
+    """Return random lists int32[n, k] without repetition, some shorter, and symmetric costs."""
     rng = np.random.default_rng(seed)
     matrix = rng.choice([-2.0, -0.5, 0.0, 1e-9, 0.25, 3.0, 3.000001, 7e8], (n, n))
     matrix = np.triu(matrix) + np.triu(matrix, 1).T
@@ -57,7 +57,7 @@ def test_every_edge_up_to_a_limit_is_listed_once_and_in_the_order_of_costs(
 
 @given(st.integers(3, 25), SEEDS)
 def test_joining_keeps_fragments_and_knows_their_ends(n: int, seed: int) -> None:
-    """After any joins every node has at most two neighbours, there is no circle, and `tail` is the other end."""
+    """After any joins, every node has at most two neighbours, there are no cycles, and `tail` is the other end."""
     rng = np.random.default_rng(seed)
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)
     part = {v: {v} for v in range(n)}

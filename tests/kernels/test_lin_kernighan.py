@@ -105,7 +105,7 @@ def test_feasibility_by_sorted_places_agrees_with_a_walk_along_the_tour(n: int, 
 
 @pytest.mark.parametrize(("k", "table"), [(3, [LEAVES_3]), (4, [LEAVES_4]), (5, LEAVES_5.tolist())])
 def test_a_key_tells_whether_a_move_leaves_one_tour(k: int, table: list[int]) -> None:
-    """Every order of the removed edges, each met from either side: the bit of its key is what walking the tour says."""
+    """For every order of the removed edges and both traversals, the key's bit agrees with walking the tour."""
     n, seen = 2 * k, set()
     old = edges(np.arange(n))
     for begins in itertools.permutations(range(1, n - 1, 2)):

@@ -78,9 +78,10 @@ def test_a_tied_edge_survives_local_search(n: int, seed: int) -> None:
 
 @pytest.mark.parametrize("or_opt", [False, True])
 def test_a_local_optimum_has_no_move_left_of_all_moves(or_opt: bool) -> None:
-    """Every exchange of two edges and every run of up to three nodes at every other place, either way round.
+    """Tries every exchange of two edges, and every run of up to three nodes at every position, both ways.
 
-    The lists hold all nodes. A run is only tried beside a node that is nearer to it than what its removal saves.
+    The lists hold all nodes. A run is only tried next to a node that is nearer to it than the length saved by its
+    removal.
     """
     n = 10
     for seed in range(5):

@@ -1,4 +1,4 @@
-"""Long edges: what a walk gains is what the tour becomes shorter, and nothing else changes."""
+"""Long edges: the gain of a walk equals the reduction of the tour length, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def field(n: int, seed: int) -> Instance:
 
 
 def is_whole(tour: Tour) -> bool:
-    """Return whether every node stands once in the tour, where it is said to stand."""
+    """Return whether every node occurs once in the tour, at its recorded position."""
     n = len(tour.node)
     return bool((np.sort(tour.node) == np.arange(n)).all() and (tour.place[tour.node] == np.arange(n)).all())
 

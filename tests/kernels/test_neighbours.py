@@ -25,7 +25,7 @@ def distances(xy: np.ndarray, i: int) -> np.ndarray:
 
 
 def quadrant_of(dx: float, dy: float) -> int:
-    """Return the quadrant of a direction: each begins with one of its axes and ends before the next, anticlockwise."""
+    """Return the quadrant of a direction: each starts with one axis and ends before the next, counter-clockwise."""
     quarter = np.floor(np.degrees(np.arctan2(dy, dx)) % 360 / 90)
     return int(quarter)
 

@@ -1,4 +1,4 @@
-"""The statistics of experiments equal those of textbooks and of statsmodels."""
+"""Statistics of experiments agree with textbooks and statsmodels."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BATTERIES = {
     ("2", "15"): [150, 188, 159, 126], ("2", "70"): [136, 122, 106, 115], ("2", "125"): [25, 70, 58, 45],
     ("3", "15"): [138, 110, 168, 160], ("3", "70"): [174, 120, 150, 139], ("3", "125"): [96, 104, 82, 60],
 }  # fmt: skip
-#: Times round first base, s, of 22 players in three ways: Hollander and Wolfe 1973, page 140.
+#: Times to round first base, s, of 22 players with three methods: Hollander and Wolfe 1973, page 140.
 BASE = """
 5.40 5.50 5.55 5.85 5.70 5.75 5.20 5.60 5.50 5.55 5.50 5.40 5.90 5.85 5.70 5.45 5.55 5.60
 5.40 5.40 5.35 5.45 5.50 5.35 5.25 5.15 5.00 5.85 5.80 5.70 5.25 5.20 5.10 5.65 5.55 5.45

@@ -1,4 +1,4 @@
-"""A description says what is run, in which order; what is wrong in it is told with its place."""
+"""A description determines the runs and their order; errors name their position."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_a_name_that_is_none_is_refused_and_leads_out_of_no_folder(name: str) ->
 
 
 def test_the_published_gain_of_nests_has_no_trend_that_its_table_proves() -> None:
-    """What the description says of the table, counted from the table."""
+    """Compares the description's statements about the table with the table."""
     (table,) = load("nests").published
     sizes, gains = ([float(row[k]) for row in table.rows] for k in (1, 4))
     for row in table.rows:

@@ -1,4 +1,4 @@
-"""A part of one's own is done in several ways, and each way is what a person would have run by hand."""
+"""Experiments on a part of the user: each strategy gives the same result as a manual run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results outlive what happens to a program: what was finished is there, and a file of others is not touched."""
+"""Results survive a crash of the program: finished runs are kept, and files of others are not touched."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tuning: what judges is never seen, what is done is never repeated, and the best set is the best."""
+"""Tuning: the test instances are never used for training, no run is repeated, and the best set wins."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def task(**changes: Any) -> TuningTask:
 
 
 class Formula:
-    """Does runs by a formula of their options, and counts them; `ends` sets the event after so many."""
+    """Computes runs by a formula of their options, and counts them; sets the event `ends` after a number of runs."""
 
     def __init__(self, cost: Callable[[dict[str, Any]], float | None], ends: tuple[int, threading.Event] | None = None):
         self.cost, self.ends, self.done = cost, ends, list[RunTask]()

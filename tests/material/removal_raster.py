@@ -1,4 +1,4 @@
-"""A second opinion on what a path removes: by pixels and NumPy alone, without the polygons of `removal`."""
+"""Independent computation of the removal of a path, with pixels in NumPy, without the polygons of `removal`."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_a_slot_deeper_than_the_flutes_meets_the_shank_on_its_way_across_and_not
 
 
 def test_a_slot_in_passes_no_deeper_than_the_flutes_meets_no_shank() -> None:
-    """Also where the second pass ends a hundredth beyond the first one, at the walls and in the corners."""
+    """Also if the second pass ends a hundredth beyond the first, at the walls and in the corners."""
     for off in (0.0, 0.001, 0.01, -0.01):
         ways = [
             (20.0, 20.0, -4.0), (30.0, 20.0, -4.0), (30.0, 28.0, -4.0), (20.0, 20.0, -4.0),
@@ -90,9 +90,9 @@ def test_a_wide_shank_meets_the_wall_beside_a_slot_and_the_rim_of_a_hole() -> No
 
 @pytest.mark.parametrize(("away", "depth"), [(4.0, 2.0), (7.0, 0.4), (8.0, 0.0), (11.0, 0.0)])
 def test_a_tapered_holder_at_a_wall(away: float, depth: float) -> None:
-    """Its lower end, of radius 5, is 2 mm under the top of the wall, from there it rises 4 mm over 5: 0.8 for one.
+    """The lower end, of radius 5, is 2 mm below the top of the wall; from there it rises 4 mm over 5, a slope of 0.8.
 
-    So far from the wall the axis goes past it: 4 mm: 2 deep; 7 mm: 2 − 0.8 · 2; 8 mm: 0.4 over it.
+    Distances of the axis from the wall: 4 mm: 2 deep; 7 mm: 2 − 0.8 · 2; 8 mm: 0.4 above it.
     """
     tool = Tool(1, 6.0, ToolKind.END_MILL, stickout=8.0, holder=(BodySegment(4.0, 10.0, 20.0),))
     field = HeightField.of_block(BLOCK, CELL)

@@ -1,4 +1,4 @@
-"""Feeds by what a mill engages: chips and power against hand calculations."""
+"""Feeds from the engagement of a mill: chips and power against hand calculations."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def engaged_on(*lines: list[tuple[float, float]]) -> tuple[np.ndarray, Engaged]:
 
 
 def beside(width: float) -> Engaged:
-    """Return what a straight cut so wide engages in its middle, beside a slot."""
+    """Return the engagement in the middle of a straight cut of this width, next to a slot."""
     places, engaged = engaged_on([(0, 0), (60, 0)], [(60, width), (0, width)])
     inside = (places[:, 0] > 25) & (places[:, 0] < 35)
     return Engaged(*(column[inside] for column in engaged))

@@ -97,7 +97,7 @@ def test_a_flat_tool_going_down_a_ramp_leaves_the_ramp_its_rear_edge_cut() -> No
 
 
 def test_a_full_turn_of_a_helix_and_a_ring_take_what_the_formulas_say() -> None:
-    """A ring between radii 2 and 8, 2 deep: π (64 − 4) 2; its arc in two halves or one, either way round."""
+    """A ring between radii 2 and 8, 2 deep: π (64 − 4) 2; its arc in two halves or one, in either direction."""
     for clockwise in (True, False):
         builder = ToolpathBuilder()
         builder.rapid(25.0, 15.0, 5.0)
@@ -147,7 +147,7 @@ def test_a_rapid_in_the_material_is_seen_and_one_along_a_wall_that_was_cut_is_no
 
 
 def test_width_and_side_of_a_cut_are_what_the_step_over_leaves() -> None:
-    """A slot, then beside it, 2 mm to the left of a way in x: 6 wide, then 2 wide, on the left side only."""
+    """A slot along x, then a cut 2 mm to its left: 6 wide, then 2 wide, on the left side only."""
     field, removed = run(
         lines((5.0, 10.0, -3.0), (35.0, 10.0, -3.0), (35.0, 10.0, 3.0), (5.0, 12.0, 3.0), (5.0, 12.0, -3.0),
               (30.0, 12.0, -3.0)),
@@ -179,7 +179,7 @@ def test_every_moving_shape_cuts_as_deep_as_the_shape_at_many_places(
     for share in np.linspace(0.0, 1.0, 400):
         px, py, pz = (a + share * (b - a) for a, b in zip(begin, end, strict=True))
         away = np.hypot(x - px, y - py)
-        near = away <= cutter.radius  # beyond it there is no cutter
+        near = away <= cutter.radius  # no cutter beyond its radius
         expected[near] = np.minimum(expected[near], pz + height(away[near]))
     steepest = 0.5 * math.dist(begin, end) / 400 * (1.0 + (5.0 if cutter.corner else 1.0))
     assert (field.heights <= expected + 1e-5).all()

@@ -8,8 +8,8 @@ from leafcut.material.cutting_force import drilling_power, drilling_thrust, dril
 from leafcut.model.work_material import WorkMaterial
 from leafcut.read.work_materials import load_material
 
-#: Machinery's Handbook, 31st ed., tables 8 and 9, p. 1153: feed, mm, and its factor; diameter, mm, with those of thrust
-#: and torque.
+#: Machinery's Handbook, 31st ed., tables 8 and 9, p. 1153: feed, mm, and its factor; diameter, mm, with its factors of
+#: thrust and torque.
 FEED_FACTORS = {0.1: 0.158, 0.2: 0.276, 0.3: 0.382}
 DIAMETER_FACTORS = {4.8: (3.51, 16.84), 9.5: (6.06, 57.53), 16.0: (9.19, 147.0)}
 #: Its factors of the work material, table 31 of the 28th edition, as dubstar-04/FeedsAndSpeeds on GitHub quotes them.

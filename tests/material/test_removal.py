@@ -1,4 +1,4 @@
-"""What a path removes, by hand calculation: covered corners, gouges, engagement, step-over, time."""
+"""Removal of a path against hand calculations: covered corners, gouges, engagement, step-over, time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketPiece
 from leafcut.processes.pocket.measures import measure_path
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
-#: Plate-like pockets in which nothing is near a wall.
+#: Plate-like pockets without nearby walls.
 WIDE = Pocket(Polyline.of_points([(-200, -200), (200, -200), (200, 200), (-200, 200)], closed=True))
 
 
@@ -120,7 +120,7 @@ def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter
     assert widths[way.piece == 0][1:] == pytest.approx(10.0, abs=1e-6)
     assert widths[way.piece == 1][2:] == pytest.approx(width, abs=0.03)
     m = measure_path(WIDE, path, RULES)
-    # From 8 mm on, half way from the step-over to the full width, it is told; the first line is a slot.
+    # From 8 mm on, half way from the step-over to the full width, it is reported; the first line is a slot.
     assert m.max_width == pytest.approx(10.0, abs=1e-6)
     assert m.wide_mm == pytest.approx(100.0 if width > 8.0 else 60.0, abs=1.1)
 

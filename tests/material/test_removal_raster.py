@@ -87,7 +87,7 @@ def test_of_any_path_the_measures_keep_their_bounds(line: list[tuple[float, floa
     m = measure_path(pocket, PocketPath("test", (PocketPiece(Polyline.of_points(line)),)), RULES)
     assert m.gouge_mm2 == 0.0
     assert 0.0 <= m.mean_engagement <= m.max_engagement + 1e-9 <= math.pi + 2e-9
-    assert m.max_engagement == pytest.approx(math.pi)  # it begins in full material
+    assert m.max_engagement == pytest.approx(math.pi)  # starts in full material
     assert 0.0 <= m.air_mm <= m.feed_mm + 1e-6
-    # What is cut, by the engagement: the width of material at every step, half at least of what is swept.
+    # Removed area, by the engagement: the width of material at every step is at least half of the swept width.
     assert m.reachable_mm2 - m.uncovered_mm2 <= math.pi * 25 + 10.0 * m.feed_mm + 1e-6

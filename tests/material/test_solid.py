@@ -1,4 +1,4 @@
-"""The stock as it is shown: a block around the cuts, cells for a picture, and what meets it."""
+"""The stock as displayed: a block around the cuts, its cells, and collisions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DRILL = Tool(2, 8.0, ToolKind.DRILL, point_angle=math.radians(118))
 
 
 def slot(depth: float = -4.0) -> Toolpath:
-    """Return a slot of 60 mm along x at y = 30, and a rapid through what stands beside it, along y at x = 50."""
+    """Return a slot of 60 mm along x at y = 30, and a rapid through the remaining material, along y at x = 50."""
     path = ToolpathBuilder()
     path.tool(1)
     path.rapid(20.0, 30.0, 5.0, line=1)

@@ -1,4 +1,4 @@
-"""A mesh seen from above: tiles, what is near to them, and the rims of holes, against points on the triangles."""
+"""A mesh seen from above: tiles, material near them, and the rims of holes, against points on the triangles."""
 
 from __future__ import annotations
 

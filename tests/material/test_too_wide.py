@@ -1,4 +1,4 @@
-"""Where paths are too wide, asked of one path after another."""
+"""Positions where paths are too wide, for successive paths."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def radius_at(parts: list[BodySegment], height: float) -> float:
 def test_every_place_of_a_cone_is_in_a_disc_that_begins_no_higher(
     parts: list[BodySegment], share: float, diameter: float
 ) -> None:
-    """What the tool's own flutes have not cut free before: out to the radius of the body at any of its heights."""
+    """Only parts that the flutes have not cleared before: out to the radius of the body at any of its heights."""
     tool = Tool(1, diameter, ToolKind.END_MILL, stickout=30.0, holder=tuple(parts))
     height = share * sum(one.length for one in parts)
     outside = radius_at(parts, height)

@@ -1,4 +1,4 @@
-"""The nouns of cutting: what they add up to, and that they are saved and loaded again."""
+"""Classes of cutting: their sums, saving and loading."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ M2
 
 
 def in_our_words() -> Toolpath:
-    """Return what PROGRAM says: G98, then G99 and every cycle, and one hole that begins below its R plane."""
+    """Return PROGRAM as leafcut writes it: G98, then G99 and every cycle, and a hole that starts below its R plane."""
     builder = ToolpathBuilder()
     builder.rapid(z=10.0)
     builder.rapid(1.0, 2.0)

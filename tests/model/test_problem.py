@@ -1,4 +1,4 @@
-"""What a routing problem accepts."""
+"""Validation of routing problems."""
 
 from __future__ import annotations
 

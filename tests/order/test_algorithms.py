@@ -1,4 +1,4 @@
-"""Algorithms of packages: what they return is looked at, and what they raise is told as theirs."""
+"""Algorithms of packages: their results are checked, and their errors name them."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Stopped(Toy):
 
 
 class Telling(Toy):
-    """Tells how far it is."""
+    """Reports its progress."""
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
         run.best.offer(self.tour(instance), instance.length(self.tour(instance)), 0)
@@ -95,7 +95,7 @@ class Telling(Toy):
 
 
 class Untitled(Toy):
-    """Says nothing of itself."""
+    """Has no title."""
 
     title = None  # type: ignore[assignment]
 

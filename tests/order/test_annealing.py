@@ -88,7 +88,7 @@ def test_problems_of_many_clusters_or_nodes_are_left_to_kicks() -> None:
 
 
 def test_service_that_outweighs_all_travel_does_not_keep_the_search_from_the_shortest_way() -> None:
-    """Twenty contours on a line, each of an hour's work and two places to begin: the way along the line is best."""
+    """Twenty contours on a line, each with an hour of work and two starts: the path along the line is best."""
     x = np.repeat(np.arange(20.0), 2)
     entry = np.column_stack([x, np.tile([0.0, 5.0], 20)])
     cluster = np.random.default_rng(3).permutation(20).astype(np.int32)

@@ -49,7 +49,7 @@ def problem_of(xy: np.ndarray, metric: Metric, ends: object = "closed") -> Routi
 
 
 def optimum(problem: RoutingProblem) -> float:
-    """Return the least cost of a path or tour, by the plain reference and over all sets of nodes visited so far.
+    """Return the minimum cost of a path or tour, by the plain reference and by dynamic programming over visited sets.
 
     Source: M. Held and R. M. Karp, J. SIAM 10 (1962).
     """
@@ -201,7 +201,7 @@ def gap_to_optimum(data: Path, name: str) -> float:
 
 
 def test_a_problem_that_is_more_than_a_tour_of_places_has_no_bound() -> None:
-    """Clusters of two ways, a slot that is left elsewhere than entered, costs that differ by direction."""
+    """Clusters with two nodes, a slot with different entry and exit, asymmetric costs."""
     xy = np.random.default_rng(6).uniform(0, 50, (12, 2))
     ways = RoutingProblem(xy, xy, np.repeat(np.arange(6, dtype=np.int32), 2), np.zeros(12))
     slots = RoutingProblem(xy, xy[::-1].copy(), np.arange(12, dtype=np.int32), np.zeros(12))
@@ -239,7 +239,7 @@ def test_the_bound_grows_and_shrinks_with_the_board(scale: float) -> None:
 
 
 def test_stopping_keeps_what_was_proved() -> None:
-    """At once nothing is; later a bound that is no better than the one of the whole way."""
+    """At first there is no bound; later a bound that is not better than the final one."""
     instance = build_instance(problem_of(np.random.default_rng(9).uniform(0, 40, (300, 2)), Metric()), 8)
     whole = lower_bound(instance, 560.0)
     assert lower_bound(instance, 560.0, stop=lambda: True) is None

@@ -54,7 +54,7 @@ def board(n: int = 60, service: float = 0.0) -> RoutingProblem:
 
 
 def slots(n: int) -> RoutingProblem:
-    """Return n slots, each of two ways."""
+    """Return n slots with two directions each."""
     xy = np.random.default_rng(6).uniform(0, 50, (2 * n, 2))
     swapped = xy.reshape(n, 2, 2)[:, ::-1].reshape(-1, 2)
     return RoutingProblem(xy, swapped.copy(), np.repeat(np.arange(n, dtype=np.int32), 2), np.zeros(2 * n))
@@ -140,7 +140,7 @@ def test_without_a_bound_none_is_sought(bounding: Bounding) -> None:
 
 
 def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
-    """Ten slots of 10 mm in a row, 90 mm from one end to the next: the way between them is known by hand."""
+    """Ten slots of 10 mm in a row, 90 mm from one end to the next: the travel between them is known by hand."""
     left = np.array([(100.0 * i, 0.0) for i in range(10)])
     right = left + np.array([10.0, 0.0])
     entry, exit_ = np.stack([left, right], 1).reshape(-1, 2), np.stack([right, left], 1).reshape(-1, 2)
@@ -152,7 +152,7 @@ def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
 
 @pytest.mark.parametrize(("closed", "gaps"), [(True, 10), (False, 9)])
 def test_slots_in_a_ring_are_bounded_by_the_gaps_and_a_closed_path_by_the_way_back(closed: bool, gaps: int) -> None:
-    """Ten slots, each the middle of a side of a regular decagon: all ways from slot to slot are equally long."""
+    """Ten slots, each at the middle of a side of a regular decagon: all moves from slot to slot are equally long."""
     corner = np.array([(50.0 * math.cos(k * math.pi / 5), 50.0 * math.sin(k * math.pi / 5)) for k in range(11)])
     one, two = 0.8 * corner[:-1] + 0.2 * corner[1:], 0.2 * corner[:-1] + 0.8 * corner[1:]
     entry, exit_ = np.stack([one, two], 1).reshape(-1, 2), np.stack([two, one], 1).reshape(-1, 2)
@@ -325,7 +325,7 @@ def test_the_best_is_kept_when_the_caller_cancels(bounding: Bounding) -> None:
 
 
 def test_a_bound_of_several_ways_that_is_late_is_given_up() -> None:
-    """Before each row of the table of cheapest ways it is asked whether there is time; half a table bounds nothing."""
+    """The deadline is checked before each row of the table of cheapest moves; half a table proves no bound."""
     for rows in (0, 1, 12):
         looks = iter([False] * rows + [True])
         assert relaxation(slots(20), lambda looks=looks: next(looks)) is None  # type: ignore[misc]
@@ -352,7 +352,7 @@ def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int, monkeypatch:
 
 
 def test_the_bound_of_a_target_gap_ends_at_its_deadline_and_the_search_goes_on() -> None:
-    """Without a bound there is no target: the search ends by its other limits."""
+    """Without a bound, the target gap has no effect: the search ends at its other limits."""
     for problem in (board(30), slots(20)):
         options = SolveOptions(iterations=3, threads=1, target_gap=1000.0)
         assert solve(problem, options).iterations == 0
@@ -364,7 +364,7 @@ def test_the_bound_of_a_target_gap_ends_at_its_deadline_and_the_search_goes_on()
 @pytest.mark.parametrize("kind", ["cuts", "slots"])
 @pytest.mark.parametrize("closed", [False, True])
 def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, closed: bool) -> None:
-    """All ways between two of six targets are tried, in both directions; the start stands beside a free end."""
+    """Tries all moves between two of six targets, in both directions; the start is next to a free end."""
     rng = np.random.default_rng(2)
     cluster = rng.permutation(np.repeat(np.arange(6), 2 if kind == "slots" else 1)).astype(np.int32)
     entry, exit_ = rng.uniform(0, 50, (2, len(cluster), 2))

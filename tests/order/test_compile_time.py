@@ -52,7 +52,7 @@ def test_the_clock_of_searches_stands_still_while_kernels_are_compiled(clock: Cl
 
 
 def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
-    """A kernel that calls another one compiles it inside."""
+    """A kernel that calls another kernel compiles it inside."""
     with compiling.announced(lambda _: None) as compilations, event.trigger_event("numba:compile"):
         clock.now += 5.0
         with event.trigger_event("numba:compile"):
@@ -75,7 +75,7 @@ def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Cl
 
 
 def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of all that is counted while the run lasts, nothing is in its seconds."""
+    """Compile time during the run is not part of its seconds."""
     spent = itertools.chain([100.0], itertools.repeat(140.0))
     monkeypatch.setattr("leafcut.api.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")

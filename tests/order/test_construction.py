@@ -53,7 +53,7 @@ def plain_greedy(places: list[tuple[float, float]], tied: tuple[int, int] | None
 @pytest.mark.parametrize("n", [5, 6, 9, 30, 200])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_with_full_lists_it_is_the_greedy_tour_by_sorting_all_pairs(n: int, seed: int, ends: object) -> None:
-    """The edge that closes the tour is not among those of the reference; with a start and an end it is the tied one."""
+    """The reference lacks the closing edge; with a start and an end, that is the tied edge."""
     xy = np.random.default_rng(seed).uniform(0, 50, (n, 2))
     problem = problem_of(xy, ends)
     instance = build_instance(problem, 0)

@@ -1,4 +1,4 @@
-"""Arrays of paths with a direction: lists hold exactly the possible neighbours, and costs are those of the problem."""
+"""Arrays of directed paths: lists hold exactly the possible neighbours, and costs agree with the problem."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAIRS = [(1, 4), (4, 6), (1, 6), (3, 0)]
 def problem_of(
     kind: str, ends: tuple[object, object] | None = (None, None), pairs: list[tuple[int, int]] | None = None
 ) -> RoutingProblem:
-    """Return eight clusters, of 1 to 3 nodes each if the kind has ways; `ends` None is a closed path."""
+    """Return eight clusters, of 1 to 3 nodes each if the kind has alternatives; a closed path if `ends` is None."""
     rng = np.random.default_rng(3)
     cluster = np.repeat(np.arange(M), rng.integers(1, 4, M)) if "ways" in kind else np.arange(M)
     n = len(cluster)

@@ -1,4 +1,4 @@
-"""The closed tour that stands for a problem: nodes have numbers of their own, paths are told in clusters."""
+"""The closed tour of a problem: nodes have their own numbers, paths consist of clusters."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_lists_for_exchanges_are_the_candidates_without_the_free_node(ends: obje
 
 
 def test_near_numbers_are_near_in_the_plane() -> None:
-    """From number to number it is a twentieth of the way between places in random order, or less."""
+    """The distance between consecutive numbers is at most a twentieth of the distance in random order."""
     xy = np.random.default_rng(5).uniform(0, 1, (20000, 2))
     instance = build_instance(RoutingProblem.of_points(xy, closed=True), 5)
     steps, before = (np.hypot(*np.diff(p, axis=0).T).mean() for p in (instance.cost.xy, xy))
@@ -103,9 +103,9 @@ def test_the_same_points_always_get_the_same_numbers_and_lists() -> None:
 
 @given(st.integers(1, 24), st.integers(1, 30), st.integers(0, 10_000))
 def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -> None:
-    """Of equal costs the lower number first; rows and columns that nothing belongs to stay empty.
+    """Ties are broken by the lower number; rows and columns without nodes stay empty.
 
-    A third of the ways are barred: those come last, and a node is never in its own list.
+    A third of the moves are forbidden: those come last, and a node is never in its own list.
     """
     rng = np.random.default_rng(seed)
     matrix = rng.integers(-3, 9, (n, n)).astype(float)

@@ -34,7 +34,7 @@ def field(n: int, seed: int) -> Instance:
 
 
 def check_best(instance: Instance, best: Best) -> None:
-    """Check that the best tour is whole and that its cost is that of its edges, added up one by one."""
+    """Check that the best tour is complete, and that its cost equals the sum of its edges."""
     tour, xy = best.tour, instance.cost.xy
     assert sorted(tour.tolist()) == list(range(instance.n))
     added_up = sum(math.dist(xy[a], xy[b]) for a, b in zip(tour, np.roll(tour, -1), strict=True))
@@ -45,7 +45,7 @@ def check_best(instance: Instance, best: Best) -> None:
 
 
 def first_of(instance: Instance) -> Best:
-    """Return the best tour after the first one was improved."""
+    """Return the best tour after the first improvement."""
     best = Best(Stop())
     tour = first_tour(instance, BREADTH, best.stop, best)
     check_best(instance, best)

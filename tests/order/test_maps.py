@@ -1,4 +1,4 @@
-"""Maps as routing problems: sets, precedence and ways that are not allowed."""
+"""Maps as routing problems: sets, precedence and forbidden moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The median that the greedy tour is cut off at is that of NumPy."""
+"""The median used for cutting the greedy tour agrees with NumPy."""
 
 from __future__ import annotations
 

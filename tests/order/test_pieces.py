@@ -1,4 +1,4 @@
-"""Kicks on pieces: put together the pieces are one path again, as long as is said, wherever they were kicked."""
+"""Kicks on pieces: the joined pieces form one path of the reported length, wherever they were kicked."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def test_a_piece_is_the_same_kicked_in_another_process() -> None:
 
 @pytest.mark.slow
 def test_a_piece_of_a_tour_over_a_surface_has_the_costs_of_the_whole() -> None:
-    """Every edge of the piece, by the numbers of the piece and by those of the whole; also among ends of chains."""
+    """Every edge has the same cost in the piece and in the whole tour, also between ends of chains."""
     random = np.random.default_rng(4)
     xy = random.uniform(0, 100, (60, 2)).round(3)
     tiles = np.where(random.random((20, 20)) < 0.3, random.uniform(5, 30, (20, 20)), -np.inf)

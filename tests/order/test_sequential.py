@@ -375,7 +375,7 @@ def test_the_first_path_is_laid_once_for_ants_and_kicks(size: int, monkeypatch: 
     for room in (path_search, choices):
         monkeypatch.setattr(room, "greedy_path", counted)
     solve(problem, SolveOptions(iterations=1, bound=False))
-    assert len([n for n in laid if size <= n <= size + 2]) == 1  # another is of what is compiled for
+    assert len([n for n in laid if size <= n <= size + 2]) == 1  # the other call is for the compilation
 
 
 def test_what_follows_from_pairs_is_found_by_looking_at_all_orders() -> None:

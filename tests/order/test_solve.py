@@ -25,7 +25,8 @@ from packages import Installer, shop
 from travel_reference import travel_cost
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
-#: That of the package in `docs/plugins.md`, which is installed for these tests: it is held to what leafcut's own are.
+#: The algorithm of the package in `docs/plugins.md`, installed for these tests; it must satisfy the same rules as
+#: leafcut's own.
 PACKAGED = "random-insertion"
 ALL = (*ALGORITHMS, PACKAGED)
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
@@ -57,7 +58,7 @@ def added_up(problem: RoutingProblem, nodes: list[int]) -> float:
 
 
 def least_of_all_orders(problem: RoutingProblem) -> float:
-    """Return the cost of the cheapest of all orders, by the plain reference; the ways between nodes are timed once."""
+    """Return the cost of the cheapest of all orders, by the plain reference; moves between nodes are timed once."""
     places = [tuple(place) for place in problem.entry]
     ways = np.array([[travel_cost(problem.metric, a, b) for b in places] for a in places])
     first, last = (
@@ -109,7 +110,7 @@ WITHOUT_DICE = ("none", "nn", "2opt")
 
 @pytest.mark.parametrize("algorithm", [a for a in ALL if a not in WITHOUT_DICE])
 def test_another_seed_gives_another_search_and_the_same_seed_the_same(algorithm: str) -> None:
-    """Of 200 nodes and so short a search that what its workers found tells it from another, if not its tour."""
+    """With 200 nodes and such a short search, the results of the workers differ between seeds, if not the tour."""
     problem = problem_of(np.random.default_rng(4).uniform(0, 40, (200, 2)), METRICS[0], "closed")
     options = {"algorithm": algorithm, "iterations": 1, "threads": 1}
     one, again, two = (solve(problem, SolveOptions(seed=s, **options), AcoOptions(n_ants=3)) for s in (1, 1, 2))
@@ -142,7 +143,7 @@ def test_a_part_of_another_size_gives_the_same_tour() -> None:
 
 
 def slots(closed: bool) -> RoutingProblem:
-    """Return five slots of two ways each, in general position."""
+    """Return five slots of two directions each, in general position."""
     rng = np.random.default_rng(6)
     a, b = rng.uniform(0, 50, (5, 2)), rng.uniform(0, 50, (5, 2))
     entry = np.stack([a, b], axis=1).reshape(-1, 2)
@@ -153,7 +154,7 @@ def slots(closed: bool) -> RoutingProblem:
 
 @pytest.mark.parametrize("closed", [True, False])
 def test_the_ways_of_clusters_are_chosen_at_their_best_along_an_order(closed: bool) -> None:
-    """All 2⁵ choices of ways along the order that was found: none is cheaper."""
+    """All 2⁵ combinations of directions along the order: none is cheaper."""
     from leafcut.order.instance import path_cost
 
     problem = slots(closed)
@@ -267,7 +268,7 @@ def test_a_table_that_differs_by_direction_is_refused_by_algorithms_for_equal_co
 
 @pytest.mark.parametrize("algorithm", ["auto", "kicks", "mmas", "2opt", "nn", PACKAGED])
 def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
-    """Told about or not."""
+    """With and without progress reports."""
     problem = RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 50, (30, 2)), closed=True)
     for progress in (None, lambda *_: None):
         found = solve(problem, SolveOptions(algorithm=algorithm, iterations=0), progress=progress)

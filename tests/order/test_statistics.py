@@ -1,4 +1,4 @@
-"""What is remembered of a search."""
+"""Recorded statistics of a search."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study keeps of every iteration is what the iteration was, and keeping it changes nothing."""
+"""The recorded values of every iteration are correct, and recording does not change the result."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ class Steps:
 
 @pytest.mark.parametrize("algorithm", LITERATURE[:-1])
 def test_the_example_of_a_step_is_the_rule_of_the_book_in_numbers(algorithm: str) -> None:
-    """From point 1: p = τ^α·η^β over the sum of all, d by Pythagoras; full lists, so that all steps are told of."""
+    """From point 1: p = τ^α·η^β divided by the sum of all, d by Pythagoras; lists are full, so all steps are shown."""
     steps, few = Steps(), XY[:6]
     ants = AcoOptions(n_ants=5, pheromone_weight=1.5, heuristic_weight=3.0)
     problem = RoutingProblem.of_points(few, closed=True)

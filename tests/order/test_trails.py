@@ -50,7 +50,7 @@ def matrix(trails: Trails) -> np.ndarray:
 
 
 def proposed() -> tuple[np.ndarray, np.ndarray, Best]:
-    """Return tours, their costs (the last was not finished), and a best tour that is none of them."""
+    """Return tours, their costs (the last is unfinished), and a best tour that is not among them."""
     rng = np.random.default_rng(7)
     tours = np.array([rng.permutation(N) for _ in range(ANTS)], dtype=np.int32)
     best = Best(Stop())
@@ -99,10 +99,10 @@ def test_trails_change_by_the_equations_of_the_algorithm(algorithm: str, one_way
 @pytest.mark.parametrize("local_search", [False, True])
 @pytest.mark.parametrize("iteration", [24, 25, 30, 31])
 def test_max_min_lets_one_ant_deposit_within_its_limits(iteration: int, local_search: bool) -> None:
-    """Section 3.3.4: τ_max = 1/ρC; τ_min by p_best, or τ_max/2n with local search; the best so far by turns.
+    """Section 3.3.4: τ_max = 1/ρC; τ_min by p_best, or τ_max/2n with local search; the best-so-far tour by turns.
 
-    From the 25th iteration on the best tour so far deposits every fifth time with local search (ACOTSP), and every
-    25th without.
+    From the 25th iteration on, the best-so-far tour deposits every fifth time with local search (ACOTSP), and every
+    25th time without.
     """
     trails = trails_of("mmas", local_search=local_search)
     tours, costs, best = proposed()

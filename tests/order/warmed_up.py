@@ -1,4 +1,4 @@
-"""Says which kernels a search compiles or loads after the warm-up; run with an algorithm and a number of nodes."""
+"""Print the kernels that a search compiles or loads after the warm-up; run with an algorithm and a number of nodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.order.solve import solve
 
 
 def signatures() -> dict[str, int]:
-    """Return how many signatures every kernel has been compiled or loaded for."""
+    """Return the number of compiled or loaded signatures of every kernel."""
     modules = [
         importlib.import_module(f"leafcut.kernels.{m.name}") for m in pkgutil.iter_modules(leafcut.kernels.__path__)
     ]
@@ -36,7 +36,7 @@ def cuts(xy: np.ndarray, closed: bool = True) -> RoutingProblem:
 
 
 def slots(xy: np.ndarray) -> RoutingProblem:
-    """Return half as many slots as there are places, each of two ways."""
+    """Return half as many slots as there are points, each with two directions."""
     clusters = np.repeat(np.arange(len(xy) // 2, dtype=np.int32), 2)
     xy = xy[: len(clusters)]
     return RoutingProblem(xy, xy.reshape(-1, 2, 2)[:, ::-1].reshape(-1, 2).copy(), clusters, np.zeros(len(xy)))
@@ -49,7 +49,7 @@ def before(xy: np.ndarray) -> RoutingProblem:
 
 
 def table(xy: np.ndarray) -> RoutingProblem:
-    """Return the places with a table of costs that is not the same both ways."""
+    """Return the points with an asymmetric cost table."""
     matrix = np.abs(xy[:, None, 0] - 2.0 * xy[None, :, 0])
     return RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
 

@@ -60,14 +60,14 @@ def test_a_golden_program_reads_back_as_its_toolpath(name: str, units: str) -> N
     assert_same_rows(expand(read), expand(meant), numbers.resolution, pecks=5)
     tools = [m.ref for m in read if m.kind is Kind.TOOL]
     offsets = [m.ref for m in read if m.kind is Kind.OFFSET and m.ref]
-    # A Fagor takes up D with the tool while G43 holds, and the program says it once more.
+    # A Fagor uses D with the tool while G43 is active, and the program repeats it.
     assert tools == [1, 2] and list(dict.fromkeys(offsets)) == ([1, 2] if profile.length_offset else [])
 
 
 @pytest.mark.parametrize("units", ["mm", "inch"])
 @pytest.mark.parametrize("name", ["linuxcnc", "grbl", "mach3"])
 def test_linuxcnc_runs_a_golden_program_as_meant(rs274: str, tmp_path: Path, name: str, units: str) -> None:
-    """Programs in RS274/NGC words are accepted by rs274, and its moves are those of the toolpath."""
+    """rs274 accepts programs in RS274/NGC words, and its moves agree with the toolpath."""
     text = (GOLDEN / f"two_tools_{name}_{units}{dialect(name).extension}").read_text(encoding="ascii")
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output[-300:]

@@ -1,4 +1,4 @@
-"""The writer: what it says, and what it refuses."""
+"""The writer: its text, and its refusals."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_cycles_state_their_retract_and_are_closed_by_g80() -> None:
 
 
 def test_a_hole_that_returns_higher_than_g99_left_off_starts_its_own_series() -> None:
-    """LinuxCNC would go up on a slant between G99 and G98: the hole is written out, as high as the toolpath says."""
+    """LinuxCNC would rise on a slant between G99 and G98: the hole is expanded, at the height of the toolpath."""
     b = started()
     b.drill(1.0, 0.0, G81, feed=1.0)
     b.drill(2.0, 0.0, DrillCycle("G81", 2.0, -5.0, True), feed=1.0)
@@ -149,7 +149,7 @@ def test_a_whole_second_keeps_its_point_where_the_point_is_the_unit() -> None:
     ],
 )
 def test_a_tool_change_ends_with_a_move_in_z_that_takes_up_its_length(name: str, words: list[str]) -> None:
-    """G43 stands with the first Z; then all coordinates are said anew."""
+    """G43 is in the first block with Z; after it, all coordinates are repeated."""
     b = ToolpathBuilder()
     b.tool(7)
     b.spindle(100.0)
@@ -200,7 +200,7 @@ def test_blocks_can_be_numbered() -> None:
 
 
 def test_the_program_number_and_the_header_are_options() -> None:
-    """O0042; without a header there is no comment at the top."""
+    """O0042; without a header, the program starts without a comment."""
     b = started()
     b.end()
     options = PostOptions(program_number=42, header=False)
@@ -209,7 +209,7 @@ def test_the_program_number_and_the_header_are_options() -> None:
 
 
 def test_the_header_says_once_what_kind_a_tool_is() -> None:
-    """A library's name may begin with the kind, as its own or in other words."""
+    """A library's name may start with the kind, literally or in other words."""
     b = started()
     b.end()
     drill, mill = ToolKind.DRILL, ToolKind.SLOT_MILL

@@ -111,9 +111,9 @@ def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool, to_zero: 
 
 @st.composite
 def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True, may_stop: bool = True) -> Toolpath:
-    """Any toolpath that keeps the planner's promises: Z first, a Z move after every tool, arcs on their circle.
+    """Any toolpath as the planner creates it: Z first, a Z move after every tool, arcs on their circle.
 
-    `may_stop` says that stops may be optional ones (M1).
+    With `may_stop`, stops may be optional.
     """
     b = ToolpathBuilder()
     # LinuxCNC taps with the spindle turning forwards only.

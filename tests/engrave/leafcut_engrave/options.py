@@ -10,7 +10,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class EngraveOptions(OptionGroup):
-    """How lines are engraved; depth, heights and the first and last place are those of `JobOptions`."""
+    """Options for engraving lines. `JobOptions` holds depth, heights, and the first and last position."""
 
     section: ClassVar[str] = "engrave"
     title: ClassVar[str] = "Engraving"

@@ -1,4 +1,4 @@
-"""Engraving as a process: what it takes, how it is run, what its form shows."""
+"""Engraving as a process: its input, its steps, and its form."""
 
 from __future__ import annotations
 

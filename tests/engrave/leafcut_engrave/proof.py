@@ -13,7 +13,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 
 
 def check_lines(written: Toolpath, lines: Sequence[NDArray[np.float64]], depth: float, near: float) -> list[Difference]:
-    """Return what of the lines is not engraved, and what is engraved besides, farther than `near` mm from them."""
+    """Return the lines that are not engraved, and engraved parts farther than `near` mm from all lines."""
     ends, before = written.end, written.before
     low = np.isin(written.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & (np.maximum(before[:, 2], ends[:, 2]) < 0.0)
     deep = low & (np.abs(ends[:, 2] + depth) < near)

@@ -141,7 +141,7 @@ def test_the_limits_of_a_machine_hold_without_being_asked_for(tmp_path: Path) ->
 
 
 def test_drills_of_a_drawing_have_its_holes_and_the_time_of_its_program(library: Path, examples: Path) -> None:
-    """What comes of the library's own speed, with no tool worn, is the time of the program without the other tools."""
+    """At the library's own speed without tool wear, the time equals that of the program without the other tools."""
     options: dict[str, Any] = {"depth": 3, "tools": library, "diameter_tolerance": 1, "machine": "haas-vf2"}
     plate = str(examples / "plate_10.dxf")
     found = chosen(leafcut.tool_speeds(plate, material="c45", **options))
@@ -358,7 +358,7 @@ def test_the_terminal_shows_the_best_of_each_objective_and_the_librarys_own(
 def test_the_terminal_says_in_one_line_what_a_tools_life_is_worth(
     capsys: pytest.CaptureFixture[str], material: str, tool: str, words: str
 ) -> None:
-    """Those of high-speed steel drills in S235 stand in worked examples that were read."""
+    """The constants of high-speed steel drills in S235 come from worked examples that were read."""
     line = f"tools speeds --material {material} --tool-material {tool} --tool-diameter 6 --holes 20 --depth 12"
     assert run(line.split()) == 0
     said = [row for row in capsys.readouterr().out.splitlines() if row.startswith(("from memory", "estimate"))]

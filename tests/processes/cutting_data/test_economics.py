@@ -33,12 +33,12 @@ def taylor(c: float, n: float, diameter: float = 0.0, feed: float = 0.0) -> Tool
 
 
 def turning(c: float, n: float, diameter: float, length: float, handling: float) -> ToolWork:
-    """Return a turned part, mm and min: it turns as a tool would, so speed and feed are those of a one-toothed mill."""
+    """Return a turned part, mm and min. It rotates like a tool: speed and feed are those of a one-toothed mill."""
     return ToolWork(Tool(1, diameter), CuttingWork.MILL, (taylor(c, n),), fed=length, cut=length, idle=60.0 * handling)
 
 
 def at_speed(work: ToolWork, prices: Prices, speed: float | np.ndarray, feed: float) -> Yields:
-    """Return what comes of cutting speeds, m/min, at a feed, mm per revolution."""
+    """Return the results of cutting speeds, m/min, at a feed, mm per revolution."""
     rpm = np.atleast_1d(np.asarray(speed, dtype=float)) * 1000.0 / (math.pi * work.tool.diameter)
     return yields(work, ANY, prices, rpm, feed * rpm / 60.0, 1.0)
 
@@ -69,7 +69,7 @@ def test_groovers_example_has_its_printed_costs_where_tools_are_changed_between_
 
 @pytest.mark.parametrize(("objective", "printed"), [("time", 50.0), ("cost", 42.0)])
 def test_the_best_speed_of_a_grid_is_groovers_closed_form(objective: str, printed: float) -> None:
-    """v = C (n/(1−n) · Co/(Co Tt + Ct))^n (eq. 23.13); with Ct = 0 it is that of the least time (eq. 23.7)."""
+    """v = C (n/(1−n) · Co/(Co Tt + Ct))^n (eq. 23.13); with Ct = 0 it is the speed of the minimum time (eq. 23.7)."""
     n, c, rate, change, edge = 0.125, 70.0, 0.5, 2.0, 3.0 if objective == "cost" else 0.0
     closed = c * (n / (1.0 - n) * rate / (rate * change + edge)) ** n
     grid = np.arange(20.0, 80.0, 0.01)

@@ -20,7 +20,7 @@ FOOT = 0.3048
 
 
 def drilled(diameter: float, rpm: float, chip: float, depth: float, point: bool) -> Yields:
-    """Return what comes of one hole: mm, 1/min and mm by revolution; with the way of a point of 118° or without."""
+    """Return the results for one hole: mm, 1/min and mm per revolution; with or without the travel of a 118° point."""
     tool = Tool(1, diameter, point_angle=math.radians(118.0))
     way = depth + (tool.point_length if point else 0.0)
     work = ToolWork(tool, CuttingWork.DRILL, (NO_WEAR,), fed=way, cut=way, hole_depth=depth, holes=1)
@@ -59,7 +59,7 @@ def test_a_blind_hole_of_12_7_mm_takes_the_time_that_is_printed(point: bool, pri
 def test_the_examples_of_a_makers_page_of_formulas_are_met() -> None:
     """12 mm at 1350 rpm: 50.9 m/min; 0.2 mm/rev: 270 mm/min. 15 mm, 30 mm, 50 m/min, 0.15 mm/rev in SCM440: 11.3 s.
 
-    lzqtool.com, Calculation formula of hole machining. Its time is that of the depth alone.
+    lzqtool.com, Calculation formula of hole machining. Its time is for the depth alone.
     """
     found = drilled(12.0, 1350.0, 0.2, 30.0, point=False)
     assert found.speed[0] * 60.0 / 1000.0 == pytest.approx(50.9, abs=0.05)
@@ -98,6 +98,6 @@ def test_high_speed_steel_drills_are_about_as_quick_as_in_a_makers_table(name: s
     material = load_material(name)
     feed = 10.0 * material.drill_feed
     law = [one for one in material.lives_of(CuttingWork.DRILL, ToolMaterial.HSS) if one.least_feed <= feed][-1]
-    # v = C D^q / (T^m f^y), so the speed of a wanted life is that of another one by (T/T')^m.
+    # v = C D^q / (T^m f^y), so the speed for another life T' is v · (T/T')^m.
     speed = 100.0 * (float(law.seconds(100.0, feed, 10.0)) / (45.0 * 60.0)) ** law.life
     assert 0.64 < speed * 60.0 / 1000.0 / (feet * FOOT) < 1.3

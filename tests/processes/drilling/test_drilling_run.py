@@ -76,7 +76,7 @@ def test_holes_come_in_the_order_of_a_file_and_its_cost_is_that_of_the_order(tmp
 
 
 def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
-    """Six holes in a row, the third first: then one way to the end and back to the rest, 10 + 10 + … by hand."""
+    """Six holes in a row, the third first: then one move to the end and back to the rest, 10 + 10 + … by hand."""
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(6)))
     found = leafcut.optimize(
@@ -145,7 +145,7 @@ def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, li
 def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at_its_own_cost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever a search returns, here the drawing's order from behind: the cost told is that of what is made."""
+    """Whatever a search returns, here the reversed drawing order: the reported cost is that of the written program."""
     from leafcut.processes import ordering
 
     def poor(stages: list[Stage], *given: Any) -> list[Solution]:

@@ -70,7 +70,7 @@ def program(asked: DrillingRequest, name: str, units: str) -> str:
 
 
 def faults(asked: DrillingRequest, text: str, name: str = "linuxcnc", units: str = "mm") -> list[str]:
-    """Return what the judge finds, or why the controller refuses the text."""
+    """Return the judge's errors, or the reason why the controller refuses the text."""
     words = dialect(name)
     try:
         return [one.what for one in judge_holes(asked, text, read_back(text, words), rounding_of(words, units))]
@@ -116,7 +116,7 @@ def test_what_leafcut_drills_with_a_library_passes_the_judge(options: dict[str, 
 def test_an_assumed_drill_may_differ_from_the_hole_by_the_tolerance_and_no_more(
     drawn: float, tolerance: float, accepted: bool
 ) -> None:
-    """The program takes drills of 3 mm, whatever the drawing says; on a board none may differ."""
+    """The program uses drills of 3 mm, whatever the drawing has; on a board, no difference is allowed."""
     text = program(request(PLAIN_HOLES, None), "linuxcnc", "mm")
     holes = tuple(replace(hole, diameter=drawn if hole.diameter == 3.0 else 5.0) for hole in PLAIN_HOLES.holes)
     asked = request(replace(PLAIN_HOLES, holes=holes), None, diameter_tolerance=tolerance)
@@ -177,7 +177,7 @@ Mutant = Callable[[DrillPlan], DrillPlan]
 
 
 def each(change: Callable[[Any], dict[str, Any]], only: int | None = None) -> Mutant:
-    """Return a mutant with fields of all operations, or of one, changed."""
+    """Return a mutant with changed fields of all operations, or of one."""
 
     def mutated(plan: DrillPlan) -> DrillPlan:
         operations = tuple(
@@ -316,7 +316,7 @@ def test_a_slot_is_cut_once_to_its_bottom_in_passes_that_its_mill_can_take() -> 
 
 
 def judged(asked: DrillingRequest, drilled: list[tuple[float, float, float]]) -> list[str]:
-    """Return what the judge finds in a program by hand that drills at (x, y) to z."""
+    """Return the judge's errors for a hand-written program that drills at (x, y) to z."""
     blocks = "".join(f"G99 G81 X{x:g} Y{y:g} Z{z:.3f} R30 F100\n" for x, y, z in drilled)
     return faults(asked, f"G21 G17 G90 G94\n(T1 drill D5)\nT1 M6\nG43 H1 G0 Z40\nS900 M3\n{blocks}M5\nM2\n")
 

@@ -66,7 +66,7 @@ def top_at(x: float, y: float) -> float:
 
 
 def nearest_above(x: float, y: float, z: float) -> float:
-    """Return how far the nearest of what is higher than z is from a place, seen from above: of boxes that is exact."""
+    """Return the horizontal distance to the nearest part higher than z; exact for boxes."""
     higher = [box for box in (*STEPS, *BOSSES) if box[5] > z]
     away = [math.hypot(max(b[0] - x, x - b[3], 0.0), max(b[1] - y, y - b[4], 0.0)) for b in higher]
     return min(away, default=math.inf)
@@ -90,15 +90,15 @@ def test_every_hole_begins_at_its_height_and_goes_through_the_part(low: Any) -> 
 def test_no_rapid_that_linuxcnc_makes_comes_near_to_what_stands(
     folder: Path, machine: str, rs274: str, tmp_path: Path
 ) -> None:
-    """The tool at places 0.2 mm apart along each rapid that rs274 prints, against the boxes of which the plate is made.
+    """Tests positions 0.2 mm apart along each rapid that rs274 prints against the boxes of the plate.
 
-    On a machine whose axes do not arrive together rs274 tells the ends alone: there all of the box between them is.
+    For a machine with unsynchronised axes, rs274 prints only the ends: there the whole box between them is tested.
     """
     text = drilled(folder, "many_holes.csv", machine=machine, dialect="linuxcnc").text
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output
     place, rapids = (0.0, 0.0, 100.0), 0
-    # The last one goes to Z0 of the machine, which rs274 takes for that of the program.
+    # The last move goes to machine Z0, which rs274 treats as program Z0.
     for move in moves_of_rs274(output)[:-1]:
         if move[0] not in ("rapid", "feed"):
             continue
@@ -234,7 +234,7 @@ def test_ways_go_round_or_over_a_fixture_of_a_file(folder: Path, clamp: Path) ->
 
 
 def test_the_box_around_a_fixture_that_is_not_closed_counts(folder: Path, clamp: Path) -> None:
-    """The arm without its top: only the box around all says how high it is."""
+    """The arm without its top: only the bounding box shows its height."""
     triangles = np.concatenate([box_triangles(*box) for box in CLAMP])
     topless = triangles[~(triangles[:, :, 2] == 30).all(axis=1)]
     (folder / "open.stl").write_bytes(binary_stl(topless))
@@ -324,7 +324,7 @@ def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dic
 
 
 def library(file: Path, words: str) -> str:
-    """Write the library of one drill of 5 mm with what is above its flutes."""
+    """Write a library with a drill of 5 mm and its parts above the flutes."""
     file.write_text(
         '[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "9 mm/s"\nspindle_speed = "1500 rpm"\n' + words
     )
@@ -487,7 +487,7 @@ def test_of_a_spot_drill_the_radius_at_its_depth_must_lie_on_the_part(
 def test_the_full_radius_of_a_spot_drill_goes_down_above_what_stands_beside_the_hole(
     folder: Path, tmp_path: Path
 ) -> None:
-    """A boss of 18 mm begins 4 mm beside the hole: a point 2 mm deep does not reach it, the flutes do."""
+    """A boss of 18 mm starts 4 mm from the hole: a point 2 mm deep does not reach it, the flutes do."""
     path = spotted(folder, tmp_path, "11,40", 2.0).path_after
     planes = {
         (int(path.tool[row]), tuple(path.end[row, :2].tolist())): path.cycles[path.ref[row]].r_plane

@@ -1,4 +1,4 @@
-"""Counterbores and countersinks of a solid: made by fitting tools of the library after the drill, told without one."""
+"""Counterbores and countersinks of a solid: made by matching tools of the library, reported without one."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "sheet.dxf"
 LASER: dict[str, Any] = {"process": "cut", "machine": "laser-table", "thickness": 3, "iterations": 5, "threads": 1}
-#: Plates of 60 × 40 with a hole; the kerf is that of the chart for steel of 3 mm.
+#: Plates of 60 × 40 with a hole; the kerf is the chart's for steel of 3 mm.
 KERF = 0.22
 
 

@@ -57,7 +57,7 @@ def holds(length: int, width: int) -> int:
 
 
 def least(wanted: int, sheets: list[tuple[tuple[int, int], int, float]]) -> float:
-    """Return the least cost of sheets that hold so many plates, by trying all; infinite where none do."""
+    """Return the minimum cost of sheets that hold these plates, by brute force; infinite if none do."""
     choices = itertools.product(*(range(count + 1) for _, count, _ in sheets))
     return min(
         (
@@ -145,7 +145,7 @@ def test_what_is_no_sheet_is_refused_in_one_line(
 
 
 def rings(file: Path, layer: str) -> list[shapely.Polygon]:
-    """Return what ezdxf alone reads of a layer, arcs in chords of a hundredth."""
+    """Return the outlines that ezdxf reads from a layer, arcs in chords of a hundredth."""
     found = []
     for entity in ezdxf.readfile(file).modelspace().query(f'*[layer=="{layer}"]'):
         path = ezdxf.path.make_path(entity)

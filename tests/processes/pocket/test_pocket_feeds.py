@@ -76,7 +76,7 @@ def test_the_program_is_faster_by_what_is_told_and_goes_the_same_way(even, fed) 
     assert fed.detail.pace.feeds_s == pytest.approx(even.after.time_s - fed.after.time_s)
     assert even.detail.pace is None
     assert fed.after.cut_mm == pytest.approx(even.after.cut_mm, abs=1e-6)
-    # Every place of the old program is one of the new one, in this order, but for the rounding of what is written.
+    # Every position of the old program occurs in the new program, in the same order, except for rounding.
     old, new = (np.nan_to_num(o.written.end[o.written.kind <= Kind.ARC_CCW]) for o in (even, fed))
     rest = iter(new)
     assert all(any(np.abs(one - place).max() < 0.0015 for one in rest) for place in old)
@@ -94,7 +94,7 @@ def test_no_feed_is_above_what_was_given_and_ways_down_keep_theirs(even, fed) ->
 
 
 def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
-    """The height field knows nothing of circles and angles: cells of 0.05 mm, each a cell nearer than it is."""
+    """The height field uses neither circles nor angles: cells of 0.05 mm, each assumed one cell nearer."""
     block = StockBlock((-3.0, -3.0, -5.0), (31.0, 23.0, 0.0))
     for outcome in (even, fed):
         stock = StockBefore(HeightField.of_block(block, 0.05), -5.0, True)
@@ -125,7 +125,7 @@ def test_few_lines_are_added_and_no_move_is_tiny(even, fed) -> None:
 
 
 def test_a_program_whose_chips_are_too_thick_is_refused(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The proof is of what is written: a feed that is half as high again in the first cut is found."""
+    """The proof reads the written program: it finds a feed that is 50 % higher in the first cut."""
     monkeypatch.setattr(
         "leafcut.processes.pocket.feeds.allowed_feed", lambda e, limits: np.full(len(e.chip), limits.most)
     )
@@ -230,9 +230,9 @@ def _power_down(text: str) -> float:
 def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(
     drawing: Path, tmp_path: Path, library_tool: dict[str, Any]
 ) -> None:
-    """9π mm² × feed × kc of what a tooth sinks, 300 of them in a second: that is within 100 W, and 400 mm/min are not.
+    """9π mm² × feed × kc at the descent per tooth, 300 teeth per second: within 100 W, but not at 400 mm/min.
 
-    The proof finds a plunge that needs more in the full, and lets one pass where a slot as deep has been.
+    The proof reports a plunge into full material that needs more, and accepts it where a slot of that depth exists.
     """
     steel = load_material("c45")
 

@@ -410,7 +410,7 @@ def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Pat
 
 @pytest.mark.parametrize("strategy", ["best", "connected"])
 def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
-    """The connected way clears all even so; what was not begun is not tried."""
+    """The connected path still clears everything; strategies that were not started are not tried."""
     cancelled = threading.Event()
 
     def progress(now: Progress) -> None:
@@ -560,7 +560,7 @@ def test_an_algorithm_that_a_strategy_or_the_order_of_pockets_uses_is_taken(stra
 
 
 def test_an_algorithm_of_a_file_for_many_kinds_of_work_stops_no_pocket(tmp_path: Path) -> None:
-    """As with every option that only a file says: what is not used there is left out."""
+    """As with every option from a file: unused options are ignored there."""
     file = tmp_path / "ours.toml"
     file.write_text('algorithm = "kicks"\n')
     room.check_algorithm(collect({"strategy": "ants"}, file))

@@ -32,7 +32,7 @@ BAR = (30.0, 0.0, 50.0, 200.0)
 
 
 def moves(text: str) -> list[tuple[int, str, tuple[float, ...], tuple[float, ...]]]:
-    """Return (line, G word, begin, end) of every move, read word by word."""
+    """Return (line, G word, start, end) of every move, read word by word."""
     place, found = (math.nan,) * 3, []
     for number, line in enumerate(text.splitlines(), 1):
         words = dict(re.findall(r"([XYZ])(-?[0-9.]+)", line))
@@ -143,7 +143,7 @@ def avoided(original: str, new: str, words: str = "linuxcnc") -> int:
 @pytest.mark.parametrize(
     "original, new, count",
     [
-        # The same place at the same height, the other way round, and 4 mm beside it.
+        # The same position at the same height, in the opposite direction, and 4 mm beside it.
         ("G0 Z5\nG0 X0 Y0\nG0 X100", "G0 Z5\nG0 X100 Y0\nG0 X0", 0),
         ("G0 Z5\nG0 X0 Y0\nG0 X100", "G0 Z5\nG0 X0 Y4\nG0 X100", 0),
         ("G0 Z5\nG0 X0 Y0\nG0 X100", "G0 Z5\nG0 X0 Y6\nG0 X100", 1),
@@ -157,7 +157,7 @@ def avoided(original: str, new: str, words: str = "linuxcnc") -> int:
         ("G0 Z5\nG0 X0 Y0\nG1 X100 F100", "G0 Z5\nG0 X0 Y0\nG0 X100", 0),
         ("G0 Z5\nG0 X0 Y0\nG2 X100 I50 F100", "G0 Z5\nG0 X0 Y0\nG0 X100", 1),
         ("G0 Z5\nG0 X0 Y0\nG2 X100 I50 F100", "G0 Z5\nG0 X48 Y50\nG0 X52", 0),
-        # Holes of a cycle: the way between them at the R plane, the hole itself below.
+        # Holes of a cycle: travel at the R plane, the hole itself below.
         ("G0 Z5\nG99 G81 X0 Y0 Z-3 R2 F100\nX90\nG80\nG0 Z5", "G0 Z2\nG0 X0 Y0\nG0 X90", 0),
         ("G0 Z5\nG99 G81 X0 Y0 Z-3 R2 F100\nX90\nG80\nG0 Z5", "G0 Z1\nG0 X0 Y0\nG0 X90", 1),
         # Another work offset is another place.

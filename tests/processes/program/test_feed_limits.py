@@ -1,4 +1,4 @@
-"""`reorder --feeds`: limits by power, torque, slots and ways down, and changes that a machine can follow."""
+"""`reorder --feeds`: limits by power, torque, slots and descents, and changes that a machine can follow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ KC11, MC = 800.0, 0.25
 
 
 def library(folder: Path, **values: str) -> Path:
-    """Return a library of one mill of two teeth."""
+    """Return a library with a single two-flute mill."""
     said = {"feed": '"600 mm/min"', "spindle_speed": '"6000 rpm"', "teeth": "2", **values}
     lines = "".join(f"{key} = {value}\n" for key, value in said.items() if value)
     file = folder / "tools.toml"
@@ -95,7 +95,7 @@ def test_the_machines_own_power_counts_where_no_other_is_given(tmp_path: Path) -
 
 
 def test_a_mill_goes_down_no_faster_than_its_library_says(tmp_path: Path) -> None:
-    """The way through the air above keeps its feed; one that is slower stays as it is."""
+    """The move through the air above keeps its feed; a slower move is unchanged."""
     tools = library(tmp_path, plunge_feed='"100 mm/min"')
     for own, said in ((300, "G1 Z-2 F100.0"), (60, "G1 Z-2 F60")):
         text = SLOT.replace("Z-2 F60", f"Z-2 F{own}").replace("G0 Z2", "G0 Z5")
@@ -183,7 +183,7 @@ PLUNGE = HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-4 F300\nG1 X60 F60\n" + TAIL
 
 
 def plunge_power_of(feed: float) -> float:
-    """Return the power of all of the end, W, at a feed in mm/min: its area × feed × kc, by what a tooth sinks."""
+    """Return the power of the whole end of the tool, W, at a feed in mm/min, by the descent per tooth."""
     return 9 * math.pi * feed / 60 * KC11 * (feed / 60 / 200) ** -MC / 1000
 
 

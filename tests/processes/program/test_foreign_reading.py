@@ -24,7 +24,7 @@ G00 Z5.0000
 
 
 def test_a_program_without_units_is_read_in_those_of_the_option_or_of_the_machine(tmp_path: Path) -> None:
-    """The machine's are told in a note; the text stays without them."""
+    """A note reports the machine's units; the text stays without units."""
     source = tmp_path / "a.nc"
     source.write_text(NO_UNITS + "M05\nM30\n")
     found = leafcut.optimize(source, machine="grbl-3018")
@@ -138,7 +138,7 @@ STYLES = Path(__file__).parents[2] / "styles"
 
 @pytest.mark.parametrize("name", ["lightburn_vector.gc", "lightburn_m3_switched.gc", "inkscape_laser_switched.gcode"])
 def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: str) -> None:
-    """Nothing has to run up at M3, M4 or M5, on a 3018 neither; it is told which machine was taken."""
+    """Nothing needs time to start at M3, M4 or M5, not on a 3018 either; the chosen machine is reported."""
     for machine, taken, said in (
         (None, "grbl-laser-5w", "name yours with --machine"),
         ("grbl-3018", "grbl-3018", "without a spindle's start"),
@@ -212,7 +212,7 @@ _SQUARE = "G21 G90\n{0}\nM3 S{1}\nG0 X700 Y0\nG0 Z5\nG1 Z-1 F300\nX760 F1000\nY6
 def test_a_program_that_indicates_a_router_is_timed_on_one(
     tmp_path: Path, comment: str, speed: int, machine: str
 ) -> None:
-    """The time is that of the router's profile, and the note names it and the option that chooses another one."""
+    """The time uses the router's profile; the note names it and the option for another machine."""
     source = tmp_path / "a.nc"
     source.write_text(_SQUARE.format(comment, speed))
     found = leafcut.simulate(source)
@@ -250,7 +250,7 @@ def test_an_assumed_router_weakens_no_check(tmp_path: Path, comment: str) -> Non
 
 
 def test_a_reordered_program_keeps_the_router_that_times_it(tmp_path: Path) -> None:
-    """Both times are those of one machine, and the new program is checked against the same limits."""
+    """Both times are for the same machine, and the new program is checked against the same limits."""
     source = tmp_path / "a.nc"
     cuts = "".join(f"G0 X{x} Y0\nG1 Z-1 F300\nX{x + 9} F1000\nG0 Z5\n" for x in (0, 80, 20, 60, 40))
     source.write_text(f"(Shapeoko)\nG21 G90\nM3 S18000\nG0 Z5\n{cuts}M5\nM30\n")

@@ -14,7 +14,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.proof.obstacles import check_obstacles
 from rs274_moves import moves_of_rs274, run_rs274
 
-#: A bar between two columns of slots, and a short one between two rows; a tool of 6 mm, told in a comment.
+#: A bar between two columns of slots, and a short bar between two rows; a tool of 6 mm, described in a comment.
 BARS = "40 0 50 100, 0 52 30 58"
 ZONES = [tuple(map(float, bar.split())) for bar in BARS.split(",")]
 HEAD = "(T1 D=6. end mill)\nG21 G90 G17 G94\nT1 M6\nS8000 M3\nG0 Z15\nG0 X10 Y10\n"
@@ -56,7 +56,7 @@ def judged(rs274: str, text: str, folder: Path) -> list[tuple]:
 def test_rapids_go_over_what_is_named_by_the_judgement_of_linuxcnc(
     text: str, more: dict, rs274: str, tmp_path: Path
 ) -> None:
-    """On 0.1.0 they went through it at Z5; the original's own crossings are told, and its order has none any more."""
+    """Version 0.1.0 moved through it at Z5. Crossings of the original are reported, and the new order has none."""
     source = tmp_path / "part.nc"
     source.write_text(text)
     height = float(more.get("clearance_height", 10.0))
@@ -122,7 +122,7 @@ def test_a_cut_in_an_obstacle_or_nearer_than_the_tool_is_wide_is_refused(
 
 
 def test_where_a_rapid_stays_and_cannot_be_led_over_the_program_is_refused(tmp_path: Path) -> None:
-    """A rapid in a block that is not understood stays as it is: in one line, and nothing is written."""
+    """A rapid in a block that is not understood stays unchanged: the refusal is one line, and no file is written."""
     source, out = tmp_path / "part.nc", tmp_path / "out.nc"
     source.write_text(MILLED.replace("G0 Z15\nG0 X0 Y0\nM5", "G0 Z5\nG91\nG0 X-80 Y-70\nG90\nM5"))
     with pytest.raises((VerifyError, PlanError), match="crosses an obstacle"):

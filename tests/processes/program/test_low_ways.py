@@ -1,4 +1,4 @@
-"""`reorder --low-retracts --air`: ways over named obstacles, cycles that stay at their R plane, arcs in the air."""
+"""`reorder --low-retracts --air`: moves over named obstacles, cycles that stay at their R plane, arcs in the air."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CLAMP = {"keep_out": "30 5 40 15", "clearance_height": 12}
 
 
 def told(outcome: Outcome) -> list[str]:
-    """Return what was said of speeds and heights that stay."""
+    """Return the messages about speeds and heights that stay."""
     return [str(issue) for issue in outcome.issues if issue.code == "L513"]
 
 
@@ -76,7 +76,7 @@ HOLES = HEAD + "G0 X10 Y10\nG0 Z15\nG98 G81 X10 Y10 R2 Z-3 F100\nX20\nX60\nY40\n
 def test_the_holes_of_a_series_are_reached_at_the_r_plane_where_nothing_stands_between(
     tmp_path: Path, rs274: str
 ) -> None:
-    """The last one comes up to the initial height as before; LinuxCNC goes the same way."""
+    """The last hole rises to the initial height as before; LinuxCNC makes the same moves."""
     found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK)
     assert body(found) == [
         "G0 X10 Y10", "G0 Z15", "G99 G81 X10 Y10 R1.0 Z-3 F100", "X20", "X60", "Y40", "X40", "G98 X20", "G80",
@@ -125,7 +125,7 @@ def test_a_series_stays_as_it_is_where_its_words_or_its_cycle_forbid_it(tmp_path
 
 
 def test_an_arc_in_the_air_goes_as_fast_as_the_machine_cuts(tmp_path: Path) -> None:
-    """Round the block's corner, where the chord is not; the one into the material keeps its feed."""
+    """Around the block's corner, which the chord would cut; the arc into the material keeps its feed."""
     text = HEAD + "G0 X60 Y-10 Z5\nG0 Z-2\nG3 X80 Y10 I0 J20 F100\nG3 X70 Y20 I-10 J0\nG1 X60\n" + TAIL
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
     path = interpret_program(found.text, dialect("linuxcnc")).path
@@ -180,7 +180,7 @@ def test_random_series_keep_clear_of_the_material_on_all_their_ways(seed: int, t
 
 
 def test_an_arc_whose_chord_is_in_the_air_too_is_a_rapid_along_that(tmp_path: Path, rs274: str) -> None:
-    """Beside the block, 3 mm from it; the words of the centre go, and the next arc says its own motion again."""
+    """Next to the block, 3 mm from it; the centre words are removed, and the next arc repeats its own motion word."""
     text = HEAD + "G0 X76 Y-4 Z5\nG0 Z-2\nG3 X76 Y4 I0 J4 F100 (lead)\nX70 Y10 I-6 J0\nG1 X60\n" + TAIL
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
     assert body(found) == ["G0 X76 Y-4 Z5", "G0 Z-2", "G0 X76 Y4 F100 (lead)", "G3 X70 Y10 I-6 J0", "G1 X60"]

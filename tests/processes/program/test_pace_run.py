@@ -1,4 +1,4 @@
-"""`reorder --air --feeds --low-retracts`: what is made faster, and that nothing else is."""
+"""`reorder --air --feeds --low-retracts`: faster moves, without any other change."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_a_plunge_is_a_rapid_down_to_the_clearance_and_what_comes_up_is_one_all_
 
 
 def test_words_that_the_next_lines_take_from_a_changed_one_are_said_again(tmp_path: Path) -> None:
-    """G1 and F stand in the line that becomes a rapid; the cut behind it has neither."""
+    """G1 and F are in the line that becomes a rapid; the following cut has neither."""
     text = HEAD + "G0 X-10 Y25 Z5\nG1 Z-2 F300\nX-5\nX40\nY40\nG2 X50 Y30 I0 J-10\nG1 X60\n" + TAIL
     lines = body(reordered(tmp_path, text, air=True, workpiece=BLOCK))
     assert lines == [
@@ -54,7 +54,7 @@ POCKET = "G0 X10 Y10\nG0 Z5\nG1 Z-2 F60\nG1 X40 F600\nY14\nX10\nY18\nX40\nG0 Z5\
 
 
 def test_without_a_stock_only_ways_over_places_where_the_tool_has_been_are_in_the_air(tmp_path: Path) -> None:
-    """The second plunge goes down in the pocket; the first and the last one, into what nobody knows."""
+    """The second plunge descends in the pocket; the first and the last descend into unknown material."""
     text = HEAD + POCKET + "G0 X25 Y14\nG1 Z-4 F60\nG1 X30 F600\nG0 Z5\nG0 X10 Y30\nG1 Z-2 F60\nG1 X40 F600\n"
     found = reordered(tmp_path, text + TAIL, air=True)
     old = text.splitlines()[4:]
@@ -73,7 +73,7 @@ def test_a_corner_of_two_rapids_that_a_controller_rounds_as_far_as_it_likes_is_t
 
 
 def test_retracts_and_r_planes_are_as_low_as_the_ways_between_allow(tmp_path: Path) -> None:
-    """Over the top at 0 by 1 mm; a way down to 2 begins at 2; beside the block a hole's plane is as it was."""
+    """Over the top at 0 by 1 mm; a descent to 2 starts at 2; next to the block, the R plane of a hole is unchanged."""
     text = HEAD + (
         "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X40 F600\nG0 Z15\nG0 X10 Y30\nG0 Z2\nG1 Z-2 F60\nG1 X40 F600\n"
         "G0 Z15\nG0 X10 Y40\nG1 Z-2 F60\nG0 Z15\nG99 G81 X50 Y10 R5 Z-3 F100\nX50 Y20\nG80\n"
@@ -88,7 +88,7 @@ def test_retracts_and_r_planes_are_as_low_as_the_ways_between_allow(tmp_path: Pa
 
 
 def test_an_r_plane_from_which_the_machine_goes_across_in_its_own_coordinates_stays(tmp_path: Path) -> None:
-    """Where that way is over the part nothing says; one straight up says enough."""
+    """It is unknown whether that move is above the part; a move straight up is safe."""
     holes = "G0 X50 Y10 Z15\nG99 G81 X50 Y10 R5 Z-3 F100\nX50 Y20\nG80\n"
     for home, plane in (("G53 G0 Z0\nG53 G0 X0 Y0\n", "R1.0"), ("G53 G0 X0 Y0\n", "R5")):
         text = f"{HEAD}{holes}{home}M5\nM30\n"
@@ -107,7 +107,7 @@ def test_a_retract_stays_above_what_stands_between_two_cuts(tmp_path: Path) -> N
 
 
 def test_beside_the_block_stands_what_holds_it(tmp_path: Path) -> None:
-    """From cut to cut along its side, below its top: the tool was there, but on no way between; so it goes over."""
+    """Next to the block is its fixture: the moves from cut to cut along its side pass over it."""
     text = HEAD + "G0 X-4 Y5\nG0 Z2\nG1 Z-5 F60\nG1 X-2 F600\nG0 Z15\nG0 X-4 Y40\nG1 Z-5 F60\nG1 X-2 F600\n"
     assert "G0 Z1.0" in body(reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK))
 
@@ -130,12 +130,12 @@ def test_where_rapids_are_not_straight_a_way_across_the_air_is_a_fast_cut(tmp_pa
     assert "G0 X80." in lines
 
 
-#: A slot, and passes beside it that cut 1.5 mm of 6: their chips are 2 √(¼ · ¾) = 0.866 of the slot's.
+#: A slot, and passes next to it that cut 1.5 mm of 6: their chips are 2 √(¼ · ¾) = 0.866 of the slot's.
 SLOT_AND_SIDE = HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\nG1 Y11.5\nG1 X10\n" + TAIL
 
 
 def test_feeds_rise_until_the_chips_are_as_thick_as_the_programs_own_thickest(tmp_path: Path) -> None:
-    """600 / 0.866 = 693, in steps of a tenth: 660. Of a 20th of the width nothing is made faster: it finishes."""
+    """600 / 0.866 = 693, in steps of a tenth: 660. Cuts of a 20th of the width, finishing passes, get no faster."""
     found = reordered(tmp_path, SLOT_AND_SIDE, feeds=True, workpiece=BLOCK)
     assert "G1 X10 F660.0" in body(found) or any("F660.0" in line for line in body(found))
     (tool,) = found.detail.pace.tools
@@ -258,14 +258,14 @@ def test_programs_in_the_styles_of_cams_leave_the_same_and_linuxcnc_takes_what_i
     new.write_text(found.text)
     cut = leafcut.stock(new, same_as=file, **stock)
     assert cut.differences == ()
-    # Its rapids meet no more of the stock than those of the original.
+    # Its rapids cut no more of the stock than those of the original.
     assert len(cut.rapids) <= len(leafcut.stock(file, **stock).rapids)
     before, after = (run_rs274(rs274, text, tmp_path)[0] for text in (file.read_text(), found.text))
     assert after == before or before
 
 
 def random_program(chance: random.Random) -> str:
-    """Return slots, holes and steps at random places, with fed ways through the air between some of them."""
+    """Return slots, holes and steps at random positions, with feed moves through the air between some of them."""
     lines = []
     for _ in range(chance.randint(3, 7)):
         x, y, depth = chance.uniform(5, 60), chance.uniform(5, 45), chance.uniform(0.5, 8)
@@ -289,13 +289,13 @@ def test_random_programs_leave_the_same_and_new_rapids_keep_clear_of_all_materia
 
 
 def random_series(chance: random.Random) -> str:
-    """Return slots, and series of holes in them and beside them that come up to heights before them."""
+    """Return slots, and series of holes in them and next to them that start at heights set before them."""
     lines = []
     for _ in range(chance.randint(1, 3)):
         x, y, depth = chance.uniform(5, 60), chance.uniform(5, 45), chance.uniform(3, 7)
         lines += [f"G0 X{x:.3f} Y{y:.3f}", f"G1 Z{-depth:.3f} F120", f"G1 X{x + 9:.3f} F600", "G0 Z20"]
         for _ in range(chance.randint(1, 2)):
-            # A place may be stated with the height, or before it; the length offset stands beside it.
+            # A position may be programmed with the height or before it; the length offset is in the same block.
             height = chance.choice(["G0 Z{}", "G43 H1 Z{}", "G0 X{:.3f} Y{:.3f} Z{}"])
             place = (chance.uniform(5, 60), chance.uniform(5, 45))
             top = chance.choice([8, 12, 30])
@@ -317,13 +317,13 @@ def test_random_series_of_holes_keep_clear_at_their_lower_heights(seed: int, tmp
 
 
 def test_the_height_before_a_series_is_as_low_as_the_ways_between_its_holes(tmp_path: Path, rs274: str) -> None:
-    """Two slots 4 deep, a rib between them: over that at 1, and the R planes in the slots stay below it."""
+    """Two slots 4 deep with a rib between them: over it at 1, and the R planes in the slots stay below it."""
     slots = "G0 X10 Y10 Z15\nG1 Z-4 F60\nG1 X40 F600\nG0 Z15\nG0 X10 Y30\nG1 Z-4 F60\nG1 X40 F600\nG0 Z40\nG0 X12 Y10\n"
     series = "G98 G81 X12 Y10 R-2.5 Z-8 F100\nX38\nX38 Y30\nX12\nG80\nG0 Z40\n"
     text = HEAD + slots + "G43 H1 Z25\n" + series + TAIL
     found = body(judge(text, tmp_path, rs274, air=False, feeds=False))
     assert found[9:14] == ["G43 H1 Z1.0", "G98 G81 X12 Y10 R-2.5 Z-8 F100", "X38", "X38 Y30", "X12"]
-    # What comes behind the series at its height keeps that: here the tool is changed there.
+    # Blocks after the series that need its height keep it: here a tool change.
     kept = text.replace("G80\nG0 Z40\n", "G80\nT2 M6\n")
     assert "G43 H1 Z25" in body(reordered(tmp_path, kept, low_retracts=True, workpiece=BLOCK))
     # Incremental cycles count from that height.
@@ -334,7 +334,7 @@ def test_the_height_before_a_series_is_as_low_as_the_ways_between_its_holes(tmp_
 
 
 def judge(text: str, tmp_path: Path, rs274: str, **options: bool) -> leafcut.Outcome:
-    """Check lower and faster ways, and return them."""
+    """Check lower and faster moves, and return them."""
     asked: dict[str, Any] = {"air": True, "low_retracts": True, "feeds": True, **options}
     found = reordered(tmp_path, text, workpiece=BLOCK, cell=0.1, **asked)
     assert not [issue for issue in found.issues if "the heights stay" in issue.message]
@@ -362,16 +362,16 @@ def judge(text: str, tmp_path: Path, rs274: str, **options: bool) -> leafcut.Out
             elif place[:2] == end[:2] and end[2] > holes.get(end[:2], 0.0):
                 pass  # a peck comes down again into its own hole
             elif moves is seen[1] and tuple(round(v, 3) for v in end) not in known and end[2] <= place[2]:
-                # The tool is taken 1 mm wider; the block's cells, here 0.25, lie half of one off.
+                # The tool is assumed 1 mm wider; the block's cells, here 0.25, are shifted by half a cell.
                 assert stock.highest(place, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.03, f"{place} to {end}"
             place = end
-    # A scallop between two places of one and two of the other stands in a cell or two.
+    # A scallop between two positions of one program and of the other differs in a cell or two.
     assert differ(*stocks).sum() <= 3
     return found
 
 
 def differ(one: SteppedStock, other: SteppedStock) -> np.ndarray:
-    """Return which cells are higher or lower than all nine of the other's there: divided ways are stepped otherwise."""
+    """Return the cells that are higher or lower than all nine cells of the other field there."""
     wrong = np.zeros(one.heights.shape, dtype=bool)
     for mine, its in ((one.heights, other.heights), (other.heights, one.heights)):
         wide = np.lib.stride_tricks.sliding_window_view(np.pad(its, 1, mode="edge"), (3, 3))

@@ -40,7 +40,7 @@ def boards_program(seed: int, n: int = 97, end: str = "\n") -> str:
 
 
 def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "utf-8") -> Path:
-    """Write a program and return where."""
+    """Write a program and return its path."""
     path = tmp_path / name
     path.write_bytes(text.encode(encoding))
     return path
@@ -103,7 +103,7 @@ def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
 
 
 def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rewriter that drills one hole deeper: the program stays as it is, and it is said why."""
+    """A rewriter that drills one hole deeper: the program stays unchanged, and the reason is shown."""
     path, out = written(tmp_path, boards_program(7, 12)), tmp_path / "new.nc"
     right = rewriter.rewrite
     monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
@@ -242,7 +242,7 @@ def test_every_hole_of_a_tool_is_counted_also_the_first_one_of_its_cycle_that_st
 
 
 def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:
-    """The tool is changed where it is. Of the second row of holes, that end comes first at which the first one ends."""
+    """The tool is changed in place. The second row of holes starts at the end where the first row ends."""
     found = leafcut.optimize(written(tmp_path, TWO_SECTIONS))
     first, second = ([c for c, _ in zip(o.hole_order, range(5), strict=True)] for o in found.operations)
     x = [h.x for h in found.part.holes]
@@ -295,7 +295,7 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
 def test_bad_programs_get_one_clear_line_and_write_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, words: str
 ) -> None:
-    monkeypatch.setattr(control_flow, "MAX_REPEATED", 100_000)  # a sixtieth of what is waited for
+    monkeypatch.setattr(control_flow, "MAX_REPEATED", 100_000)  # a sixtieth of the expected number
     path, out = tmp_path / "bad.nc", tmp_path / "new.nc"
     path.write_bytes(data)
     with pytest.raises(LeafcutError, match=words) as caught:
@@ -349,7 +349,7 @@ def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
 
 
 def test_the_way_from_where_the_tool_stands_to_the_first_cut_counts(tmp_path: Path) -> None:
-    """Three cuts in a row of a torch that stands at the zero, at the far end, or nobody knows where."""
+    """Three cuts in a row with a torch at the zero, at the far end, or at an unknown position."""
     cut = "G0 X{0} Y0\nM3\nG1 X{0} Y10\nM5\n"
     text = "G21 G90\nF600\n" + "".join(cut.format(x) for x in (300, 100, 200)) + "M2\n"
     path = written(tmp_path, text)
@@ -430,7 +430,7 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
 
 
 def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> None:
-    """Pieces at two speeds by turns: each keeps its own, and all of one speed come before the next one."""
+    """Tasks at alternating speeds: each keeps its speed, and all tasks of one speed come before the next."""
     from leafcut.model.toolpath import Kind
     from rewriting import work_of
 
@@ -451,7 +451,7 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
 
 
 def test_a_tool_change_that_merging_saves_stays_saved_if_the_order_of_the_input_wins(tmp_path: Path) -> None:
-    """Merging lengthens the travel, so that by distance the order of the input is written, with one change less."""
+    """Merging lengthens the travel, so with --objective distance the input's order is written, with one change less."""
     blocks = "".join(
         f"T{tool} M6\nS1000 M3\nG43 H{tool} G0 Z5.\nG99 G81 X0. Y{y}. Z-3. R1. F100.\nX20. Y{y}.\nG80\nG0 Z20.\nM5\n"
         for tool, y in ((1, 0), (2, 50), (1, 100))
@@ -469,7 +469,7 @@ def test_lines_are_numbered_anew_although_nothing_can_be_reordered(tmp_path: Pat
 
 
 def test_a_shorter_order_that_alternates_between_speeds_is_grouped_by_speed(tmp_path: Path) -> None:
-    """From left to right each piece has another speed than the one before; the input changes the speed every second."""
+    """Each task has another speed than the one to its left; the input changes the speed every second time."""
     from leafcut.model.toolpath import Kind
 
     slow, fast = [(0, 20), (60, 40), (80, 100)], [(10, 30), (50, 70), (90, 110)]
@@ -491,9 +491,9 @@ def test_a_shorter_order_that_alternates_between_speeds_is_grouped_by_speed(tmp_
 )
 @pytest.mark.parametrize("approach", [2, 5])
 def test_no_ordinary_head_keeps_an_order(head: str, approach: int, tmp_path: Path) -> None:
-    """Not one that goes across before its height is said, nor a first piece that is come down to less far than others.
+    """Neither a header that crosses before its height is set, nor a first task with a shorter descent than the others.
 
-    Six slots, the far ones and the near ones by turns: the shortest way is less than half as long.
+    Six slots, alternating between far and near: the shortest path is less than half as long.
     """
     lines = ["G21 G90 G17 G40 G49 G80 G94", "T1 M6", "S2000 M3", "G54", head]
     for k, at in enumerate((100, 10, 90, 20, 80, 30)):
@@ -507,7 +507,9 @@ def test_no_ordinary_head_keeps_an_order(head: str, approach: int, tmp_path: Pat
 
 
 def test_a_rapid_that_was_made_without_power_is_so_in_another_order(tmp_path: Path) -> None:
-    """The power of a laser by S alone, M3 throughout: where a controller does not darken rapids, each says its own."""
+    """The power of a laser by S alone, M3 throughout: if a controller does not darken rapids, each states its own
+    power.
+    """
     text = "G21 G90\nM3 S0\nG0 X0 Y0\n"
     for x, y, power in ((0, 0, 500), (50, 50, 800), (12, 2, 300), (70, 52, 800)):
         text += f"G0 X{x} Y{y}\nS{power}\nG1 X{x + 10} F1000\nS0\n"

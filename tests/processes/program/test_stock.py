@@ -1,4 +1,4 @@
-"""`leafcut stock`: what a program takes off its stock, against figures worked by hand."""
+"""`leafcut stock`: removed material, against figures worked by hand."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_the_command_prints_answers_and_writes_what_is_left(tmp_path: Path, caps
     ],
 )
 def test_a_tool_has_the_shape_that_its_comment_says(comment: str, z: float, area: float, tmp_path: Path) -> None:
-    """By the section of a long slot: what a slot 100 mm longer takes more."""
+    """From the section of a long slot: the additional removal of a slot 100 mm longer."""
     volumes = []
     for end in (30, 130):
         text = SLOT.replace("(D=6. CR=0. - flat end mill)", comment).replace("Z-2", f"Z{z}").replace("X30", f"X{end}")
@@ -188,7 +188,7 @@ M2
 
 
 def test_another_order_leaves_the_same_of_the_stock(tmp_path: Path) -> None:
-    """The slots in reverse order, and the arc from its other end, the other way round."""
+    """The slots in reverse order, and the arc in the opposite direction."""
     lines = SLOTS.splitlines(keepends=True)
     first, second, third = lines[3:7], lines[7:11], lines[11:15]
     second = ["G0 X30 Y30\n", "G1 Z-2 F300\n", "G3 X10 I-10 J0 F600\n", "G0 Z5\n"]

@@ -1,4 +1,4 @@
-"""The second proof of a new order: what is left of the stock, and rapids, shanks and holders that meet it."""
+"""The second proof of a new order: the remaining stock, and rapids, shanks and holders in it."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_an_order_that_loses_a_cut_is_not_written_even_if_the_other_proof_sees_n
     ],
 )
 def test_what_leaves_something_else_or_meets_more_is_refused(old: str, new: str, words: str) -> None:
-    """The last one would leave the same but for its rapid: a slot is cut over all of that way before and after."""
+    """The last case leaves the same stock except for its rapid: a slot covers the whole move before and after."""
     way = "G0 X15 Y40\nG0 Z2\nG1 Z-2.0 F300\nG1 X50 Y45 F600\nG0 Z5\n"
     original = part(*(slot(x, y) for x, y in PLACES[:4]), "G0 X20 Y40\n", slot(*PLACES[4]), way)
     changed = original.replace(old, new)

@@ -1,4 +1,4 @@
-"""The stock before the first cut as STL: what was left of an earlier set-up, and what is none."""
+"""The stock before the first cut as STL: the stock left by an earlier set-up, and invalid files."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_what_a_set_up_left_comes_back_from_its_file_cell_by_cell(through: bool,
 
 @pytest.mark.parametrize("cell", [0.4, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_two_set_ups_one_after_the_other_leave_what_one_program_of_both_does(tmp_path: Path, cell: float) -> None:
-    """A slot along Y, then one beside it that is deeper; by way of a file, and at once."""
+    """A slot along Y, then a deeper slot next to it; through a file, and at once."""
     left = str(tmp_path / "left.stl")
     assert run(["stock", program(tmp_path), "--workpiece", BLOCK, "--cell", str(cell), "-o", left]) == 0
     second = leafcut.stock(program(tmp_path, 24.0, 4.0), workpiece=left, cell=cell)
@@ -139,7 +139,7 @@ def test_what_is_no_solid_is_refused_in_one_line(
     stl(tmp_path / "open.stl", block[1:])
     stl(tmp_path / "torn.stl", block)
     (tmp_path / "torn.stl").write_bytes((tmp_path / "torn.stl").read_bytes()[:-30])
-    with (tmp_path / "many.stl").open("wb") as file:  # as long as it says, and empty of content: it takes no room
+    with (tmp_path / "many.stl").open("wb") as file:  # of the stated length but empty: it occupies no disk space
         file.write(b" " * 80 + (10_000_000).to_bytes(4, "little"))
         file.truncate(84 + 50 * 10_000_000)
     for unit, size in (("metres", 1e-3), ("inches", 1 / 25.4)):

@@ -42,12 +42,12 @@ def program(tmp_path: Path) -> Path:
 
 
 def along(order: tuple[tuple[int, int], ...] | list[tuple[int, int]]) -> float:
-    """Return the way from zero over the holes and back."""
+    """Return the distance from zero over the holes and back."""
     return sum(math.dist(a, b) for a, b in itertools.pairwise([(0, 0), *order, (0, 0)]))
 
 
 def test_it_takes_the_time_of_its_feeds_and_its_tool_change(program: Path) -> None:
-    """Six holes of 10 mm at 150 mm/min are 24 s; the rapids go over the holes as they are written and back."""
+    """Six holes of 10 mm at 150 mm/min are 24 s; the rapids visit the holes in the written order and return."""
     found = api.simulate(program, machine="fagor-8055")
     assert found.measure.by_kind["feed"] == pytest.approx(24.0, abs=0.02)  # and to speed up
     assert found.measure.cut_mm == pytest.approx(60.0)

@@ -289,7 +289,7 @@ def test_a_blind_hole_stays_blind() -> None:
 
 
 def test_a_hole_or_slot_in_a_keep_out_zone_is_refused_with_the_radius_of_its_tool() -> None:
-    """The hole at (30, 20) is 2 mm from a clamp that begins at x 32; its drill has a radius of 2.5 mm."""
+    """The hole at (30, 20) is 2 mm from a clamp that starts at x 32; its drill has a radius of 2.5 mm."""
     with pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
         plan(keep_out=("32 15 50 40",))
     plan(keep_out=("32.6 15 50 40",))
@@ -347,7 +347,7 @@ def test_a_holder_stays_out_of_a_clamp_that_is_as_high(clamp: str, refused: bool
 
 @pytest.mark.hazard
 def test_a_move_is_lifted_where_the_holder_would_meet_a_clamp_and_the_flutes_would_not() -> None:
-    """A clamp of 30 mm, 15 mm beside the way from (30, 0) to (90, 0): at the R plane the holder is at Z22, below it."""
+    """A clamp of 30 mm, 15 mm from the path from (30, 0) to (90, 0); at the R plane the holder is at Z22."""
     part = Part("two holes", (Hole(30, 0, 5.0), Hole(90, 0, 5.0)))
     given: dict[str, object] = {"part": part, "keep_out": ("59 15 61 40 30",), "clearance_height": 40}
     # Over the first hole the tool is at Z40 once before the first hole, and once more before a lifted move.
@@ -526,7 +526,7 @@ def far_below(made: object) -> list[str]:
 
 @pytest.mark.hazard
 def test_a_drill_that_comes_out_more_than_three_millimetres_below_the_plate_is_a_warning() -> None:
-    """Below the plate: 0.5 mm and the point, 5 / tan 59° = 3.004 mm of a drill of 10 mm, 2.403 mm of one of 8 mm."""
+    """Below the plate: 0.5 mm and the point, 5 / tan 59° = 3.004 mm for a drill of 10 mm, 2.403 mm for 8 mm."""
     part = Part("two", (Hole(0, 0, 8.0), Hole(30, 12.5, 10.0), Hole(50, 0, 10.0)))
     told = far_below(plan(part, None))
     assert told == [

@@ -28,7 +28,7 @@ from leafcut.processes.nesting.plan.sheet_choice import (
 
 @dataclass
 class Shelves:
-    """A packer that knows no geometry: a sheet holds so many plates."""
+    """A packer without geometry: a sheet holds a number of plates."""
 
     size: int
     offered: float = 1.3
@@ -50,7 +50,7 @@ class Shelves:
 
 
 def task(count: int, *sheets: tuple[int | None, float]) -> NestTask:
-    """Return so many plates on sheets of (how many there are, price)."""
+    """Return plates on sheets of (available number, price)."""
     path = Polyline.of_points([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
     parts = (NestPart("plate", (Contour(path),), count),)
     stocks = tuple(Stock(10.0, 10.0, number, price) for number, price in sheets)

@@ -1,4 +1,4 @@
-"""Small parts in the holes of large ones: none is lost, and all lie the spacing away from the edge of the hole."""
+"""Small parts in the holes of large parts: none is lost, and all keep the spacing from the edge of the hole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks of equal parts for common lines: nothing is lost, and neighbours are just a kerf apart."""
+"""Blocks of equal parts for common lines: no part is lost, and neighbours are exactly one kerf apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts of a drawing: each with what is inside of it, and nothing that is in no part."""
+"""The parts of a drawing, each with its inner contours; lines outside of parts are left out."""
 
 from __future__ import annotations
 

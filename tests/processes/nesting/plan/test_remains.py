@@ -1,4 +1,4 @@
-"""What remains of a sheet is worth keeping: clear of the parts, no strip, and none of it is counted twice."""
+"""Remnants of a sheet: clear of the parts, without strips, and without overlaps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def cut_out(*laid: tuple[Polyline, float, float], stock: Stock) -> tuple[Nest, L
 
 
 def polygon(kept: KeptRemnant) -> shapely.Polygon:
-    """Return what was kept where it lay on the sheet."""
+    """Return a remnant at its position on the sheet."""
     stock, at = kept
     outline, *holes = (polygon_of(path.moved(*at)) for path in stock.paths)
     return outline.difference(shapely.union_all(holes))

@@ -1,4 +1,4 @@
-"""Pieces on what remains of a sheet: within its edge and off its holes, apart from each other, the largest first."""
+"""Pieces on a remnant: within its edge, clear of its holes and of each other, the largest first."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def packer(sizes: list[tuple[float, float]], paths: tuple[Polyline, ...], **limi
 
 
 def polygons(sizes: list[tuple[float, float]], laid: list[PlacedPiece]) -> list[shapely.Polygon]:
-    """Return where pieces lie."""
+    """Return the polygons of the placed pieces."""
     shapes = [shapely.box(0, 0, *sizes[one.piece]) for one in laid]
     return [
         translate(rotate(s, one.angle, (0, 0), use_radians=True), one.x, one.y)

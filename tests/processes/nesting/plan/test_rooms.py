@@ -81,7 +81,7 @@ def corner(angle: float) -> Polyline:
 
 @pytest.mark.parametrize("turn", [0.3, 1.1, 2.0, 4.4])
 def test_in_a_room_that_is_its_own_shape_a_piece_lies_upon_it(turn: float) -> None:
-    """Two crumbs make the box around the room larger, so that no place of a grid is that one: only its corners are."""
+    """Two crumbs enlarge the bounding box, so no grid position fits exactly; only the corners do."""
     path = corner(turn).moved(13.0, 7.0)
     crumbs = shapely.box(-61.3, -53.7, -61, -53), shapely.box(200, 300, 201, 301)
     room = shapely.union_all([shapely.Polygon(path.flattened(0.001)), *crumbs])
@@ -93,7 +93,7 @@ def test_in_a_room_that_is_its_own_shape_a_piece_lies_upon_it(turn: float) -> No
 
 @pytest.mark.parametrize("turn", [0.3, 1.1, 2.0, 4.4])
 def test_any_corner_of_a_piece_may_be_the_one_that_lies_in_a_corner(turn: float) -> None:
-    """The room is larger at the corner with which the outline of the square begins: the other three hold it."""
+    """The room is larger at the first corner of the square: the other three fit."""
     whole = Polyline.of_points([(-3, -3), (20, 0), (20, 20), (0, 20)], closed=True).turned(turn)
     crumbs = shapely.box(-61.3, -53.7, -61, -53), shapely.box(200, 300, 201, 301)
     room = shapely.union_all([shapely.Polygon(whole.flattened(0.001)), *crumbs])
@@ -111,7 +111,7 @@ def test_a_round_piece_lies_in_an_alcove_by_the_corners_of_the_box_around_it() -
 
 
 def test_among_more_corners_than_are_looked_at_some_are_taken_evenly() -> None:
-    """A comb of 400 teeth 3 mm wide, the right ones 20 mm high: a bar 15 mm high stands in one of those at a corner."""
+    """A comb of 400 teeth 3 mm wide, 20 mm high on the right: a bar 15 mm high fits into a corner there."""
     points = [(-1.7, -1.0)]
     for k in range(400):
         high = 20.0 if k >= 200 else 10.0

@@ -1,4 +1,4 @@
-"""Pieces by their shapes: what the nester is given encloses all that must stay free, and where its answer lies."""
+"""Packing by shape: the outlines given to the nester enclose the clearance, and its answer is placed correctly."""
 
 from __future__ import annotations
 

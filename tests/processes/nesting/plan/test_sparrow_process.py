@@ -1,4 +1,4 @@
-"""When a search for a strip ends, and with which answer: steps are told one by one, as the nester would."""
+"""The end and the answer of a search for a strip; the steps are reported one by one, as by the nester."""
 
 from __future__ import annotations
 

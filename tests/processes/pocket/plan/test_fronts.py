@@ -1,4 +1,4 @@
-"""What a tool meets in ground cleared as discs: against shapely, which knows nothing of the formulas."""
+"""Engagement in ground cleared as discs, compared with shapely, which does not use the formulas."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def fronts(*discs: tuple[float, float, float], turn: int = 1) -> Fronts:
 
 
 def cleared(discs: np.ndarray) -> shapely.Geometry:
-    """Return where the tool's centre has been."""
+    """Return the area visited by the tool's centre."""
     return shapely.union_all([shapely.Point(x, y).buffer(r, quad_segs=256) for x, y, r in discs])
 
 
@@ -68,7 +68,7 @@ def test_a_straight_way_is_clear_where_the_discs_together_cover_it(seed: int) ->
 
 
 def test_discs_beyond_the_ends_of_a_way_do_not_matter() -> None:
-    """From 0 to 10 one disc covers it; others lie 20 mm behind its end and before its begin."""
+    """From 0 to 10 one disc covers it; others are 20 mm after its end and before its start."""
     ground = fronts((5, 0, 6), (30, 0, 2), (-30, 0, 2))
     assert ground.clear((0.0, 0.0), (10.0, 0.0), [0, 1, 2])
     assert not ground.clear((0.0, 0.0), (12.0, 0.0), [0, 1, 2])

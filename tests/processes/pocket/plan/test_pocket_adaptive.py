@@ -32,7 +32,7 @@ def box(x0: float, y0: float, x1: float, y1: float) -> Polyline:
 
 
 def cleared(pocket: Pocket, degrees: float, climb: bool = True) -> tuple[PocketPath, PocketMeasures]:
-    """The path for a pocket of one region, and its measures."""
+    """Return the path for a pocket with a single region, and its measures."""
     rules = PocketRules(tool_diameter=10.0, step_over=6.0, climb=climb, max_engagement=math.radians(degrees))
     path = adaptive(centre_regions(pocket, rules)[0][0])
     return path, measure_path(pocket, path, rules)

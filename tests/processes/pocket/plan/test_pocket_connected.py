@@ -1,4 +1,4 @@
-"""The connected way: what it looks at, and that it may be stopped at any time."""
+"""The connected path: the sample points it checks, and stopping it at any time."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
         return 2.0 + 0.5 * np.sin(points[:, 0])
 
     ground = CoverageGrid(polygon, 0.5, 2.5, limit)
-    ground.beside(way, ~looked)  # what is known already changes nothing
+    ground.beside(way, ~looked)  # known points change nothing
     places = ground.beside(way, looked)
     piece, place = places.near(way)
     found = {(int(p), *places.points[k].round(6)) for p, k in zip(piece, place, strict=True) if looked[p]}

@@ -1,4 +1,4 @@
-"""The grid of a pocket and the moves on it: by hand, by brute force, and by what must hold for every order."""
+"""The grid of a pocket and the moves on it: by hand, by brute force, and by invariants of every order."""
 
 from __future__ import annotations
 

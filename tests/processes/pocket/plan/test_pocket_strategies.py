@@ -57,7 +57,7 @@ def test_contour_links_the_rings_of_a_rectangle_by_one_step_over_each() -> None:
     path = contour(only_region(Pocket(box(0, 0, 100, 60))))
     links = [piece.path.length for piece in path.pieces if piece.kind == "link"]
     assert len(links) == 4 and path.retracts == 0
-    # Rings are nearest where the next one starts: at a step-over, or on the diagonal of a corner.
+    # Rings are closest at the start of the next ring: at a step-over, or on the diagonal of a corner.
     assert all(6.0 <= round(link, 3) <= 8.49 for link in links)
 
 
@@ -135,7 +135,7 @@ def test_lines_end_on_the_walls_where_they_would_leave_more_than_the_step_over_b
 
 
 def test_lines_begin_with_a_run_that_has_room_for_a_ramp_and_not_in_a_corner() -> None:
-    """The floor is a flat V: the line in its tip is a point, and both ends of the next one are far away from it."""
+    """The floor is a flat V: the line in its tip is a point, and both ends of the next line are far from it."""
     pocket = Pocket(Polyline.of_points([(0, 10), (50, 0), (100, 10), (100, 50), (0, 50)], closed=True))
     region = only_region(pocket)
     path = zigzag(region, angle=0.0)

@@ -125,7 +125,7 @@ def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice
 
 @pytest.mark.hazard
 def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning() -> None:
-    """20 m/min at 20 mm are 318 rpm in mild steel; a person who also gives the feed is told nothing."""
+    """20 m/min at 20 mm are 318 rpm in mild steel; with a given feed, nothing is reported."""
     router = load_machine("mach3-router")
     rules = PocketRules(tool_diameter=20.0, step_over=12.0)
     _, [told] = milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0), rules, router)

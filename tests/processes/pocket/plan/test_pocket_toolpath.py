@@ -1,4 +1,4 @@
-"""From the way over one level to motions: levels, ways down, ways between, walls; by hand on a square pocket."""
+"""From the path over one level to motions: levels, entries, links, walls; by hand on a square pocket."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None
         milling_data(PocketOptions(), JobOptions(), RULES, load_machine("plasma-table"))
 
 
-# -- ways down -------------------------------------------------------------------------------------------------------
+# -- entries -----------------------------------------------------------------------------------------------------------
 
 
 def slopes(path: Toolpath) -> list[tuple[float, float, float]]:
@@ -176,7 +176,7 @@ def test_a_tool_that_has_no_room_for_a_ramp_or_a_helix_goes_straight_down_and_th
 def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_by_its_entry() -> None:
     heights = PocketHeights(clearance=10.0, retract=2.0)
     region = square()[0]
-    near = rings(13, 15, joined=False)  # 2 mm beside what is cut: half of the disc at its start is uncut
+    near = rings(13, 15, joined=False)  # 2 mm beside the cut area: half of the disc at its start is uncut
     far = rings(1, 25, joined=False)
     inside = rings(25, 23, 24, joined=False)
     for path, entries in ((near, 2), (far, 2), (inside, 2)):
@@ -186,7 +186,7 @@ def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_
         assert len(descents) == entries
 
 
-# -- ways between ----------------------------------------------------------------------------------------------------
+# -- links -------------------------------------------------------------------------------------------------------------
 
 
 def rapids(path: Toolpath) -> list[tuple[list[float], list[float]]]:
@@ -210,7 +210,7 @@ def test_pieces_apart_are_reached_over_the_r_plane_or_over_the_clearance_height_
 
 
 def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds_into_what_is_not() -> None:
-    """The second line begins where the first has cut, the third where nothing has but the level above."""
+    """The second line starts where the first has cut; above the start of the third, only the previous level is cut."""
     ways = ([(10, 30), (50, 30)], [(30, 30), (30, 50)], [(50, 10), (20, 10)])
     pieces = tuple(PocketPiece(Polyline.of_points(points)) for points in ways)
     path = lay(PocketPath("lines", pieces), levels=(-2.0, -4.0))
@@ -245,7 +245,7 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
 
 
 def swept_at(path: Toolpath, z: float) -> shapely.Geometry:
-    """What a tool of 10 mm clears by feeds at one height."""
+    """Return the area that a tool of 10 mm clears by feeds at one height."""
     before, discs = path.before, []
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
         a, b = before[row], path.end[row]
@@ -283,7 +283,7 @@ def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
 
 
 def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straight_to_a_wall() -> None:
-    """One line is all the roughing; the walls lie 14 mm beside it."""
+    """Roughing is a single line; the walls are 14 mm from it."""
     region, roughed = square(stock=0.5)
     line = PocketPath("line", (PocketPiece(Polyline.of_points([(20, 30), (40, 30)])),))
     walls = wall_passes(region, roughed.polygon)

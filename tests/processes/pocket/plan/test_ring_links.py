@@ -1,4 +1,4 @@
-"""Which rings are joined, and where: against a spanning tree by brute force, and shapely for what a way may leave."""
+"""The joints of rings: against a spanning tree by brute force, and shapely for the area that may stay uncut."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def some(seed: int) -> list[Ring]:
 
 
 def weight(a: Ring, b: Ring) -> float:
-    """Return what a joint costs: its length, more for two rings of one level, most for two walls."""
+    """Return the cost of a joint: its length, more for two rings of one level, most for two walls."""
     return a.line.distance(b.line) + STEP * (0.5 * (a.level == b.level) + (a.level == b.level == 0))
 
 

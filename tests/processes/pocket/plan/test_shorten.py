@@ -15,7 +15,7 @@ from leafcut.processes.pocket.plan.shorten import chamfer, fine, shorten
 REGION = only_region(Pocket(box(0, 0, 80, 60)))
 ALLOWED = REGION.polygon.buffer(1e-7)
 NONE = np.zeros((0, 2))
-#: Ground is at most so far from the way, mm.
+#: Maximum distance of the ground from the path, mm.
 NEAR = 4.0
 #: Along the middle of the pocket, with a detour of 5 mm to the side.
 DETOUR = np.array([[15.0, 30.0], [40.0, 30.0], [40.0, 35.0], [41.0, 35.0], [41.0, 30.0], [65.0, 30.0]])

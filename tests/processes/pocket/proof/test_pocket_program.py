@@ -1,4 +1,4 @@
-"""The proof of a pocketing program: what is cut into a wall, too deep or at rapid is found, by hand on a square."""
+"""The proof of a pocketing program finds gouges, excessive depth and rapids in material; by hand on a square."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     [
         ((20.0, 5.0), -1.5, True),  # the tool's centre has been here
         ((20.0, 5.0), -1.7, False),  # 0.3 mm over the floor
-        ((7.5, 7.5), -1.5, True),  # inside the corner: less than a radius from both ways, and its back is cleared
+        ((7.5, 7.5), -1.5, True),  # inside the corner: near both paths, and the area behind is cleared
         ((12.5, 12.5), -1.5, False),  # its front stands over what is uncut
         ((20.0, 6.0), -1.5, False),  # a millimetre of the tool over what is uncut
         ((20.0, 5.009), -1.5, True),  # a film thinner than the tolerance is no material
@@ -217,7 +217,7 @@ def test_what_a_helix_clears_within_its_circle_is_no_gap_between_passes() -> Non
 
 
 def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_below_it() -> None:
-    """The ring is finished at 1 mm, in steps of its own; what is roughed is 5 mm inside it, at 2 mm: 5 apart."""
+    """The ring is finished at 1 mm, in its own steps; roughing is 5 mm inside it, at 2 mm: 5 apart."""
     rough = ((10.0, 10.0), (30.0, 10.0), (30.0, 20.0), (10.0, 20.0), (10.0, 10.0))
     path = levels_at(-2.0, -1.0, ways={-2.0: rough})
     levels = simulated_levels(path, (Pocket(WALL, name="1"),), RULES, [(-2.0,)], [(-1.0,)])
@@ -271,7 +271,7 @@ ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
         ((-2.0, -4.0, -6.0), {}, 0),
         ((-2.0, -6.0), {}, 1),  # two levels at once
         ((-4.0, -2.0), {}, 1),  # the lower one first
-        ((-2.0, -4.0), {-4.0: ELSEWHERE}, 1),  # 2.5 mm beside what is open
+        ((-2.0, -4.0), {-4.0: ELSEWHERE}, 1),  # 2.5 mm beside the open area
         ((-2.0, -4.0), {-4.0: ((10.0, 6.5), (30.0, 6.5))}, 0),  # a strip of 1.5 mm: less than a fifth of the tool
         ((-2.0, -4.0), {-2.0: ((5.0, 5.0), (35.0, 5.0)), -4.0: ((30.0, 5.0), (10.0, 5.0))}, 0),  # inside what is open
     ],

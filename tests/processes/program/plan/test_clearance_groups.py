@@ -1,4 +1,4 @@
-"""Heights are never mixed: what moves as one crosses lower within than between, and none is lost."""
+"""Crossing heights are never mixed: tasks that move as one cross lower within the group, and none is lost."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_program_is_divided_at_its_highest_crossing_where_that_leaves_more_fre
 
 
 def test_passes_at_one_place_between_high_crossings_move_as_one() -> None:
-    """Three pockets of three levels each: the levels begin at one place, and can go nowhere."""
+    """Three pockets of three levels each: the levels start at the same position and cannot be moved."""
     places = [(100.0 * (k // 3), 0.0) for k in range(9)]
     assert group_by_height([5, 5, 20, 5, 5, 20, 5, 5], places) == [([0, 3, 6], 9, 20.0)]
 
@@ -48,7 +48,7 @@ def test_whatever_the_heights_none_of_the_pieces_is_lost_and_no_member_crosses_a
             assert all(heights[i] < clearance for i in own[:-1])
         seen += range(firsts[0], end)
     assert len(seen) == len(set(seen))
-    # What is in no group stands alone between two crossings where the program was divided.
+    # Tasks in no group are alone between two crossings where the program was divided.
     for alone in set(range(n)) - set(seen):
         beside = [heights[i] for i in (alone - 1, alone) if 0 <= i < n - 1]
         assert beside

@@ -1,4 +1,4 @@
-"""What comes after the last piece of a section, and holds it there; and outlines of several pieces."""
+"""Blocks after the last task of a section that hold it in place; and outlines of several cuts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ HOLE = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5"
 
 
 def pieces(text: str, process: str = "auto") -> list[int]:
-    """Return how many pieces every section has."""
+    """Return the number of tasks in every section."""
     return [len(s.pieces) for s in find_sequence(program_of(text), process=process).sections]
 
 
@@ -28,7 +28,7 @@ def pieces(text: str, process: str = "auto") -> list[int]:
     ],
 )
 def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int) -> None:
-    """Three holes; what comes behind goes away at rapid, or goes down where the third one is."""
+    """Three holes; the following block leaves by rapid, or descends at the position of the third hole."""
     text = HEAD + " / ".join(HOLE.format(x) for x in (0, 10, 20)) + f" / {behind}" + FOOT
     assert pieces(text) == [free]
 
@@ -44,7 +44,7 @@ def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int)
     ],
 )
 def test_a_rise_behind_a_block_that_stays_holds_the_piece_below_if_work_follows(behind: str, free: int) -> None:
-    """Why it rises there is not known, perhaps for what stands near; before a stop and at the end, tools go up."""
+    """The reason of the rise is unknown, perhaps an obstacle; before a stop and at the end, tools rise."""
     text = HEAD + " / ".join(HOLE.format(x) for x in (0, 10, 20)) + f" / M8 / {behind}" + FOOT
     assert pieces(text) == [free]
 
@@ -58,7 +58,7 @@ def test_a_dwell_that_follows_the_last_cut_at_once_holds_it() -> None:
 
 
 def test_the_rise_that_ends_radius_compensation_stays_with_its_cut() -> None:
-    """It is no rise like others: where it ends depends on the cut before it; a dwell behind it stays at its place."""
+    """Unlike other rises, its end depends on the cut before it; a dwell after it stays in place."""
     cut = "G0 X{} Y0 / G1 Z{} F100 / G41 D1 / G1 X{} Y5 / G40 / G0 Z5"
     cuts = [cut.format(x, z, x + 5) for x, z in ((0, 5), (20, -1), (40, -1))]
     section = find_sequence(program_of(HEAD + " / ".join(cuts) + FOOT)).sections[0]
@@ -105,14 +105,14 @@ def test_a_feed_without_power_keeps_its_order_with_what_it_crosses() -> None:
 
 
 def test_a_full_circle_goes_sideways() -> None:
-    """It ends where it begins; a program of nothing but circles is no drilling program."""
+    """It ends at its start; a program that consists of circles is not a drilling program."""
     circle = "G0 X{} Y0 / G1 Z-1 F100 / G2 I3 J0 F300 / G0 Z5"
     text = HEAD + " / ".join(circle.format(x) for x in (0, 10, 20)) + FOOT
     assert find_sequence(program_of(text)).process == "mill"
 
 
 def test_a_dwell_behind_a_canned_hole_divides_as_it_does_behind_a_rise() -> None:
-    """The cycle has risen when the tool waits: nobody knows for what."""
+    """The cycle has risen when the tool waits: the reason is unknown."""
     cycle = "G99 G81 X{} Y0 Z-1 R1 F100"
     holes = [cycle.format(x) for x in (0, 10, 20, 30, 40, 50)]
     assert pieces(HEAD + " / ".join(holes) + " / G80" + FOOT) == [6]

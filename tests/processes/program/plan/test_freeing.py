@@ -1,4 +1,4 @@
-"""What a mill frees stays behind all work that was before it; programs of sheets are worked out by hand."""
+"""Parts detached by a mill stay after all work that preceded them; programs of sheets by hand."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_bore_in_a_part_frees_no_part_and_a_part_in_a_frame_does() -> None:
 
 
 def test_pairs_of_many_parts_stay_few() -> None:
-    """Where work and what frees parts alternate so often that pairs would be millions, parts keep their order."""
+    """If work and detaching cuts alternate so often that there would be millions of pairs, parts keep their order."""
     many = [cut for k in range(400) for cut in (slot(60 * k, 20), outline(60 * k, 0))]
     (section,) = sections(many).sections
     assert len(section.precedence) <= 3 * len(many)

@@ -1,4 +1,4 @@
-"""Order that has meaning to a mill although nobody says how wide it is, and outlines that tabs hold."""
+"""Significant order for a mill of unknown diameter, and outlines held by tabs."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_the_list_of_tools_at_the_top_tells_the_width_far_below() -> None:
 
 
 def test_in_a_subprogram_the_comment_of_the_tool_that_calls_it_counts() -> None:
-    """The change before it in the text is that of the last tool: obstacles would be passed 4.5 mm too near."""
+    """The change before it in the text belongs to the last tool: obstacles would be passed 4.5 mm too near."""
     body = "T1 M6 / (10MM ENDMILL) / S1000 M3 / M98 P2 / T2 M6 / (1MM ENDMILL) / S1000 M3 / M98 P2 / M30 / "
     called = "O2 / G90 G0 Z5. / G1 Z-1. F100. / X10. / G0 Z5. / M99 / %"
     lines = f"% / O1 / G21 G90 G94 G17 / {body}{called}".replace(" / ", "\n")

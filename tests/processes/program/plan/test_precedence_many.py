@@ -1,4 +1,4 @@
-"""What must come before what in programs of many pieces: nothing is lost by looking at what hangs together alone."""
+"""Precedence in programs with many tasks: nothing is lost if only connected tasks are compared."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rewriting import program_of
 
 
 def implied(pairs: set[tuple[int, int]], n: int) -> set[tuple[int, int]]:
-    """Return the pairs of which others say the same, by all ways from one to the other."""
+    """Return the pairs that follow from other pairs."""
     reach = np.zeros((n, n), dtype=bool)
     for one, other in pairs:
         reach[one, other] = True

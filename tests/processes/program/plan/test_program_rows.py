@@ -1,4 +1,4 @@
-"""What the rows of a program are to its process: cuts, ways across, and the beam."""
+"""The rows of a program by process: cuts, travel moves, and the beam."""
 
 from __future__ import annotations
 

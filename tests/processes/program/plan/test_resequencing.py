@@ -20,7 +20,7 @@ def sequence_of(body: str, **options: object) -> Sequence:
 
 
 def pieces(body: str, **options: object) -> list[list[tuple[int, int]]]:
-    """Return the first and last line of every piece, section by section; the body begins on line 5."""
+    """Return the first and last line of every task, section by section; the body starts on line 5."""
     program = program_of(HEAD + body + FOOT)
     sections = find_sequence(program, **options).sections  # type: ignore[arg-type]
     return [[(c.line, int(program.line[c.end - 1])) for c in s.pieces] for s in sections]
@@ -114,7 +114,7 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
 
 
 def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
-    """What follows the semicolon was told as a reason of its own, both at the first line of the program."""
+    """The part after the semicolon was reported as a separate reason, both at the first line of the program."""
     issues = sequence_of(
         "G0 Z5 / G81 X0 Y0 Z-1 R1 F100 / X5 / G91 X5 R1 / G80 / G90 / G81 X20 Y0 Z-1 R1 / X25 / G80"
     ).issues
@@ -302,7 +302,7 @@ def test_full_circles_of_a_mill_are_cuts_and_no_holes() -> None:
 
 
 def test_the_speed_of_a_piece_is_that_of_its_first_cut() -> None:
-    """What is said before it counts, the last of two; a piece that says none has that of the one before."""
+    """The last speed before it applies; a task without a speed has that of the previous task."""
     body = " / ".join(
         f"{speed}{square(20.0 * k, 0, 5)}"
         for k, speed in enumerate(["", "S2000 / ", "", "S500 / S3000 / ", "S1000 / "])

@@ -1,4 +1,4 @@
-"""Sections of one tool joined: what is dropped, and what forbids it."""
+"""Joining sections of the same tool: dropped blocks, and obstacles to joining."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ LASER = "G21 G90 / G0 X90 Y0 / M3 S500 / G1 X99 F600 / M5 / {} / M5 / G0 X0 Y0 /
 
 
 def turns(text: str) -> list[bool]:
-    """Return of every piece whether it may be turned; the last or the first one is a plain cut of the frame."""
+    """Return for every task whether it may be reversed; the first or last task is a plain cut of the frame."""
     sections = find_sequence(program_of(text), allow_reverse=True).sections
     return [piece.reversible for section in sections for piece in section.pieces]
 
@@ -112,7 +112,7 @@ def test_a_cut_that_may_be_turned_is_a_cluster_of_two_nodes() -> None:
 
 
 def test_an_arc_with_the_beam_off_stays_behind_what_brings_the_tool_to_its_begin() -> None:
-    """It is said from where the tool is; a line with the beam off leads to its end from anywhere."""
+    """It is defined from the current position; a line with the beam off leads to its end from anywhere."""
     for way in ("G3 X12 Y5 I1.5 J2.5", "G1 X12 Y5"):
         text = LASER.format(f"G0 X0 Y0 / M3 / G1 X9 F600 / M5 / {way} / M5 / G0 X20 Y0 / M3 / G1 X29")
         program = program_of(text)

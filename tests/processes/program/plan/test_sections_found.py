@@ -21,7 +21,7 @@ HEAD = "G21 G90 / S1000 M3 / G0 Z5"
 
 
 def found(*bodies: str, process: str = "mill") -> tuple[Program, Finder, Sequence]:
-    """Return a program, what finds its sections, and the sequence of what it finds."""
+    """Return a program, its section finder, and the resulting sequence."""
     program = program_of(" / ".join([HEAD, *bodies, "G0 Z20 / M5 / M2"]))
     finder = Finder(program, process)
     return program, finder, Sequence(tuple(finder.items()), process, (), ())

@@ -1,4 +1,4 @@
-"""Why pieces of a program stay: what is said is the one cause, and without it they are free."""
+"""Reasons why tasks of a program stay: the reported reason is the only cause; without it they are unlocked."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_every_reason_has_words_in_both_languages() -> None:
 
 
 def test_what_only_several_causes_together_hold_says_all_of_them() -> None:
-    """The circle lies around the hole and its operation comes before that of the hole."""
+    """The circle surrounds the hole, and its operation precedes that of the hole."""
     both = square(0, 40) + "(a second operation)\n" + hole(20, 20) + hole(70, 70)
     groups, _ = staying(CASES[0], both)
     assert [(g.reason, g.count) for g in groups] == [("operation", 1)]

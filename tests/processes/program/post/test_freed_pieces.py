@@ -36,7 +36,7 @@ SUBS = {
     "steps": "G91\nG0 X1.\nG1 Z-6. F150.\nG0 Z6.\nG90\nM99\n",
     "in place": "G1 Z-1. F150.\nG4 P0.3\nG0 Z5.\nM99\n",
 }
-#: By name: the body, what stands behind the end, and whether cuts may be reversed.
+#: By name: the body, the text after the end, and whether cuts may be reversed.
 PROGRAMS: dict[str, tuple[str, str, bool]] = {
     "dwell after the plunge": (
         strokes("G0 X{x} Y{y}\nG1 Z-1. F100.\nG4 P0.5\nX{end} F300.\nG4 P0\nG0 Z5.\n"), "", True),
@@ -156,7 +156,7 @@ def test_a_section_directly_behind_a_call_that_stays_has_its_own_lines() -> None
 
 
 def test_what_follows_a_circular_pocket_of_haas_is_free() -> None:
-    """Where the tool is behind G12 is not known before the next words; holes behind it need not care."""
+    """The position after G12 is unknown until the next words; holes after it do not depend on it."""
     pocket = "G0 X9. Y90.\nG12 I5. Z-2. F200. D1\nG0 Z5.\n"
     body = strokes("G0 X{x} Y{y}\nG1 Z-1. F100.\nG0 Z5.\n")
     program = interpret_program(f"%\nO1\n{HEAD}{pocket}{body}{pocket}{body}M30\n%\n", dialect("haas"))

@@ -39,7 +39,7 @@ def turned(body: str) -> str:
         ("G0X0.0Y0 / G1Z-1F50 / X5.250F200", "G0X5.250Y0 / G1Z-1F50 / X0.0F200"),
         ("N1 G0 X0 Y0 / N2 G1 Z-1 F50 / N3 X5 F200", "N1 G0 X5 Y0 / N2 G1 Z-1 F50 / N3 X0 F200"),
         ("g0 x0 y0 / g1 z-1 f50 / x5 f200", "g0 x5 y0 / g1 z-1 f50 / x0 f200"),
-        # Arcs turn the other way about the same centre; G1 is said where G2 would go on.
+        # Arcs reverse their direction about the same centre; G1 is written where G2 would continue.
         (
             "G0 X0 Y0 / G1 Z-1 F50 / X5 F200 / G2 X9 Y4 I4 J0 / G1 X20",
             "G0 X20 Y4 / G1 Z-1 F50 / G1 X9 F200 / G3 X5 Y0 I0.0 J-4.0 / G1 X0 F200",
@@ -81,7 +81,7 @@ def test_what_is_not_to_be_turned_is_refused() -> None:
 
 
 def test_a_file_without_an_end_of_its_last_line_gets_one_where_it_is_needed() -> None:
-    """The file ends amid its last cut, which now begins there."""
+    """The file ends within its last cut, which now starts there."""
     cut = "G0 X{0} Y0\r\nM3 S9\r\nG1 X{1} F200\r\nM5"
     program = program_of("G21 G90\r\n" + "\r\n".join(cut.format(x, x + 5) for x in (0, 20, 40)))
     sequence = find_sequence(program, process="laser", allow_reverse=True)
@@ -115,7 +115,7 @@ CUT = st.fixed_dictionaries(
 
 
 def text_of(cuts: list[dict], inch: bool, beam: bool) -> str:
-    """Return a program that makes cuts of random pieces, saying again, or not, what is active already."""
+    """Return a program with cuts of random pieces, with or without repeating active words."""
     said = {"G": ""}
 
     def words(terse: bool, *given: str) -> str:

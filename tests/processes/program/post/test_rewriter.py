@@ -18,7 +18,7 @@ FOOT = " / G0 Z20 / M5 / M2"
 
 
 def body(text: str, *orders: list[int]) -> str:
-    """Return what becomes of the text between head and foot."""
+    """Return the rewritten text between header and footer."""
     new = rewritten(HEAD + text + FOOT, *orders)
     assert new.startswith(HEAD)
     assert new.endswith(FOOT)
@@ -63,7 +63,7 @@ def test_what_the_first_piece_said_for_the_others_the_new_first_one_says() -> No
 
 
 def test_a_feed_mode_that_the_first_piece_states_does_not_stand_for_its_feed() -> None:
-    """The second piece is made first: it says G94, too, and the first one gets the feed that it had."""
+    """The second task comes first and also states G94; the first task keeps its feed."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / G0 X9 Y0 / G94 / G1 Z-1 / G0 Z5 / G0 X8 Y5 / G1 Z-1 F200 / G0 Z5"
     assert body(text, [2, 1, 0]) == (
         "G94 G0 X8 Y5 / G1 Z-1 F200 / G0 Z5 / G0 X9 Y0 F100 / G94 / G1 Z-1 / G0 Z5 / G0 X0 Y0 / G1 Z-1 F100 / G0 Z5"
@@ -107,7 +107,7 @@ def test_a_cycle_ends_before_a_way_in_machine_coordinates_that_stays() -> None:
 
 
 def test_a_last_piece_that_rose_for_the_end_rises_as_high_when_it_is_first() -> None:
-    """On the way from the hole to the cut the tool rises from 1 to 5; behind the cut it rises to 5 again."""
+    """From the hole to the cut the tool rises from 1 to 5; after the cut it rises to 5 again."""
     text = "G99 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 Z5 / G1 Z-1 / Z1"
     new = rewritten(HEAD + text + " / G0 Z5 / M5 / M2", [1, 0])
     assert " / G1 Z-1 / Z1 / G0 Z5.0 / G99 G81 X0 Y0 Z-3 R1 F100 / G0 Z5 / M5 / M2" in new
@@ -128,8 +128,7 @@ def test_the_new_first_place_is_reached_no_lower_than_the_plane_at_which_the_too
 
 
 def test_a_series_that_began_below_its_plane_is_not_begun_below_it_elsewhere() -> None:
-    """The tool comes from 0, goes over at the plane 2, and the second hole rises to its own plane 1; made second, the
-    series begins at 2."""
+    """The second hole rises to its own plane 1 and the tool crosses at 2; made second, the series starts at 2."""
     text = "G1 Z0 F100 / M8 / G99 G81 X0 Y0 Z-3 R2 F100 / G98 G81 X9 Y0 Z-3 R1 / G0 Z5 / X20 Y0 / G1 Z-1 / G0 Z5"
     text += " / G0 X30 Y0 / G1 Z-1 / G0 Z5"
     new = body(text, [1, 0, 2])
@@ -180,7 +179,7 @@ def test_a_plane_and_absolute_centres_are_said_again() -> None:
 
 
 def test_what_stays_behind_gets_back_what_it_relies_on() -> None:
-    """M8 parts two sections; the X5 behind it takes feed, motion and the Y of the last piece for granted."""
+    """M8 separates two sections; the X5 after it relies on feed, motion and the Y of the last task."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / X9 Y0 / G1 Z-1 F200 / G0 Z5 / M8 / X5 / G1 Z-1 / X6 / G0 Z5"
     assert body(text, [1, 0]) == (
         "X9 Y0 / G1 Z-1 F200 / G0 Z5 / G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / G0 X9.0 Y0.0 / F200 / "
@@ -192,7 +191,7 @@ def test_where_another_height_is_needed_the_tool_is_lifted_before_it_crosses() -
     """The last hole is left at Z5 by G0; the first is reached at 5, the others at 1, by a feed up."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z1 / G0 X9 / G1 Z-1 / Z1 / G0 X18 / G1 Z-1 / Z1"
     assert body(text, [1, 0, 2]) == (
-        # From Z5 across, then down to 1, as it was; to the one that was first at 5, as it was.
+        # From Z5 across, then down to 1, as before; to the task that was first at 5, as before.
         "G0 X9.0 Y0.0 / G0 Z1.0 / G0 X9 F100 / G1 Z-1 / Z1 / G0 Z5.0 / G0 X0 Y0 / G1 Z-1 F100 / Z1 / "
         "G0 X18.0 Y0.0 / G0 Z1.0 / G0 X18 / G1 Z-1 / Z1"
     ).replace("G0 X18.0 Y0.0 / G0 Z1.0 / ", "")
@@ -205,7 +204,7 @@ def test_over_the_first_place_the_tool_comes_no_lower_than_the_original_did() ->
 
 
 def test_blocks_of_our_own_are_in_the_unit_of_their_section() -> None:
-    """The second section is in inches: what its pieces lack is said in inches."""
+    """The second section is in inches, so words added there are in inches."""
     one = "G0 X0 Y0 / G1 Z-1 F100 / Z30 / G0 X9 / G1 Z-1 / Z30"
     new = body(f"{one} / G20 / M8 / G0 Z1 / X2 Y2 / G1 Z-.1 F4 / G0 Z1 / X3 / G1 Z-.1 / G0 Z1", [0, 1], [1, 0])
     assert f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / " in new

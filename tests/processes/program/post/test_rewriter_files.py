@@ -43,7 +43,7 @@ TIERED = [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) 
 
 @functools.cache
 def read(name: str) -> tuple[str, Program, Sequence]:
-    """Return the text of a file, what it says, and what of it may change places; none of them is ever changed."""
+    """Return the text of a file, its program, and its movable tasks; none of them is ever changed."""
     text = (GCODE / name).read_bytes().decode("latin-1")
     program = interpret_program(text, dialect("linuxcnc"), name)
     return text, program, find_sequence(program)
@@ -63,7 +63,7 @@ def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> Non
         text = rewrite(program, sequence, some_orders(sequence, seed))
         new = interpret_program(text, dialect("linuxcnc"), name)
         assert work_of(new) == work
-        # Not by a hair: the numbers are those of the text.
+        # Exactly: the numbers are those of the text.
         assert lowest_way(new) >= lowest or np.isnan(lowest)
 
 

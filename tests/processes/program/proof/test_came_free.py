@@ -1,4 +1,4 @@
-"""Of two programs of a laser, `verify` tells what comes free before what: in a part a difference, beside it a note."""
+"""`verify` reports a changed detaching order of two laser programs: a difference within a part, otherwise a note."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def square(x: float, y: float, side: float, lead: float = 0.0) -> str:
     return f"G0 X{x - lead} Y{y - lead} / M3 S500 / G1 X{x} Y{y} F1000 / {corners}M5"
 
 
-#: Four parts with a hole each, the third in a frame: what is cut out of the frame falls, too.
+#: Four parts with a hole each, the third in a frame: cutting the frame detaches it too.
 HOLES = [square(60 * k + 10, 10, 5) for k in range(4)]
 PARTS = [square(60 * k, 0, 40, lead=k % 2) for k in range(4)]
 OPENING, FRAME = square(115, -5, 50), square(112, -8, 56)

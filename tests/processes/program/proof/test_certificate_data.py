@@ -94,7 +94,7 @@ def test_holes_of_one_tool_may_not_be_drilled_with_another(data: Path) -> None:
 
 
 def cutting_moves(output: str) -> Counter[tuple]:
-    """Return the cuts and dwells that rs274 made, each with where it begins; feeds to the printed decimals."""
+    """Return the cuts and dwells that rs274 made, each with its start; feeds to the printed decimals."""
     place, moves = (0.0, 0.0, 0.0), []
     for move in moves_of_rs274(output):
         if move[0] in ("feed", "arc", "dwell"):
@@ -119,7 +119,7 @@ def told_apart(one: Counter[tuple], other: Counter[tuple]) -> bool:
 
 @pytest.fixture(scope="module")
 def cuts_of(data: Path, rs274: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Counter[tuple]]:
-    """Return the cuts that LinuxCNC makes of a file as it is; it is run once for each."""
+    """Return LinuxCNC's cuts of an unchanged file; each file is run once."""
 
     @functools.cache
     def cuts(name: str) -> Counter[tuple]:

@@ -52,9 +52,7 @@ def test_memory_grows_by_less_than_a_kilobyte_a_line() -> None:
     ]  # fmt: skip
     head = "G21 G90 G17 G40 G94\nS900 M3\nG0 Z5\n"
     texts = [head + "".join(order) + "M5\nM2\n" for order in (contours, contours[::-1])]
-    certify(
-        *(program_of(t, "linuxcnc") for t in (texts[0][:200], texts[0][:200]))
-    )  # what is loaded once is not counted
+    certify(*(program_of(t, "linuxcnc") for t in (texts[0][:200], texts[0][:200])))  # one-time loading is not counted
     tracemalloc.start()
     found = certify(*(program_of(t, "linuxcnc") for t in texts))
     _, most = tracemalloc.get_traced_memory()

@@ -104,7 +104,7 @@ def written(pieces: Pieces, order: list[int] | None = None) -> str:
     return head + "".join(parts if order is None else [parts[i] for i in order]) + foot
 
 
-#: Program, what to replace (the first place of a regular expression), by what, and a word that the proof must say.
+#: Program, regular expression to replace (first match), replacement, and a word that the proof must report.
 MUTATIONS = [
     ("cycles", r"Z-5 R2", "Z-5.1 R2", "depth -5 became -5.1"),
     ("cycles", r"F120", "F125", "feed in mm/min 120 became 125"),
@@ -232,7 +232,7 @@ def test_a_line_divided_by_exact_stops_is_another_work(mode: str) -> None:
 
 @pytest.mark.parametrize("divided", ["G1 X20\nX30", "G1 X10\nX30"])
 def test_the_first_move_after_radius_compensation_is_not_divided(divided: str) -> None:
-    """The tool goes off the contour along the whole length of that move, so where it ends tells what is cut."""
+    """The tool leaves the contour along the whole length of that move, so its end determines the cut."""
     whole = "G21 G90 T1 M6\nS1 M3\nG0 X0 Y0 Z0\nG41 D1\nG1 X5 Y5 F2\nX10 Y0\nG40\nG1 X30\nM5\nM2\n"
     other = whole.replace("G1 X30", divided)
     assert not certified(whole, other).same
@@ -240,7 +240,7 @@ def test_the_first_move_after_radius_compensation_is_not_divided(divided: str) -
 
 
 def moved(name: str, what: str, to: str) -> tuple[str, str]:
-    """Return a program, and the same with a piece of it (a regular expression) before another one."""
+    """Return a program, and the same program with a part of it (a regular expression) moved before another."""
     original = written(PROGRAMS[name])
     found = re.search(what, original)
     assert found
@@ -294,7 +294,7 @@ def test_a_plunge_that_drifts_by_rounding_hides_no_part_that_comes_free_too_earl
 
 
 def test_an_inner_cut_may_not_move_behind_an_outer_one_with_a_lead_in_and_an_overcut_either() -> None:
-    """The outer cut begins outside, meets its first corner nowhere, and crosses itself beyond its start."""
+    """The outer cut starts outside, does not meet its first corner, and crosses itself beyond its start."""
     head = "G21 G90\nM3 S1\n"
     inner = "G0 X5 Y5\nG1 X6 F100\n"
     outer = "G0 X3 Y-4\nG1 X3 Y0.2 F100\nX10 Y0\nY10\nX0\nY0\nX4 Y-0.1\nX4 Y-2\n"

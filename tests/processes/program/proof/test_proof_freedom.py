@@ -115,7 +115,7 @@ def test_a_hole_made_under_compensation_that_was_made_before_it_is_caught() -> N
 
 
 def test_a_cut_that_went_on_under_compensation_from_a_hole_is_caught_behind_another() -> None:
-    """G41 and a feed from where the last hole is: the cut begins there."""
+    """G41 and a feed from the position of the last hole: the cut starts there."""
     side = "G41 D1 / G1 X30 Y5 / G40 / G0 Z5"
     assert what_differs([*HOLES, side], [HOLES[1], HOLES[0], HOLES[2], side]) == []
     assert what_differs([*HOLES, side], [HOLES[2], HOLES[0], HOLES[1], side]) != []
@@ -132,7 +132,7 @@ def test_a_cut_that_went_on_under_compensation_from_a_hole_is_caught_behind_anot
     ],
 )
 def test_a_dwell_behind_the_last_hole_stays_there_with_its_time(new: Parts) -> None:
-    """The tool has risen and waits for what comes next, over whichever hole was the last."""
+    """The tool has risen and waits for the next move, above whichever hole was last."""
     assert what_differs([*CYCLES, "G80", "G4 P1", "M8"], new) != []
 
 

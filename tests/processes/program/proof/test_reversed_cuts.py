@@ -74,13 +74,13 @@ def test_any_other_change_of_a_cut_that_is_turned_is_found(was: str, becomes: st
 @pytest.mark.parametrize(
     "old, new",
     [
-        # Closed: the way round is climb milling or the other one.
+        # Closed: the direction decides between climb and conventional milling.
         ("G1 Z-1 F50 / X5 F200 / Y5 / X0 / Y0", "G1 Z-1 F50 / Y5 F200 / X5 / Y0 / X0"),
         # A slow way in would become a slow way out.
         ("G1 Z-1 F50 / X1 F90 / X5 F200 / Y5", "G0 X5 Y5 / G1 Z-1 F50 / Y0 F200 / X1 / X0 F90"),
         # An arc leads in.
         ("G1 Z-1 F50 / G2 X2 I1 F200 / G1 X9 / Y5", "G0 X9 Y5 / G1 Z-1 F50 / Y0 F200 / X2 / G3 X0 I-1"),
-        # The way into a closed one would begin on the part.
+        # The lead-in to a closed cut would start on the part.
         ("G1 Z-1 F50 / X4 F200 / X8 / Y4 / X4 / Y0", "G0 X4 Y0 / G1 Z-1 F50 / Y4 F200 / X8 / Y0 / X4 / X0"),
         # It sinks.
         ("G1 Z-1 F50 / X5 Z-2 F200", "G0 X5 Y0 / G1 Z-2 F50 / X0 Z-1 F200"),

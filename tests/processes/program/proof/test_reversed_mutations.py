@@ -50,7 +50,7 @@ def each(text: str, pattern: str, becomes: str | dict[str, str]) -> Iterator[str
 
 
 def feeds_moved(text: str) -> Iterator[str]:
-    """Yield the text with the feeds of two blocks of one cut exchanged, where they differ."""
+    """Yield the text with the feeds of two blocks of a cut exchanged, if they differ."""
     lines = text.splitlines()
     for k in range(len(lines) - 1):
         one, other = (re.search(r"F\d+", line) for line in lines[k : k + 2])

@@ -1,4 +1,4 @@
-"""An outline in several cuts, held by tabs: what is made inside it before its last cut is not made after it."""
+"""An outline in several cuts with tabs: work inside it before its last cut must not come after it."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def cuts_of(path: Toolpath) -> Features:
 
 
 def inside(features: Features, run: np.ndarray) -> list[int]:
-    """Return the runs that begin inside an outline of another run."""
+    """Return the runs that start inside an outline of another run."""
     lines = lines_of(features, traces_of(features), run, FREE.sagitta)
     found = starts_inside(lines, outlines_of(lines, None, FREE))
     return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)

@@ -16,7 +16,7 @@ from rs274_moves import run_rs274
 
 
 class Fault(NamedTuple):
-    """A program, lines parted by ``/`` with a space on either side; what is changed in it, once, into what."""
+    """A program with lines separated by `` / ``; a part of it that is replaced once, and its replacement."""
 
     name: str
     dialect: str
@@ -38,7 +38,7 @@ LIT = "G21 G90 / M3 S0 / G0 X0 Y0 / G1 X9 F900 S500"
 X11 = "G0 X11 Y2 / G1 Z-9 F100 / G0 Z5"
 STOPS = f"{HEAD} / {HOLE} / M0 / G0 Z7 / G0 Z20 / G0 X50 Y50 Z20 / M0 / {X11} / M2"
 DEEP = f"{HEAD} / {HOLE} / G0 X5 / G0 X6 / M0 / G0 Z9 / {X11} / G0 X9 / Z20 / X8 / M2"
-#: Where a rapid goes down and up again there, what is changed, and into what.
+#: Text of a rapid down and up again, and its replacement.
 DOWN = (
     ("as the program begins", "G0 Z5", "G0 Z-3 / G0 Z5"),
     ("on the way to the first hole", "G0 X1 Y2", "G0 X3 Y2 / Z-3 / Z5 / G0 X1 Y2"),
@@ -66,7 +66,7 @@ def haas(name: str, block: str, old: str, new: str, end: str = "M30", head: str 
     return Fault(name, "haas", after(head, block, FANUC_HOLE, end), old, new)
 
 
-#: Another hole; its place and that of a line's number changed round.
+#: Another hole, with its position changed.
 OTHER_HOLE = FANUC_HOLE.replace("X1", "X5")
 LATER = (f"N10 {FANUC_HOLE} / {OTHER_HOLE}", f"{FANUC_HOLE} / N10 {OTHER_HOLE}")
 SWAPPED = (f"N10 {FANUC_HOLE} / N11", f"N11 {FANUC_HOLE} / N10")
@@ -99,7 +99,7 @@ REFUSED = [
 ]
 
 VERIFY_FAULTS = [
-    # A parameter that feeds a word which is taken as it stands.
+    # A parameter that supplies a word is compared as text.
     lcnc("G92 by a parameter", "#6=12 / G92 X#6", "#6=12", "#6=13"),
     lcnc("G92 by a parameter of a parameter", "#5=1 / #6=[#5+11] / G92 X#6", "#5=1", "#5=2"),
     lcnc("rotary by a parameter", "#3=0 / G0 A[#3+90]", "#3=0", "#3=1"),
@@ -138,7 +138,7 @@ VERIFY_FAULTS = [
     lcnc("message", "(MSG, turn the part)", "turn", "leave"),
     lcnc("message gone", "(MSG, turn the part)", "(MSG, turn the part)", "(turn the part)"),
     lcnc("record of a parameter", "#1=5 / (PRINT, #1)", "#1=5", "#1=6"),
-    # What is active in a block that is not understood.
+    # Active words in a block that is not understood.
     lcnc("S of G33.1", "S500 / G33.1 Z-3 K1.5 / S900", "S500", "S600"),
     lcnc("S of G76", "S500 / G76 P1 Z-9 I-1 J0.2 K1 R1.5 Q29.5 H3 E1 L0 / S900", "S500", "S600"),
     lcnc("H of a rotary cut", "G43 H1 / G0 A90 Z5 / G43 H2 / G0 Z5", "H1", "H2"),

@@ -1,4 +1,4 @@
-"""What a person reads of two programs that differ: what differs and where, once, and nothing that does not differ."""
+"""Messages on two different programs: each difference and its position once, and no false differences."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ PASSES = ((8, 9), (16, 17))
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_corner_of_one_of_two_equal_passes_is_told_in_its_own_pass_and_alone(number: int, side: int) -> None:
-    """The cut behind it begins elsewhere, too; and the other pass has a cut that is its equal."""
+    """The following cut also starts elsewhere; and the other pass has an equal cut."""
     lines = TWICE.split(" / ")
     line = PASSES[number][side]
     gone = one_told(lines, lines[: line - 1] + lines[line:])

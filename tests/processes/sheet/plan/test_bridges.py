@@ -150,7 +150,7 @@ def test_a_contour_has_bridges_to_its_eight_nearest_neighbours_and_no_others() -
 
 
 def along_a_slat(rows: int) -> Sheet:
-    """Return a slat with twenty squares along it, and as many behind these as make so many rows."""
+    """Return a slat with twenty squares along it, in this number of rows."""
     boxes = [(square(30 + 30 * i, 30 + 30 * j, 20), 0, -1, 2 + i + 20 * j) for j in range(rows) for i in range(20)]
     return sheet_of((rectangle(30, 12, 590, 10), 0, -1, 1), *boxes)
 

@@ -1,4 +1,4 @@
-"""How a chain begins: at its first place, with leads that keep clear of its bridges; judged by shapely's distances."""
+"""The start of a chain: its first position, with leads clear of its bridges; checked by shapely's distances."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_the_leads_of_a_chain_keep_clear_of_its_bridge_and_of_the_parts() -> Non
 
 
 def test_a_lead_out_that_would_run_along_the_bridge_is_left_out() -> None:
-    """Square to the contour, where the bridge came in square to it: there is no room for any of it."""
+    """Perpendicular to the contour, like the arriving bridge: there is no room for it."""
     cutting = cutting_of(two_squares(), lead_out="line", overcut=0.0)
     chain = chain_in(cutting)
     assert abs(chain[0].exit[1] - chain[1].entry[1]) < 0.5

@@ -19,7 +19,7 @@ def in_earlier_kerfs(cutting: Cutting, order: list[CutStart]) -> int:
 
 
 def crossing_starts(cutting: Cutting) -> list[CutStart]:
-    """Return starts of the two contours of which the second pierces where the first one's lead went."""
+    """Return starts of two contours; the second pierces on the first one's lead."""
     for a in (cutting.starts[n] for n in cutting.by_contour[0]):
         for b in (cutting.starts[n] for n in cutting.by_contour[1]):
             if in_earlier_kerfs(cutting, [a, b]):

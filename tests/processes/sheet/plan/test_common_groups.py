@@ -84,7 +84,7 @@ def around_a_square(side: float) -> Sheet:
 
 
 def test_a_room_that_parts_lock_in_is_scrap_that_makes_no_group() -> None:
-    """It would hang between the lines, be it 20 mm wide or 2; of a kerf's width nothing is left of it."""
+    """It would hang between the lines, whether 20 mm wide or 2; of a kerf's width nothing remains."""
     for side, whole in ((20.0, False), (2.0, False), (KERF, True)):
         group, slots = grouped(around_a_square(side), 0, 1, 2, 3)
         assert len(slots) >= 4, side

@@ -21,7 +21,7 @@ from leafcut.processes.sheet.plan.cutting import Cutting, drawing_order
 
 #: What lies at the ends of a line: from the middle of the path around to the parts.
 HALF = 0.5 * PLASMA.kerf
-#: Ends of lines may be short of the middle of a kerf by so much, mm.
+#: Maximum distance of line ends from the middle of a kerf, mm.
 END = 0.03
 
 

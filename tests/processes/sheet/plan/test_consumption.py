@@ -1,4 +1,4 @@
-"""Consumption of a sheet: what the chart's rates come to in the time that the torch is on, by hand."""
+"""Consumption of a sheet: the chart's rates times the time with the torch on, by hand."""
 
 from __future__ import annotations
 

@@ -282,7 +282,7 @@ def test_a_laser_leaves_joints_evenly_and_a_plasma_cut_one_at_its_end() -> None:
 
 
 def test_the_joint_at_the_end_of_a_cut_is_never_in_a_loop_round_a_corner() -> None:
-    """Else the corner's arc is left, too: both ends of what stays uncut lie on the square grown by half a kerf."""
+    """Otherwise the corner's arc would stay, too: the uncut part ends on the square grown by half a kerf."""
     leads = {"lead_in": "none", "lead_out": "none"}
     cutting = cutting_of(two_squares(), micro_joints=1, joint_width="2", corner_loops=True, **leads)
     moved = [
@@ -367,7 +367,7 @@ def test_a_hole_barely_wider_than_two_kerfs_of_a_laser_is_begun_in_its_middle() 
 
 @pytest.mark.parametrize("off, free", [(0.0, True), (0.015, True), (0.026, False)])
 def test_no_lead_is_taken_that_the_proof_would_refuse(off: float, free: bool) -> None:
-    """The proof lets a kerf be 0.025 mm too near to a part; the edge of this one is at x = 70, the kerf 1.5 mm wide."""
+    """The proof accepts a kerf up to 0.025 mm too near to a part; the edge is at x = 70, the kerf 1.5 mm wide."""
     sheet = two_squares()
     cutting = cutting_of(sheet)
     x = 70.0 + 0.75 - off

@@ -1,4 +1,4 @@
-"""The order of a sheet: what comes first, bands, heat, starts that slide, and plans that are kept."""
+"""The order of a sheet: precedence, bands, heat, sliding starts, and kept plans."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_the_measure_of_the_literature_counts_the_ways_only() -> None:
 
 
 def random_sheet(seed: int) -> Sheet:
-    """Return parts of several shapes on a grid, some with holes, some of those with parts in them."""
+    """Return parts of several shapes on a grid, some with holes, some of these with parts in them."""
     rng = np.random.default_rng(seed)
     contours: list[Contour] = []
     part = 0
@@ -337,7 +337,7 @@ def test_a_fixed_lead_that_does_not_fit_is_refused_with_its_contour(tmp_path) ->
 
 
 def fixed_plan(cutting: Cutting, *words: str, **changes: Any) -> PlanFile:
-    """The plan of a cutting in the order of the drawing, with what `words` name fixed for its first cut."""
+    """Return the plan of a cutting in drawing order, with the properties `words` fixed for its first cut."""
     cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
     plan = CutPlan(cutting.sheet, cutting.rules.data, cuts).file
     return replace(plan, cuts=(replace(plan.cuts[0], fixed=words, **changes), *plan.cuts[1:]))

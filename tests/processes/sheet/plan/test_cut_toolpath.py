@@ -136,7 +136,7 @@ def test_parts_add_up_to_the_sheet_and_sheets_to_the_batch() -> None:
     seconds = [(10.0, 1.0, 2.0), (20.0, 1.0, 3.0), (30.0, 1.0, 4.0), (40.0, 1.0, 5.0)]
     norm = cut_norm(CutPlan(sheet, PLASMA, cuts), seconds, 120.0, options, shop_rate=72.0)
     assert (norm.sheet.cut_s, norm.sheet.pierce_s, norm.sheet.total_s) == (100.0, 4.0, 120.0)
-    assert norm.sheet.rapid_s == 16.0  # 14 between the cuts, 2 at the beginning and the end
+    assert norm.sheet.rapid_s == 16.0  # 14 between the cuts, 2 at the start and the end
     assert [p.times.cut_s for p in norm.parts] == [70.0, 30.0]
     assert norm.batch.total_s == 1200.0
     assert norm.sheet.pierces == 4
@@ -170,7 +170,7 @@ def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) 
 @pytest.mark.parametrize("bulge", [0.0, 0.4])
 @pytest.mark.parametrize("steps", [(5.0, 0.001, 5.0), (0.001, 5.0), (5.0, 0.001), (5.0, *[0.001] * 40, 5.0)])
 def test_no_step_is_so_short_that_a_program_takes_its_ends_for_one_place(steps, bulge) -> None:
-    """A program in inches with four decimals has steps of 0.00254 mm; nothing of the way gets lost."""
+    """A program in inches with four decimals has steps of 0.00254 mm; no part of the path is lost."""
     x = np.concatenate([[0.0], np.cumsum(steps)])
     path = Polyline(np.column_stack([x, np.zeros(len(x)), np.where(np.append(steps, 0.0) > 1.0, bulge, 0.0)]))
     builder = ToolpathBuilder()

@@ -1,4 +1,4 @@
-"""What a controller is told that keeps half a kerf away by itself: from it follows what the torch shall do."""
+"""Input for a controller that compensates half the kerf itself; it determines the torch path."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_the_contour_is_programmed_as_it_is_drawn_and_the_kerf_runs_half_of_it_b
 
 
 def test_the_lead_begins_where_the_torch_pierces_and_comes_in_along_the_contour() -> None:
-    """Where the arc of the lead meets the contour both run the same way, and nothing of it lies in the part."""
+    """Where the arc of the lead meets the contour, both have the same direction; none of it is in the part."""
     cutting = cutting_of(two_squares(), compensation="controller")
     parts = [shapely.box(20, 20, 70, 70), shapely.box(90, 20, 140, 70)]
     for start in cutting.starts:

@@ -15,7 +15,7 @@ from leafcut.processes.sheet.plan.starts import IN_THE_AIR, CutStart, edge_start
 
 
 def starts(sheet: Sheet, number: int = 0, places: int = 16) -> list[tuple[CutStart, tuple[float, float]]]:
-    """Return the starts of a contour at places along it, each with where on its path it begins."""
+    """Return the starts of a contour at positions along it, each with its position on the path."""
     rules = rules_of()
     contours, _ = prepare_contours(sheet, rules)
     own = contours[number]

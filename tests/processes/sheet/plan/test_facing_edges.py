@@ -1,4 +1,4 @@
-"""The rooms between edges that face each other one kerf apart: counted for rectangles laid by chance."""
+"""Spaces between edges that face each other one kerf apart: counted for randomly placed rectangles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where cuts may begin: how many places a contour has, where they lie, and what is said where there is none."""
+"""Starts of cuts: their number and position on a contour, and the message if there are none."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def found(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> tuple[list[Cu
 
 
 def places_of(starts: list[CutStart], contour: int = 0) -> list[float]:
-    """Return where along a contour cuts may begin, each place once, sorted."""
+    """Return the positions of starts along a contour, without duplicates, sorted."""
     return sorted({s.at for s in starts if s.contour == contour})
 
 
