@@ -33,14 +33,14 @@ Qt = QIcon = QApplication = QDialog = QScrollArea = QWidget = QVBoxLayout = QPus
 
 @dataclass(frozen=True)
 class Filtered:
-    """What the filter gives the interpreter, and what it says of errors and warnings."""
+    """The filter's output for the interpreter, and its errors and warnings."""
 
     text: str
     said: str
 
 
 def filtered(program: str, text: str, folder: Path, units: str = "mm") -> Filtered:
-    """Return what the filter `program` makes of a text; materials 1 and 2 are in the table."""
+    """Return the output of the filter `program` for a text; materials 1 and 2 are in the table."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "PyQt5").mkdir(exist_ok=True)
     for name in ("__init__", "QtCore", "QtGui", "QtWidgets"):

@@ -22,7 +22,7 @@ CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
 
 
 def program_of(text: str, name: str = "linuxcnc") -> Program:
-    """Return what a text says; blocks of a test are parted by ``/`` with a space on either side, or by line ends."""
+    """Return the program of a text; blocks are separated by `` / `` or by line ends."""
     return interpret_program(text.replace(" / ", "\n"), dialect(name))
 
 

@@ -18,12 +18,12 @@ from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
 _CALL = re.compile(r"^\s*\d+ \S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
 _PLANES = {"CANON_PLANE_XY": 17, "CANON_PLANE_XZ": 18, "CANON_PLANE_YZ": 19}
-# Far apart in what they print: four decimals of an inch are 0.0025 mm.
+# Printed resolution: four decimals of an inch are 0.0025 mm.
 PRINTED = {"mm": 1e-4, "inch": 2.54e-3}
 
 
 def run_rs274(program: str, text: str, folder: Path) -> tuple[int, str]:
-    """Return the exit status of rs274 and what it said; the tool table has the tools 1 to 99, all without length."""
+    """Return the exit status and output of rs274; the tool table has the tools 1 to 99 with length 0."""
     table, file = folder / "tool.tbl", folder / "part.ngc"
     table.write_text("".join(f"T{n} P{n} D3.0 Z0 ;tool\n" for n in range(1, 100)), encoding="ascii")
     file.write_text(text, encoding="utf-8")

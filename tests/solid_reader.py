@@ -26,7 +26,7 @@ class SolidReader:
         )
 
     def run(self, command: Sequence[str], **_: Any) -> subprocess.CompletedProcess[str]:
-        """Return how a fork ended that was given the words of a command line."""
+        """Return the result of a fork that ran a command line."""
         assert command[:4] == [sys.executable, "-P", "-m", MODULE]
         assert self._server.stdin and self._server.stdout
         self._server.stdin.write(json.dumps(command[4:]) + "\n")
@@ -39,7 +39,7 @@ class SolidReader:
 
 
 def serve() -> None:
-    """Fork for each line of words that comes, and tell how that ended."""
+    """Fork for each received command line, and report its result."""
     import OCP.STEPControl  # noqa: F401  # all of OpenCASCADE is in one library
 
     from leafcut.read.step_solid import main

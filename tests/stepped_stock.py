@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-#: The tool is put at places so far apart, mm.
+#: Distance of the tested tool positions, mm.
 STEP = 0.2
 
 
@@ -24,7 +24,7 @@ class SteppedStock:
         return (self.x[None, :] - x) ** 2 + (self.y[:, None] - y) ** 2 <= radius**2
 
     def highest(self, begin: Sequence[float], end: Sequence[float], radius: float) -> float:
-        """Return how much the material stands over the tip at the worst place of a way, mm; below it, negative."""
+        """Return the maximum height of material above the tip along a move, mm; negative if below."""
         worst = -math.inf
         for x, y, z in places(begin, end):
             near = self.under(x, y, radius)

@@ -27,7 +27,7 @@ PROGRAM = "G21 G90 G17\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX90 
 
 
 def motions(text: str) -> list[str]:
-    """Return a program without its comments, of which one tells the name of the input."""
+    """Return a program without its comments, one of which contains the name of the input."""
     return [line for line in text.splitlines() if not line.startswith("(")]
 
 
@@ -114,7 +114,7 @@ def test_inkscape_saves_a_drawing_as_the_program_that_leafcut_makes_of_it(
 
 
 def test_the_extension_passes_on_what_stands_in_its_window(extension: Path, tmp_path: Path, examples: Path) -> None:
-    """Its parameters are those of the window's description, of which each is used."""
+    """Its parameters are those in the window's description, and all of them are used."""
     described = ElementTree.parse(extension.with_name("leafcut.inx"))
     names = [one.get("name", "") for one in described.iter() if one.tag.endswith("}param")]
     command: Callable[[list[str]], list[str]] = runpy.run_path(str(extension))["command"]
@@ -180,7 +180,7 @@ def test_a_job_of_freecad_is_reordered_and_does_the_same_work(
 
 
 def test_what_leafcut_refuses_is_told_by_freecad_and_nothing_is_written(freecadcmd: str, tmp_path: Path) -> None:
-    """A tool without a feed: the line is that of leafcut."""
+    """A tool without a feed: the message is leafcut's."""
     done = freecad_job(freecadcmd, tmp_path, FEED="0 mm/min")
     assert done.returncode == 1 and "a cut without a feed" in done.stderr
     assert not (tmp_path / "job.ngc").exists()
@@ -196,7 +196,7 @@ def posted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Mappin
 def test_the_post_processor_takes_any_other_one_and_the_options_of_leafcut(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What leafcut warns of does not stop it. The text comes back, and is in the file."""
+    """A warning of leafcut does not stop it. The text is returned and written to the file."""
     export = posted(tmp_path, monkeypatch, PROGRAM)["export"]
     file = tmp_path / "job.ngc"
     text = export([], str(file), "--base shop --machine linuxcnc-mill --preset fast")
@@ -224,11 +224,11 @@ def test_the_post_processor_refuses_in_a_line_and_writes_nothing(
     assert not (tmp_path / "job.ngc").exists()
 
 
-# -- KiCad and pcb2gcode: what docs/inside.md tells to do --------------------------------------------------------------
+# -- KiCad and pcb2gcode: the commands in docs/inside.md ---------------------------------------------------------------
 
 
 def recipe(program: str) -> str:
-    """Return the command of leafcut of a recipe, the one that has the word `program` in it."""
+    """Return leafcut's command in a recipe: the command that contains the word `program`."""
     page = (HERE.parent / "docs" / "inside.md").read_text(encoding="utf-8")
     (command,) = re.findall(rf"^    leafcut (.*\b{program}\b.*)$", page, re.MULTILINE)
     return str(command)
@@ -237,7 +237,7 @@ def recipe(program: str) -> str:
 @pytest.fixture
 def kicad_python(tmp_path: Path) -> str:
     """Return the path of the Python that has KiCad's module."""
-    python = "/usr/bin/python3"  # Debian installs the module for this one
+    python = "/usr/bin/python3"  # Debian installs the module for this Python
     if called([python, "-c", "import pcbnew"], tmp_path).returncode:
         missing("KiCad's Python module", "kicad")
     return python

@@ -1,4 +1,4 @@
-"""What the library answers: typed, with plain values that the commands print as JSON."""
+"""Answers of the library: typed, with plain values that the commands print as JSON."""
 
 from __future__ import annotations
 

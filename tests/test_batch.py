@@ -27,7 +27,7 @@ def program(seed: int) -> str:
 
 
 def folder_of(folder: Path, count: int, broken: int = -1) -> Path:
-    """Write so many programs, and a folder for what becomes of them."""
+    """Write this number of programs, and create a folder for the results."""
     (folder / "in").mkdir()
     (folder / "out").mkdir()
     for k in range(count):

@@ -22,7 +22,7 @@ from leafcut.processes.settings import all_options, collect
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> tuple[str, str]:
-    """Run a command line in this process; return what it wrote to standard output and standard error."""
+    """Run a command line in this process; return its standard output and standard error."""
     assert run(arguments) == status
     captured = capsys.readouterr()
     assert "Traceback" not in captured.err
@@ -233,7 +233,7 @@ def test_an_output_that_may_not_be_written_is_refused_before_any_work(
 
 
 def interrupt_at(words: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have a person press Ctrl-C when the progress first says `words`."""
+    """Simulate Ctrl-C when the progress first shows `words`."""
 
     def call(self: Reporter, progress: Progress) -> None:
         if progress.step.startswith(words):

@@ -1,4 +1,4 @@
-"""Defaults of a shop told with where they come from, and completion by the shells themselves."""
+"""Defaults of a shop with their origin, and completion by the shells themselves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from outside_programs import program_path
 
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a file of defaults, in the folder that one works in."""
+    """Return a file of defaults in the current folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("LEAFCUT_DEFAULTS", "mine.toml")
     text = '# my shop\nmachine = "haas-vf2"\n\n[drill]\nthickness = 6\npeck = "0.1in"\nheader = false\n'
@@ -70,7 +70,7 @@ def test_all_options_of_a_command_are_told_with_where_each_comes_from(
 def test_without_a_file_it_is_told_where_one_would_be(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The template, saved there, says nothing until a line is wanted; then every line of it holds."""
+    """The template saved there has no effect until a line is enabled; with all lines enabled, all apply."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("APPDATA", str(tmp_path))
     monkeypatch.delenv("LEAFCUT_DEFAULTS", raising=False)
@@ -127,7 +127,7 @@ def script(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Path]:
     return found
 
 
-#: What is typed, up to where the shell is asked, and what it completes.
+#: Typed text up to the request for completion, and the completions.
 TYPED = [
     ("leafcut dri", "drill"),
     ("leafcut drill --machine ha", "haas-vf2"),
@@ -172,7 +172,7 @@ def test_fish_completes_commands_options_choices_and_files(fish: str, folder: Pa
     assert [" ".join(sorted(line.split())) for line in done.stdout.splitlines()] == [found for _, found in TYPED]
 
 
-#: What is typed into a zsh of its own, and what it adds when the Tab key comes; no time is waited for, but answers.
+#: Typed text for a zsh of its own, and the completions after Tab; the test waits for answers, not for time.
 _ZSH = """
 zmodload zsh/zpty
 zpty shell zsh -f -i

@@ -198,7 +198,7 @@ def test_a_stop_watch_and_one_program_are_compared_and_change_nothing(
 def test_several_measured_programs_give_a_profile_that_takes_their_time(
     programs: dict[str, Path], slow: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The times are those of a machine of 0.6 times the accelerations and thrice the corner value, to 0.1 s."""
+    """The times are those of a machine with 0.6 times the accelerations and three times the corner value, to 0.1 s."""
     out = tmp_path / "fitted.toml"
     truth = {str(file): round(seconds(file, slow), 1) for file in programs.values()}
     words = ["machine", "check", *truth, "--machine", "mach3-router", "-o", str(out)]

@@ -1,4 +1,4 @@
-"""One command for each process: it has the process's options and no others, the ones that matter first."""
+"""Commands for each process: exactly the process's options, the important ones first."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_main_options_stand_first_and_the_rest_under_more(
 
 
 def test_no_package_can_take_the_name_of_a_command() -> None:
-    """The registry knows all commands that are not those of processes."""
+    """The registry knows all other commands."""
     commands = {name for name in app() if not name.startswith("-")}
     assert commands == {*COMMANDS, *registry.OTHER_COMMANDS} - {"auto"}
 

@@ -1,4 +1,4 @@
-"""A file of tools, of a material, of a machine or of a dialect that says what cannot be is an input that is refused."""
+"""Invalid files of tools, materials, machines and dialects are refused as inputs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def said(text: str, key: str, value: str) -> str:
     return changed
 
 
-#: What a file holds, the flag or command that takes it, and a word of the refusal.
+#: Content of a file, the flag or command that takes it, and a word of the refusal.
 WRONG = [
     ("--tools a.toml", "[[tool]\n", "not a TOML file"),
     ("--tools a.toml", "", "no [[tool]]"),

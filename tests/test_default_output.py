@@ -1,4 +1,4 @@
-"""A file in the place of a command is optimized, and its program is written beside it."""
+"""A file in place of a command is optimized, and its program is written next to it."""
 
 from __future__ import annotations
 

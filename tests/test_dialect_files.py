@@ -22,7 +22,7 @@ DRILLED = {**FAST, "depth": 3}
 
 @pytest.fixture
 def ours(tmp_path: Path) -> Path:
-    """Return the file of a dialect that says nothing but what it is based on."""
+    """Return the file of a dialect that only names its base."""
     file = tmp_path / "shop" / "ours.toml"
     file.parent.mkdir()
     file.write_text('base = "haas"\n')
@@ -92,7 +92,7 @@ G_CODE = [name for name in shipped_machines() if dialect(load_machine(name).cont
 
 @pytest.mark.parametrize("shipped", G_CODE)
 def test_a_machine_is_timed_as_the_controller_that_its_dialect_is_based_on(shipped: str, tmp_path: Path) -> None:
-    """A program with sharp corners, arcs and changes of power: controllers differ in what these cost."""
+    """A program with sharp corners, arcs and changes of power, whose costs differ between controllers."""
     (tmp_path / "ours.toml").write_text(f'base = "{load_machine(shipped).controller}"\n')
     profile = machine_of(tmp_path, "ours.toml", shipped)
     program = tmp_path / "a.nc"

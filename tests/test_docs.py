@@ -52,7 +52,9 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
 
 
 def test_the_commands_of_the_page_on_machines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each on files of the names it has; the times are those of half the accelerations, which is found."""
+    """Each runs on files with the names of the page; the times are those of half the accelerations, which the fit
+    finds.
+    """
     import leafcut
     from leafcut.read.machine import load_machine
     from leafcut.read.tools import load_tools

@@ -37,7 +37,7 @@ def drilled(text: str, dialect_name: str) -> np.ndarray:
 
 
 def circles(drawing: Path) -> np.ndarray:
-    """Return the centres of the circles of one of our own drawings, in mm, sorted, read by ezdxf alone."""
+    """Return the centres of the circles of one of leafcut's drawings, in mm, sorted, read by ezdxf alone."""
     found = [e.dxf.center * 25.4 for e in ezdxf.readfile(drawing).modelspace().query("CIRCLE")]
     return np.array(sorted((round(c.x, 3), round(c.y, 3)) for c in found))
 
@@ -83,7 +83,7 @@ def test_linuxcnc_accepts_the_program_and_makes_the_same_moves(
     assert status == 0, output
     theirs, ours = moves_of_rs274(output), moves_of_toolpath(outcome.path_after)
     plunges = [[m[1:3] for m in moves if m[0] == "feed" and m[3] < 0] for moves in (ours, theirs)]
-    # 2.1 mm deep: three passes both with the 1.5 mm slot mill of one board and with the 1.016 mm one of the other.
+    # 2.1 mm deep: three passes, both with the 1.5 mm slot mill of one board and with the 1.016 mm mill of the other.
     assert len(plunges[0]) == len(outcome.part.holes) + 6 * len(outcome.part.slots)
     assert np.allclose(plunges[0], plunges[1], atol=0.00061)
 

@@ -25,7 +25,7 @@ def test_a_read_error_names_file_and_line() -> None:
 
 @pytest.mark.parametrize("word", ["\\" * 500, "a/b" * 200, "x" * 500])
 def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> None:
-    """What another library says of a file repeats the file's own words: these are cut, not what it says."""
+    """Messages of other libraries repeat words of the file: only these words are cut."""
     said = shown(f"Unknown type: '{word}' in line 3", 120)
     assert max(map(len, said.split())) <= LONGEST_QUOTE
     assert said.startswith("Unknown type: '")

@@ -87,7 +87,7 @@ def test_an_error_of_leafcut_arrives_from_a_process_unchanged() -> None:
 class DyingWorkers(WatchedExecutor):
     """Two workers without threads; chosen tasks lose their worker a number of times.
 
-    As in a pool of processes, a dead worker also loses the task that runs beside it.
+    As in a pool of processes, a dead worker also loses the task that runs next to it.
     """
 
     def __init__(self, deaths: dict[str, int], loss: Callable[[], BaseException]) -> None:
@@ -103,7 +103,7 @@ class DyingWorkers(WatchedExecutor):
         return future
 
     def check(self) -> None:
-        """Finish all pending tasks, or lose all of them: called while nothing is finished."""
+        """Finish all pending tasks, or lose all of them: called while no task is finished."""
         pending, self.pending = self.pending, []
         dead = [task for _, _, task in pending if self.deaths.get(task, 0) > 0]
         for task in dead:

@@ -155,8 +155,8 @@ files.write_whole({str(tmp_path / "out.nc")!r}, "half")
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*others, "out.nc"])
 
 
-#: Writes a program and what is about it, again and again, killed before its first step on the disk, its second, …; says
-#: after each what is there, and at last what a run leaves that is not killed.
+#: Writes a program and its companion files again and again, killed before its first disk operation, its second, …;
+#: prints the files present after each, and at the end those of a complete run.
 KILLED = """
 import json, os, signal, sys
 from pathlib import Path
@@ -191,7 +191,7 @@ print(json.dumps([found, sorted(path.name for path in folder.iterdir())]))
 
 
 def test_a_kill_at_any_step_leaves_no_report_beside_a_program_that_it_is_not_about(tmp_path: Path) -> None:
-    """The program is there at any time, the old one or the new; what is beside it is of the same run."""
+    """The program always exists, old or new; its companion files belong to the same run."""
     done = subprocess.run(
         [sys.executable, "-c", KILLED, str(tmp_path)], capture_output=True, text=True, check=True, timeout=100
     )
@@ -200,7 +200,7 @@ def test_a_kill_at_any_step_leaves_no_report_beside_a_program_that_it_is_not_abo
     assert all("a.nc" in names and len(set(names.values())) == 1 for names in found)
     assert {names["a.nc"] for names in found[:-1]} == {"old", "new"}
     assert found[-1] == {"a.nc": "new", "a.json": "new", "a.html": "new"}
-    assert left == ["a.html", "a.json", "a.nc"]  # what the killed ones left is gone
+    assert left == ["a.html", "a.json", "a.nc"]  # the files left by killed runs are gone
 
 
 @pytest.mark.parametrize("last", ["a.nc", "a.html"])
@@ -208,7 +208,7 @@ def test_a_kill_at_any_step_leaves_no_report_beside_a_program_that_it_is_not_abo
 def test_files_that_belong_together_are_all_written_or_none(
     old: bool, last: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where one cannot take its name, all have what they had, and nothing lies beside them."""
+    """If a file cannot be renamed, all keep their previous contents, and no temporary file remains."""
     report, program = tmp_path / "a.html", tmp_path / "a.nc"
     if old:
         report.write_text("old report", encoding="utf-8")

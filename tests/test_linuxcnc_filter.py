@@ -1,4 +1,4 @@
-"""A filter of LinuxCNC: called by AXIS's and QtVCP's own code, what it writes runs in LinuxCNC's interpreter."""
+"""A LinuxCNC filter: called by the code of AXIS and QtVCP, its output runs in LinuxCNC's interpreter."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SVG = (
 
 
 class ProgressBar:
-    """The bar of a window of LinuxCNC: it keeps what it is told."""
+    """The progress bar of a LinuxCNC window: records its values."""
 
     def __init__(self, *_: Any) -> None:
         self.told: list[int] = []
@@ -223,7 +223,7 @@ def test_a_drawing_of_which_something_would_not_be_done_is_not_opened(
 
 
 def test_no_percentage_is_told_twice_or_falls(capsys: pytest.CaptureFixture[str]) -> None:
-    """Between two searches the share of the work begins again; the whole is told when the program is there."""
+    """Between two searches the share starts again; 100 % is reported when the program is written."""
     progress = FilterProgress()
     for share in (0.0, 0.001, 0.5, 0.2, 0.505, 1.0):
         progress(Progress("searching", share))

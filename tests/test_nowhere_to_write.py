@@ -14,12 +14,12 @@ import pytest
 from outside_programs import program_path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "leafcut"
-#: Root is let in everywhere: what is left of it is another user, who may read all, for Python may lie in root's home.
+#: Root may write everywhere: these capabilities leave a user who may read everything, as Python may be in root's home.
 READS_ONLY = "-all,+dac_read_search"
 
 
 def another_user() -> list[str]:
-    """Return how a command begins that is to run as somebody who may write nowhere: nothing where one is that."""
+    """Return the start of a command that runs as a user without write access; nothing if this user has none."""
     if os.geteuid():
         return []
     setpriv = program_path("setpriv", "util-linux")
@@ -29,7 +29,7 @@ def another_user() -> list[str]:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Iterator[Path]:
-    """Return a folder with leafcut as it is installed for all: nothing is compiled, and nobody may write there."""
+    """Return a folder with leafcut as installed for all users: nothing is compiled, and nobody may write there."""
     installed = tmp_path / "installed"
     shutil.copytree(PACKAGE, installed / "leafcut", ignore=shutil.ignore_patterns("__pycache__"))
     for path in (installed, *installed.rglob("*")):

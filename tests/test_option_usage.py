@@ -1,4 +1,4 @@
-"""An option that is given is obeyed or refused: what each kind of work says it uses is what its runs read."""
+"""A given option is obeyed or refused: the declared options of each kind of work are those that its runs read."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @pytest.fixture
 def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[str]]:
-    """Return the names of the options that are read from now on, but for what only hands them on."""
+    """Return the names of the options read from now on, except by code that only passes them on."""
     found: set[str] = set()
 
     def read(self: OptionGroup, name: str) -> Any:
@@ -191,7 +191,7 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
 
 @pytest.mark.parametrize("work", WORKS)
 def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: str) -> None:
-    """One line: which option, which work, what it is for."""
+    """One line: the option, the work, and the work that it applies to."""
     others = [(group, name) for group, name, _ in all_options() if name not in WORKS[work].used()]
     assert others
     for group, name in others:
@@ -223,7 +223,7 @@ def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
 
 
 def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once(tmp_path: Path) -> None:
-    """Also in the tables of what it shares: a file of a shop says one thing in one place."""
+    """Also in shared tables: a shop's file states each value once."""
     shop = tmp_path / "shop.toml"
     shop.write_text("[drill]\nthickness = 6\ntools = 'a.toml'\n[cut]\nmaterial = 'brass'\n[job]\nkeep_order = true\n")
     job = collect({}, shop).job
@@ -284,7 +284,7 @@ def test_what_would_be_ignored_is_refused(source: str, options: Any, words: str,
 
 
 def test_a_file_of_options_may_serve_many_kinds_of_work(files: dict[str, Path], tmp_path: Path) -> None:
-    """What a run does not use of a file is not applied, and not told under what repeats the run."""
+    """Unused options of a file are not applied, and are missing in the command that repeats the run."""
     shop = tmp_path / "shop.toml"
     shop.write_text("[drill]\ndepth = 3\npeck = 1\n[cut]\nquantity = 4\n[aco]\nn_ants = 7\n[solve]\nseed = 5\n")
     drilled = api.optimize(files["holes.csv"], options_file=shop, iterations=1)

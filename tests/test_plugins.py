@@ -1,4 +1,4 @@
-"""Plug-ins are found by their entry points; one that is broken is told of and stops nothing."""
+"""Plug-ins are found by their entry points; a broken plug-in is reported and stops nothing."""
 
 from __future__ import annotations
 

@@ -24,14 +24,14 @@ KINDS = {
     "dialect shop-fanuc": "our Fanuc 0i-MC, which has little memory (of shop-leafcut)",
     "machine shop-mill": "our mill (of shop-leafcut)",
 }
-#: What an entry point of every group names that cannot be used.
+#: Unusable entry points, one per group.
 BROKEN = dict.fromkeys(("readers", "processes", "algorithms", "dialects", "machines"), "no_such_module:thing")
 CIRCLE = "".join(f"20 {angle} 5\n" for angle in range(0, 360, 60))
 
 
 @pytest.fixture(autouse=True)
 def installed(install: Installer) -> None:
-    """Install the page's package, and beside it one of which nothing can be used."""
+    """Install the page's package, and a second package whose entry points are all unusable."""
     install(*shop())
     install("torn", {f"leafcut.{group}": {"torn": names} for group, names in BROKEN.items()})
 
@@ -44,7 +44,7 @@ def circle(tmp_path: Path) -> str:
 
 
 def listed(capsys: pytest.CaptureFixture[str], kind: str) -> dict[str, str]:
-    """Return what `leafcut list` lists of a kind; in words it lists the same."""
+    """Return the output of `leafcut list` for a kind; the text output lists the same."""
     assert run(["list", kind, "--json"]) == 0
     rows = {row["name"]: row["description"] for row in json.loads(capsys.readouterr().out)[kind]}
     assert run(["list", kind]) == 0
@@ -106,7 +106,7 @@ def test_the_machine_and_the_dialect_are_what_the_files_say() -> None:
 
 
 def test_the_algorithm_orders_the_work(circle: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Six holes on a circle are best drilled along it, which insertion always finds in so many tries."""
+    """The best order of six holes on a circle follows the circle; insertion always finds it in these tries."""
     given: dict[str, Any] = {"depth": 3, "objective": "distance", "preset": "fast"}
     ours = leafcut.optimize(circle, algorithm="random-insertion", **given)
     assert ours.operations[0].solution.algorithm == "random-insertion"

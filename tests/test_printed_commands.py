@@ -13,7 +13,7 @@ from leafcut.cli.app import run
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-#: Commands that need something outside of this machine, or go on for ever: what they need.
+#: Commands that need something outside of this machine, or never end, with the requirement.
 OUTSIDE = {
     "--port": "a board",
     "dask://": "a cluster",
@@ -48,12 +48,12 @@ def printed() -> dict[str, str]:
 
 
 COMMANDS = printed()
-#: Names in commands for which there is no file here, and pipes.
+#: Names in commands without a file here, and pipes.
 NOT_HERE = (
     "a.nc", "'*.nc'", "my.ini", "my.toml", "mine.toml", "holes.csv", "part.stl", "board-PTH.drl", " | ", "orders",
     "shop.csv:", "siemens-828d -o plate.mpf", "cut part.step", "pocket part.step", "vf2.toml",
 )  # fmt: skip
-#: Printed before on the same page: what a command goes on from.
+#: Earlier command on the same page that a command depends on.
 BEFORE: dict[str, tuple[str, ...]] = {
     "cut examples/sheet.dxf --thickness 6 --plan plan.json -o sheet.ngc": (
         "cut examples/sheet.dxf --thickness 6 --save-plan plan.json -o sheet.ngc",
@@ -69,7 +69,7 @@ BEFORE: dict[str, tuple[str, ...]] = {
 
 
 def needs(command: str) -> str:
-    """Return what a command needs beside files, or nothing."""
+    """Return the requirement of a command besides files, or None."""
     return next((what for word, what in OUTSIDE.items() if word in command), "")
 
 
@@ -79,7 +79,7 @@ def test_the_pages_print_commands() -> None:
 
 
 def _words(command: str) -> list[str]:
-    """Return the words of one command, without what the shell does with its output."""
+    """Return the words of a command, without redirections."""
     return shlex.split(re.split(r" [|<>] ?", command)[0])
 
 

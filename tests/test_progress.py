@@ -1,4 +1,4 @@
-"""What a person sees while waiting."""
+"""Progress shown while waiting."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.model.heartbeat import Progress
 
 
 class Terminal(io.StringIO):
-    """A standard error that says it is a terminal."""
+    """A standard error that claims to be a terminal."""
 
     def isatty(self) -> bool:
         return True

@@ -89,7 +89,7 @@ def listening() -> Iterator[list[str]]:
 
 
 def times_opened(paths: list[str], file: Path) -> int:
-    """Return how often a file is among paths."""
+    """Return the number of times that a file is among paths."""
     return sum(os.path.realpath(path) == os.path.realpath(file) for path in paths)
 
 

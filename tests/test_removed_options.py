@@ -1,4 +1,4 @@
-"""A removed option is refused by name in every place where it can be given, with what to do instead."""
+"""A removed option is refused by name everywhere, with its replacement."""
 
 from __future__ import annotations
 

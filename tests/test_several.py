@@ -1,4 +1,4 @@
-"""Several inputs of one command, patterns, and - for standard input and standard output."""
+"""Several inputs of one command, patterns, and - for standard input and output."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
 
 
 def test_a_dry_run_of_several_programs_writes_nothing(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The sums are those of the rows."""
+    """The totals are the sums of the rows."""
     before = sorted(shop.iterdir())
     out, _ = answered(capsys, "optimize", "a.nc", "b.nc", "--keep-order", "--dry-run")
     assert "not written (--dry-run)" in out
@@ -158,7 +158,7 @@ def test_simulate_takes_several_programs_and_strict_counts_for_each(
 def test_what_is_dangerous_in_one_of_several_programs_is_told_before_the_table(
     shop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As of one alone: where it is, and what."""
+    """As for a single program: position and kind."""
     (shop / "d.nc").write_text("G21 G90\nM3 S900\nG0 X0 Y0\nG0 Z-1\nG0 X50\nM5\nG0 Z5\nM2\n")
     out, _ = answered(capsys, "optimize", "a.nc", "d.nc", "--keep-order")
     assert out.split()[:3] == ["danger:", "d.nc:", "L801"]
@@ -177,7 +177,7 @@ def given(monkeypatch: pytest.MonkeyPatch, data: bytes) -> None:
 def test_through_standard_input_and_output_goes_the_program_alone(
     shop: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The summary goes to standard error; the program is that of the file, but for the name in its header."""
+    """The summary goes to standard error; the program equals that of the file, except for the name in its header."""
     given(monkeypatch, PROGRAM.encode())
     out, err = answered(capsys, "optimize", "-", "-o", "-", *FAST)
     assert signed(out.replace("standard input", "a.nc")) == leafcut.optimize("a.nc", preset="fast").text
@@ -287,7 +287,7 @@ def test_in_a_folder_every_drill_file_has_a_program_of_its_own(board: Path, caps
 
 
 def test_drill_files_of_a_board_have_one_zero(board: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A corner of what is drilled is another place in each of them; a point is the same, and one program has one."""
+    """A corner of the holes differs between the files; a point is common, and a combined program has a single zero."""
     (board / "out").mkdir()
     _, told = answered(
         capsys, "optimize", "board*.drl", "-o", "out", "--depth", "2", "--origin", "lower-left", status=2
@@ -344,7 +344,7 @@ def test_of_several_drill_files_one_may_be_empty_and_one_that_only_lost_its_hole
 def test_what_is_not_taken_from_standard_input_is_refused_by_name(
     words: str, shop: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing is read of it."""
+    """Nothing is read from it."""
     monkeypatch.setattr(sys, "stdin", None)
     out, err = answered(capsys, *words.split(), status=2)
     assert out == "" and "standard input" in err and "name " in err and err.count("\n") == 1, err

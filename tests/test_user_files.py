@@ -1,4 +1,4 @@
-"""Files of the person's own: shop defaults, what was told before, and completion; never needed, never read by tests."""
+"""The user's files: shop defaults, shown hints, and completion; always optional, never read by tests."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ def test_the_tests_read_nobodys_own_defaults() -> None:
 def test_what_is_typed_goes_before_an_options_file_and_that_before_the_defaults(
     defaults: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    """What the run does not use is no error and not told; the header alone is enough to make the program again."""
+    """Options that the run does not use are neither errors nor mentioned; the header suffices to regenerate the
+    program.
+    """
     defaults.write_text(
         'machine = "haas-vf2"\nthickness = 8\nmaterial = "steel"\n[drill]\npeck = 1.5\nretract_height = 3\n'
     )
@@ -165,7 +167,7 @@ def test_without_a_home_or_where_nothing_may_be_written_all_runs_as_without_the_
 def test_where_the_part_lies_is_asked_once_for_each_machine_and_always_in_json_and_reports(
     defaults: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    """A damaged memory is begun anew."""
+    """A damaged record is started again."""
     words = ["optimize", PLATE, "--thickness", "5", *FAST]
     assert "L403" in said(capsys, *words)[0]
     assert "L403" not in said(capsys, *words, "--report", "page.html")[0]

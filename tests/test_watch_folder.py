@@ -1,4 +1,4 @@
-"""A watched folder: what is whole becomes a program, what is not is waited for, and nothing stops the watch."""
+"""A watched folder: complete files become programs, incomplete files are awaited, and nothing stops the watch."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DRILLED: dict[str, object] = {**GIVEN, "depth": 3}
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a folder to watch, with one for the programs beside it; one works beside both."""
+    """Return a folder to watch, with a folder for the programs next to it; the current folder contains both."""
     for name in ("in", "out"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path)
@@ -36,7 +36,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 class Watched:
-    """What a watch says and writes while steps happen between its looks; no time passes."""
+    """Output of a watch while steps happen between its polls; no time passes."""
 
     def __init__(self, folder: Path, *steps: Callable[[], object], given: dict[str, object] = GIVEN) -> None:
         self.written: list[BatchRow] = []
@@ -96,7 +96,7 @@ def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
 
 
 def test_a_drawing_that_lacks_its_end_is_waited_for_longer_and_then_refused(folder: Path, examples: Path) -> None:
-    """A slow copy may stand still between two looks; one that never ends is told in the end."""
+    """A slow copy may pause between two polls; a file that stays incomplete is finally reported."""
     whole = (examples / "plate_10.dxf").read_bytes()
     part = whole[: len(whole) // 2]
     (folder / "plate.dxf").write_bytes(part)
@@ -118,7 +118,7 @@ def test_after_an_error_it_goes_on_and_the_corrected_file_is_done(folder: Path) 
 
 
 def test_a_program_is_removed_when_its_drawing_changes_into_one_that_is_refused(folder: Path) -> None:
-    """It would be taken for that of the new one. What somebody else changed is left."""
+    """It would be taken for the new drawing's program. Programs changed by others are kept."""
     (folder / "a.nc").write_text(PROGRAM)
     seen = Watched(folder, nothing, nothing, puts(folder / "a.nc", BROKEN), *[nothing] * 3)
     assert not Path("out/a.nc").exists()
@@ -154,7 +154,7 @@ def test_what_is_hidden_passing_linked_empty_or_unknown_is_left_alone(folder: Pa
 
 
 def test_a_folder_that_goes_away_is_told_once_and_waited_for(folder: Path) -> None:
-    """That of the programs, and the one that is watched."""
+    """The folder of programs, and the watched folder."""
     (folder / "a.nc").write_text(PROGRAM)
     away = [lambda: Path("out").rename("elsewhere"), nothing, nothing, lambda: Path("elsewhere").rename("out")]
     seen = Watched(folder, *away, *[nothing] * 3)
@@ -165,7 +165,7 @@ def test_a_folder_that_goes_away_is_told_once_and_waited_for(folder: Path) -> No
 
 
 def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
-    """Not by their own folder, and not by a link to them in the other one."""
+    """Neither by their own folder, nor by a link to them in the output folder."""
     (folder / "a.nc").write_text(PROGRAM)
     with open_executor("threads", 1) as executor:
         watch = FolderWatch(folder, tmp_path / "in", GIVEN, executor, print, print)

@@ -1,4 +1,4 @@
-"""A time limit is that of all searches of a run together: what else a run does is not counted."""
+"""A time limit applies to all searches of a run together; other work does not count."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
 
 
 def given_to(works: list[float], takes: Callable[[float], float], limit: float | None) -> list[float | None]:
-    """Return the time limits of searches that do so much work each, and take `takes` of their limits."""
+    """Return the time limits of searches with these amounts of work, each of which uses a share of its limit."""
     deadline, left, given = Deadline(limit), sum(works), []
     for work in works:
         part = deadline.part(work / left)

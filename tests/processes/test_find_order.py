@@ -21,7 +21,7 @@ from leafcut.processes.ordering import solve_together
 def stages_of(
     sizes: Sequence[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None
 ) -> list:
-    """Return random paths that follow each other; of strokes, which begin and end elsewhere, each waits for one."""
+    """Return random consecutive paths; a stroke has different ends, and each stroke waits for another."""
     rng = np.random.default_rng(seed)
     stages = []
     for number, n in enumerate(sizes):
@@ -39,7 +39,7 @@ def stages_of(
 
 
 def total(stages: list, orders: list) -> float:
-    """Add up all ways, those between the paths included."""
+    """Return the total travel, including moves between the paths."""
     places = [(s.problem.entry[k], s.problem.exit[k]) for s, order in zip(stages, orders, strict=True) for k in order]
     start = stages[0].problem.start
     ways = [np.subtract(b[0], a[1]) for a, b in itertools.pairwise(places)]
@@ -108,7 +108,7 @@ def test_a_path_with_a_start_of_its_own_is_ordered_by_itself() -> None:
 
 @pytest.mark.parametrize(("limit", "calls"), [(None, 9), (1e6, 9), (1000.0, 4), (1.0, 3)])
 def test_quick_searches_end_where_a_time_limit_has_no_room_for_them(limit: float | None, calls: int) -> None:
-    """Each of three paths is said to take 85 s: three tenths of 1000 s are over in the second round, of 1 s before."""
+    """Each of three paths takes 85 s in the simulated clock: three tenths of 1000 s end in the second round."""
     asked = list[int]()
 
     def quick(number: int, problem: RoutingProblem, given: SolveOptions) -> object:

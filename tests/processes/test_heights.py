@@ -1,4 +1,4 @@
-"""A drawing's heights are told, and refused where they differ: all is made from one surface."""
+"""The heights of a drawing are reported, and refused if they differ: all work starts from one surface."""
 
 from __future__ import annotations
 

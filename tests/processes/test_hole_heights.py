@@ -1,4 +1,4 @@
-"""Holes that begin at the heights at which they are drawn: R planes, bottoms, and ways over the highest."""
+"""Holes that start at their drawn heights: R planes, bottoms, and moves above the highest."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_linuxcnc_crosses_over_the_highest_and_comes_down_fast_to_two_over_each_
 
 
 def test_one_height_that_is_drawn_stays_that_height(tmp_path: Path) -> None:
-    """Without the option all that is drawn at Z5 begins at Z0, with a note; with it, at Z5, and the R plane is 7."""
+    """Without the option, holes drawn at Z5 start at Z0, with a note; with it, at Z5, and the R plane is 7."""
     file = table(tmp_path, [(0.0, 0.0, 5.0), (20.0, 0.0, 5.0)])
     own = drilled(file)
     assert "R7" in own.text

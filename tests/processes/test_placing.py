@@ -31,9 +31,9 @@ def options(**values: Any) -> ReadOptions:
 
 
 def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
-    """(10, 4) → mirrored in x (−10, 4) → turned by 90° (−4, −10); the other one (2, 1) → (−2, 1) → (−1, −2).
+    """(10, 4) → mirrored in x (−10, 4) → rotated by 90° (−4, −10); (2, 1) → (−2, 1) → (−1, −2).
 
-    The lower left corner of the two is (−4, −10): so they end at (0, 0) and (3, 8).
+    The lower left corner of both is (−4, −10), so they end at (0, 0) and (3, 8).
     """
     part = Part("p", (Hole(10, 4, 3), Hole(2, 1, 5)))
     moved = placed(part, options(mirror="x", rotate="90", origin="lower-left"))
@@ -80,7 +80,7 @@ def test_a_mirrored_pocket_still_has_its_outline_counter_clockwise_and_its_islan
 
 @pytest.fixture
 def drawing(tmp_path: Path) -> Path:
-    """Draw holes, a part with a round end and a slot of two arcs, and a pocket, none of them symmetrical."""
+    """Draw holes, a part with a round end, a slot of two arcs, and a pocket, all asymmetric."""
     document = ezdxf.new(units=4)
     space = document.modelspace()
     space.add_lwpolyline([(0, 0, 0), (80, 0, 0.4), (80, 30, 0), (10, 45, 0)], format="xyb", close=True)
@@ -107,7 +107,7 @@ def transformed(drawing: Path) -> Path:
 
 
 def shapes(paths: list[Polyline]) -> list[np.ndarray]:
-    """Return what paths are wherever they begin: extents, area, length and how many arcs run which way."""
+    """Return properties that do not depend on the start of a path: extents, area, length, arcs by direction."""
     rows = [[*p.extents, p.area, p.length, (p.bulges > 0).sum(), (p.bulges < 0).sum()] for p in paths]
     return sorted((np.round(row, 6) for row in rows), key=tuple)
 
@@ -128,9 +128,10 @@ def test_what_is_read_and_placed_is_what_ezdxf_makes_of_the_drawing(drawing: Pat
 
 
 def test_a_mirrored_sheet_is_cut_on_the_same_side_of_its_lines(drawing: Path, transformed: Path) -> None:
-    """Proved against the placed drawing, and beside what a CAD mirrored: as long, and all cuts the same way round.
+    """Proved against the placed drawing, and compared with a drawing mirrored in CAD: same length and direction of
+    cuts.
 
-    A torch that turns clockwise at the arc keeps the part on one side: outlines clockwise, holes counter-clockwise.
+    A torch with clockwise swirl cuts outlines clockwise and holes counter-clockwise.
     """
     given = {"process": "cut", "thickness": 6, "iterations": 2, "threads": 1}
     ours, theirs = leafcut.optimize(drawing, **given, **PLACED), leafcut.optimize(transformed, **given)
@@ -141,7 +142,7 @@ def test_a_mirrored_sheet_is_cut_on_the_same_side_of_its_lines(drawing: Path, tr
 
 
 def turns(outcome: Outcome) -> list[float]:
-    """Return which way round the cuts run, +1 for counter-clockwise."""
+    """Return the direction of the cuts, +1 for counter-clockwise."""
     assert outcome.detail.plan is not None
     return sorted(math.copysign(1.0, Polyline(cut.path.vertices, closed=True).area) for cut in outcome.detail.plan.cuts)
 

@@ -1,4 +1,4 @@
-"""Which process makes a program of which input, and what a person is told where none does."""
+"""The process that the registry chooses for each input, and the message if there is none."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
 
 
 class Misnamed(Engraving):
-    """Another name than that of its entry point."""
+    """Its name differs from its entry point."""
 
     name = "other"
 
@@ -206,7 +206,7 @@ class Sounding(Engraving):
 
 
 class Humming(Engraving):
-    """Another one with it."""
+    """A second process of the same package."""
 
     name = command = "humming"
     asked_as = ("humming",)

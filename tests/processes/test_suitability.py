@@ -1,4 +1,4 @@
-"""Which kind of work a drawing suits is told from all that it shows, and why."""
+"""The suitability of a drawing for each kind of work, from its complete content, with the reason."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_nothing_but_holes_or_points_is_drilled() -> None:
 
 
 def test_holes_count_as_circles_do() -> None:
-    """A reader may tell circles as holes: wide ones are outlines then, too."""
+    """A reader may return circles as holes; wide holes are then outlines, too."""
     holes = tuple(Hole(9.0 * k, 5.0, 3.0) for k in range(HOLES_PER_OUTLINE + 1))
     assert best(square(-5, -5, 100), holes=holes) == ("drill", "holes")
     assert best(holes=tuple(Hole(200.0 * k, 0.0, 160.0) for k in range(20)))[0] == "cut"

@@ -147,7 +147,7 @@ def boxes(part: Part) -> tuple[float, ...]:
 
 
 def test_the_corner_is_that_of_the_union_of_all_closed_outlines() -> None:
-    """GEOS finds the same box around random triangles; open lines beside them do not count."""
+    """GEOS finds the same box around random triangles; open lines outside of them are ignored."""
     rng = np.random.default_rng(4)
     triangles = [rng.uniform(0, 100, (3, 2)) for _ in range(20)]
     contours = [Contour(Polyline.of_points(corners, closed=True)) for corners in triangles]
@@ -239,7 +239,7 @@ def test_the_words_of_a_zero(zero: ProgramZero, scale: float, words: list[str]) 
     ],
 )
 def test_the_negative_side_of_the_zero(box: tuple[float, ...], table: str, mill: str) -> None:
-    """Tables begin at 0, or some millimetres before it for leads; the travel of a mill ends at 0."""
+    """Tables start at 0, or some millimetres before it for leads; the travel of a mill ends at 0."""
     assert negative_axes(box, load_machine("pcb-drill")) == table
     assert negative_axes(box, load_machine("haas-vf2")) == mill
     assert negative_axes(box, replace(load_machine("pcb-drill"), work_offset=(300.0, 300.0, 0.0))) == ""
@@ -278,7 +278,7 @@ def test_a_negative_part_is_a_warning_unless_the_zero_was_chosen(zero_is_set: bo
 
 @pytest.mark.hazard
 def test_holes_drawn_below_z0_are_stated(tmp_path: Path) -> None:
-    """With heights as drawn Z0 is that of the drawing: the highest hole is 38 mm below it."""
+    """With drawn heights, Z0 is the zero of the drawing: the highest hole is 38 mm below it."""
     holes = tmp_path / "holes.csv"
     holes.write_text("x,y,z,diameter\n0,0,-40,6\n10,0,-38,6\n")
     outcome = leafcut.optimize(holes, process="drill", depth=2, hole_heights="drawn", preset="fast", threads=1)

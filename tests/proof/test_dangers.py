@@ -20,7 +20,7 @@ HEAD = "G21 G90 G17\nM3 S1000\nG0 Z5\nG0 X0 Y0\n"
 
 
 def dangers(text: str, process: str = "mill", words: str = "linuxcnc") -> list[Issue]:
-    """Return what is told of a program."""
+    """Return the dangers reported for a program."""
     return find_dangers(interpret_program(HEAD + text, dialect(words)), load_machine("linuxcnc-mill"), process)
 
 
@@ -54,13 +54,13 @@ def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str
     ],
 )
 def test_each_kind_of_danger_is_told_once_and_what_is_safe_is_not(text: str, found: list[str]) -> None:
-    """Rapids below the surface, cuts with the spindle off: by hand; what M98 does is told as not known."""
+    """Rapids below the surface, cuts with the spindle off: by hand; the effect of M98 is reported as unknown."""
     assert codes(text + "\nM2\n") == found
 
 
 @pytest.mark.parametrize("r, told", [("-1", ["L801"]), ("1", [])])
 def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_alike(r: str, told: list[str]) -> None:
-    """From an R plane in a recess the way to a higher one goes through the edge; the points are those of rs274."""
+    """From an R plane in a recess, the move to a higher plane passes through the edge; the points are from rs274."""
     series = f"G1 X5 F100\nG0 Z5\nG99 G81 X5 Y0 Z-3 R{r} F100\nX25 R4\nG80\nG0 Z5\n"
     moves = f"G1 X5 F100\nG61\nG0 Z{r}\nG1 Z-3\nG0 Z{r}\nG0 X25 Z4\nG1 Z-3\nG0 Z4\nG64\nG0 Z5\n"
     recess = "G1 Z-1 F100\n" if r == "-1" else ""
@@ -109,7 +109,7 @@ OTHER = "(T2 D={} CR=0. - flat end mill)\nT2 M6\nM3 S1000\nG0 Z15\n"
     ],
 )
 def test_a_rapid_down_into_a_place_that_is_cut_as_deep_and_as_wide_is_no_danger(text: str) -> None:
-    """The place is air: what the tool sweeps there was swept before."""
+    """The position is air: earlier cuts have swept everything that the tool sweeps there."""
     assert codes(text + "M2\n") == []
 
 
@@ -166,7 +166,7 @@ STOPS = [
 @pytest.mark.parametrize("head, stop", STOPS, ids=[stop.strip() for _, stop in STOPS])
 @pytest.mark.parametrize("x", [10, 20])
 def test_cuts_before_a_stop_or_of_another_tool_of_the_same_number_clear_nothing(head: str, stop: str, x: int) -> None:
-    """The tool, its length or the side of the part may be another one; at X20 the tool has not moved since the cut."""
+    """The tool, its length or the side of the part may have changed; at X20 the tool has not moved since the cut."""
     move = "X10 Y0 Z5" if x == 10 else ""
     assert codes(head + CUT + stop + INTO.replace("X10 Y0 Z5", move) + "M2\n") == ["L802"]
 
@@ -260,7 +260,7 @@ def test_an_unknown_surface_is_told_with_the_heights_of_the_cuts_and_what_to_giv
 
 
 def test_where_the_tool_goes_unknown_is_told_and_a_probe_is_not() -> None:
-    """Behind G68 nothing is counted or checked; the tool length alone, and what a probe finds, is no such place."""
+    """After G68 nothing is checked; a change of tool length alone, or a probed position, is not such a case."""
     text = "G43 H1 Z6\nG38.2 Z-5 F50\nG0 Z5\nG68 X0 Y0 R30\nG0 X30\nG1 Z-1 F100\nX40\nG0 Z5\nM2\n"
     (issue,) = [i for i in dangers(text, words="mach3") if i.code == "L808"]
     assert (issue.severity, issue.place) == (Severity.WARNING, "line 8")

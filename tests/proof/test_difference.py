@@ -1,4 +1,4 @@
-"""How a difference is told to a person."""
+"""Text of differences."""
 
 from __future__ import annotations
 

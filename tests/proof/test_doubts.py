@@ -1,4 +1,4 @@
-"""Words of a program that are probably a mistake, told by `simulate` and `reorder` alike."""
+"""Probable mistakes in programs, reported by `simulate` and `reorder` alike."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_dwell_of_more_than_a_minute_is_reported_with_the_unit_it_is_read_in(
     assert not found or found in issues[0].message
 
 
-#: Stops, moves to another place, starts again: what stands in between, and before the next cut.
+#: Stops, moves to another position, starts again: the blocks in between, and before the next cut.
 _AGAIN = "G1 Z-1 F100\nX10\nG0 Z5\nM5\n{0}G0 X20\nM3 S1000\n{1}G1 Z-1 F100\nX30\nG0 Z5\n"
 
 

@@ -1,4 +1,4 @@
-"""What the machine cannot do is said, axis by axis."""
+"""Exceeded limits of the machine are reported, axis by axis."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> No
     ],
 )
 def test_no_spindle_is_named_where_none_turns(head: Head, told: list[str]) -> None:
-    """S is the power of a laser, and nothing of a torch or a jet."""
+    """S is the power of a laser, and has no meaning for a torch or a jet."""
     builder = ToolpathBuilder()
     builder.spindle(6001)
     assert [found.text for found in check_envelope(builder.build(), replace(MILL, head=head))] == told

@@ -1,4 +1,4 @@
-"""What stands on the table is met by no motion: each against shapes of GEOS, arcs as arcs, boxes of dogleg rapids."""
+"""No motion hits an obstacle on the table: compared with shapes of GEOS, arcs as arcs, dogleg rapids as boxes."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def test_every_single_change_is_seen_and_named(what: str) -> None:
 
 @pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
-    """But for the name of a cycle that makes the same moves: there is none among these."""
+    """Except for the name of a cycle that makes the same moves, which does not occur here."""
     assert compare_motion(program(), expand(MUTATIONS[what]), TOLERANCE, cycles=False)
 
 

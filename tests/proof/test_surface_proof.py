@@ -166,7 +166,7 @@ def test_a_surface_meets_an_area_within_a_radius_and_above_a_height(height: floa
 
 
 def test_of_a_slope_only_the_part_above_the_height_meets_an_area() -> None:
-    """Above Z6 the slope begins at X6; the area ends at X2."""
+    """Above Z6 the slope starts at X6; the area ends at X2."""
     area = shapely.box(0, 0, 2, 10)
     assert [meets_area(SLOPE, area, radius, 6.0) for radius in (3.9, 4.1)] == [False, True]
     # The peak of a gable at X5 Y5 is 3 mm before the area; 0.5 mm below, the gable is 0.42 mm farther away.

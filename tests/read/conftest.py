@@ -12,7 +12,7 @@ import pytest
 
 @pytest.fixture
 def draw(tmp_path: Path) -> Callable[..., Path]:
-    """Return a function that saves what `build(document, modelspace)` draws; mm and R2010 unless told."""
+    """Return a function that saves the drawing of `build(document, modelspace)`; mm and R2010 by default."""
 
     def save(build: Callable[[Any, Any], object], units: int = 4, version: str = "R2010", fmt: str = "asc") -> Path:
         document = ezdxf.new(version, units=units)

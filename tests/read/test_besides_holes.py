@@ -1,4 +1,4 @@
-"""What a drilling drawing shows besides its holes: the outline is named, slots are missing work."""
+"""Other contents of a drilling drawing: the outline is named, slots are missing work."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_frames_around_the_plate_are_no_missing_work_and_boxes_beside_it_are_not
 
 @pytest.mark.hazard
 def test_a_circle_around_holes_or_contours_is_an_outline_and_is_not_drilled(draw: Any) -> None:
-    """The edge of a flange is around its bolt holes, not around those beside it; a disc has two windows."""
+    """The edge of a flange surrounds its bolt holes, but not neighbouring holes; a disc has two windows."""
 
     def plate(document: Any, space: Any) -> None:
         space.add_circle((100, 0), 30, dxfattribs={"layer": "EDGE"})

@@ -1,4 +1,4 @@
-"""What a cut chart offers goes together: each choice is of rows that have what was chosen before it."""
+"""The choices of a cut chart are consistent: each lists only rows that match the earlier choices."""
 
 from __future__ import annotations
 

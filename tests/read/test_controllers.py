@@ -1,4 +1,4 @@
-"""Settings of controllers: what each file says, worked out by hand; profiles that are read as written; refusals."""
+"""Settings of controllers: values worked out by hand; profiles that can be read back; refusals."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_a_file_of_settings_says_what_was_worked_out_by_hand(name: str) -> None:
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_a_profile_is_read_again_as_the_machine_it_was_written_from(name: str, tmp_path: Path) -> None:
-    """Each value has its source and, over it, how it was come by; what was not known says that it is an estimate."""
+    """Each value has its source and its origin; unknown values are marked as estimates."""
     found = of_file(name)
     file = tmp_path / "my.toml"
     file.write_text(found.text, encoding="utf-8")
@@ -286,7 +286,7 @@ def test_what_a_terminal_writes_before_each_line_of_marlin_is_passed_over(before
 
 
 def test_lines_and_tags_that_only_cost_time_are_refused_or_left_out() -> None:
-    """Each would take hours if every way to read it were tried."""
+    """Each would take hours if every way of parsing it were tried."""
     for text in ("M203 " + "B{" * 500_000, "M205 J1\n" + "Min: X1 Y1 Z1\n" * 50_000, "Recv" + " " * 2_000_000):
         with pytest.raises(ReadError):
             imported(text, "a")
@@ -320,7 +320,7 @@ def test_what_is_no_text_of_settings_is_refused(data: bytes, words: str, tmp_pat
 
 
 def test_a_large_file_is_not_read_to_its_end(tmp_path: Path) -> None:
-    """A hundred MB that take no room on the disk: what is read of it is the limit and a byte."""
+    """A file of 100 MB that uses no disk space: only the limit and one byte are read."""
     with (tmp_path / "large").open("wb") as file:
         file.truncate(100 << 20)
     with pytest.raises(ReadError, match="larger than 4 MiB"):
@@ -384,7 +384,7 @@ def answered(**more: Any) -> ImportedMachine:
 
 
 def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(tmp_path: Path) -> None:
-    """1000 in/min is 25.4 m/min; what is not said is that of the Haas VF-2."""
+    """1000 in/min is 25.4 m/min; missing values are those of the Haas VF-2."""
     found = answered(travel="30in,16in,20in")
     vf2 = load_machine("haas-vf2")
     assert found.machine.rapid_velocity == pytest.approx((25400 / 60,) * 3)
@@ -404,7 +404,7 @@ def test_a_centroid_has_its_own_dialect() -> None:
 
 
 def test_questions_are_asked_in_order_until_each_has_an_answer() -> None:
-    """A wrong answer is asked again, with what is wrong; Enter takes what is likely."""
+    """After a wrong answer the question is repeated with the error; Enter accepts the suggestion."""
     asked: list[str] = []
     replies = iter(
         ["Old mill", "hass", "haas", "", "in", "fast", "10 m/min", "", "500mm,400mm,300mm", "", "", "maybe", "no", ""]

@@ -1,4 +1,4 @@
-"""The cut chart: the row of a thickness, what lies between rows, and what is said where the chart says nothing."""
+"""The cut chart: the row of a thickness, interpolation, and messages for missing data."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_data_that_are_not_certain_are_said_to_be_so() -> None:
 
 @pytest.mark.parametrize("process", ["laser", "laser_fiber", "laser_diode_5W", "laser_fiber_4kW"])
 def test_no_laser_gets_the_rows_of_another_kind_or_power(process: str) -> None:
-    """Own figures are enough for any laser; rows that name neither kind nor power are for every one."""
+    """The user's own figures suffice for any laser; rows without kind and power apply to all."""
     with pytest.raises(OptionError, match=r"the chart has .*laser_fiber_3kw.*cut_process|no data for .*--chart"):
         find_cut_data(load_chart(), process, "mild_steel", 3.0)
     data, _ = find_cut_data(load_chart(), process, "mild_steel", 3.0, feed=5.0, kerf=0.2, pierce_delay=0.0)
@@ -182,7 +182,7 @@ def test_every_process_has_rows_of_its_materials_and_says_how_far_to_trust_them(
     "thickness, amps", [(3.0, 65.0), (6.0, 65.0), (10.0, 65.0), (2.0, 45.0), (12.0, 45.0), (12.7, 45.0)]
 )
 def test_the_current_is_the_fastest_that_pierces_and_of_which_all_is_known(thickness: float, amps: float) -> None:
-    """From the chart's rows by brute force: those with a pierce and a kerf, no estimates."""
+    """From the chart's rows by brute force: rows with a pierce and a kerf, no estimates."""
     rows = load_chart()
     data, _ = find_cut_data(rows, "plasma", "mild_steel", thickness)
     at_hand = [
@@ -298,7 +298,7 @@ def test_a_nozzle_that_is_named_is_obeyed_or_refused(tmp_path: Path) -> None:
 
 
 def test_two_nozzles_are_not_mixed_where_one_has_rows_on_both_sides(tmp_path: Path) -> None:
-    """5 mm: between 4 and 8 mm of the one, not between its 4 mm and the other's 6 mm."""
+    """5 mm is between 4 and 8 mm of one nozzle, not between its 4 mm and the other nozzle's 6 mm."""
     rows = chart(
         tmp_path,
         "plasma,mild_steel,4,45,3000,3.8,0.4,1.5,1.4,fine,air,,,,,",

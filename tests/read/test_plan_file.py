@@ -1,4 +1,4 @@
-"""Plan files: what is written is read again, and what a person mistypes is said with its place."""
+"""Plan files: they can be read back, and typing errors are reported with their position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pockets of a solid that lie on a lower step: where they begin, and that the tool meets nothing on its way there."""
+"""Pockets on a lower step of a solid: their top, and a safe path of the tool down to it."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
 
 @pytest.mark.slow
 def test_levels_in_the_air_above_a_step_are_left_out(stairs: Path) -> None:
-    """The same pockets take less time, and without the option all begin at the highest place."""
+    """The same pockets take less time; without the option all start at the highest point."""
     low = api.optimize(stairs, process="pocket", **FAST)
     high = api.optimize(stairs, process="pocket", **{**FAST, "pocket_top": "highest"})
     assert {plan.begin for plan in high.detail.plans} == {0.0, -12.0}

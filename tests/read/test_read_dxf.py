@@ -1,4 +1,4 @@
-"""DXF: what is a hole, and where blocks put it."""
+"""DXF: recognition of holes, and their placement by blocks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def codes(part):
 
 
 def issue(part, code):
-    """Return the one issue of a code."""
+    """Return the only issue with a code."""
     (found,) = [i for i in part.issues if i.code == code]
     return found
 

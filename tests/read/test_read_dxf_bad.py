@@ -22,7 +22,7 @@ INSERT = "0\nINSERT\n8\n0\n2\n{}\n10\n{}\n20\n0\n"
 
 
 def refusal(path, options=None):
-    """Return the message with which a file is refused; it is one line and begins with the file."""
+    """Return the message of a refusal; it is one line and starts with the file."""
     with pytest.raises(ReadError) as caught:
         read(path, options)
     message = str(caught.value)

@@ -12,7 +12,7 @@ from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import dxf_strokes, read, read_contours
 
-#: So far may a curve and its arcs be from each other, mm, with the chords that it is measured by.
+#: Maximum distance between a curve and its arcs, mm, including the chords used to measure it.
 NEAR = 0.013
 
 
@@ -25,7 +25,7 @@ def chords_of(part) -> list[np.ndarray]:
 
 
 def drawn(build, draw) -> list[np.ndarray]:
-    """Return what ezdxf makes of the same entities, blocks and polylines taken apart, in very short chords."""
+    """Return ezdxf's own reading of the entities, with blocks and polylines exploded, in very short chords."""
     lines = []
 
     def collect(document, space):
@@ -48,7 +48,7 @@ def drawn(build, draw) -> list[np.ndarray]:
 
 
 def apart(first: list[np.ndarray], second: list[np.ndarray]) -> float:
-    """Return how far the points and middles of one drawing are from the lines of the other, both ways."""
+    """Return the maximum distance between the points and midpoints of each drawing and the lines of the other."""
     worst = 0.0
     for one, other in ((first, second), (second, first)):
         target = shapely.MultiLineString(other)

@@ -20,7 +20,7 @@ from leafcut.read.lettering import letters
 
 
 def drawn(tmp_path: Path, build: Any) -> Path:
-    """Return a drawing of a plate of 100 × 60 with what `build` adds to it."""
+    """Return a drawing of a plate of 100 × 60 with the additions of `build`."""
     document = ezdxf.new(units=4)
     space = document.modelspace()
     space.add_lwpolyline([(0, 0), (100, 0), (100, 60), (0, 60)], close=True)
@@ -49,7 +49,7 @@ def strokes(file: Path) -> np.ndarray[Any, Any]:
 def test_a_text_is_as_high_as_it_says_and_lies_about_its_point(
     align: str, low: float, left: float, angle: float, tmp_path: Path
 ) -> None:
-    """HIH is three capitals without a round: what they reach along and across the base line is counted by hand."""
+    """HIH consists of capitals without curves: its extents along and across the base line are worked out by hand."""
 
     def build(_: Any, space: Any) -> None:
         text = space.add_text("HIH", height=7.0, rotation=angle, dxfattribs={"layer": "MARK"})

@@ -1,4 +1,4 @@
-"""Sets of nodes: GTSPLIB's files, and those with precedence."""
+"""Sets of nodes: files of GTSPLIB, and files with precedence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machine profiles: those shipped, and what a wrong one is told."""
+"""Machine profiles: the shipped ones, and messages for wrong ones."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_a_file_of_the_users_is_read_with_its_units(tmp_path: Path) -> None:
 
 
 def test_a_profile_may_say_what_its_spindle_gives(tmp_path: Path) -> None:
-    """10 hp are 7.457 kW, 30 ft·lb 40.67 N·m; without the keys nothing is known."""
+    """10 hp are 7.457 kW, 30 ft·lb 40.67 N·m; without the keys the values are unknown."""
     plain = load_machine(write(tmp_path, PROFILE))
     assert (plain.spindle_power, plain.spindle_torque, plain.max_thrust) == (0.0, 0.0, 0.0)
     said = '[spindle]\npower = "10 hp"\ntorque = "30 ft-lb"\nmax_thrust = "2 kN"\n'
@@ -261,7 +261,7 @@ max = ["400 mm", "300 mm", "80 mm"]
 
 
 def test_few_keys_make_a_machine_and_what_is_taken_for_the_others_is_told(tmp_path: Path) -> None:
-    """The name is that of the file; the feed goes up to the slower rapid of x and y: 2 m/min."""
+    """The name is that of the file; the maximum feed is the slower rapid of x and y: 2 m/min."""
     file = write(tmp_path, FEW)
     machine = load_machine(file)
     assert (machine.name, machine.description) == ("mine", "mine")

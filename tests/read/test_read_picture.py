@@ -28,7 +28,7 @@ from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.read import picture, read, read_pockets
 from leafcut.read.picture import otsu
 
-#: Half a pixel is 0.25 mm. What is beyond: a narrow free-form tip, which is no line and no arc.
+#: Half a pixel is 0.25 mm. The exception is a narrow free-form tip, which is neither a line nor an arc.
 SEVEN = {
     "p1_rect_rounded": 0.02,
     "p2_circle": 0.02,
@@ -381,7 +381,7 @@ def test_a_picture_whose_light_falls_off_is_levelled_and_the_outline_is_that_und
 
 
 def test_light_is_not_made_up_where_nothing_is_bright(save: Save) -> None:
-    """An island in a large pocket, evenly lit: levelled by what is bright alone, the floor was taken for bright."""
+    """An island in a large, evenly lit pocket: levelling by the bright pixels alone treated the floor as bright."""
     noise = np.random.default_rng(59).normal(0.0, 8.0, (200, 200))
     seen = np.full((200, 200), 92.0)
     seen[28:90, 57:95] = 163.0

@@ -40,7 +40,7 @@ def square(size: float, x: float = 0.0, y: float = 0.0) -> list[tuple[float, flo
 
 
 def refusal(path: Path, **options: Any) -> str:
-    """Return the one line with which a file is refused."""
+    """Return the one-line message of a refusal."""
     with pytest.raises(ReadError) as caught:
         read_pockets(path, ReadOptions(), PocketDrawingOptions(**options))
     text = str(caught.value)

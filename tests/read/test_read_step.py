@@ -1,4 +1,4 @@
-"""STEP: the holes of solids that are made here by formula, other sides and steps told, and what is no solid refused."""
+"""STEP: holes of generated solids, reports of other sides and steps, and refusals of invalid files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from made_solids import DOWN, UP, box, cone, cut, cylinder, saved
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
-#: Heights are those of the solid.
+#: Heights of the solid.
 DRAWN = ReadOptions(z_zero="drawn")
 
 
@@ -343,7 +343,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, change: Any, told
 
 @pytest.mark.slow
 def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
-    """The refusal lists them; holes and the surface are those of the one that is chosen, where it lies."""
+    """The refusal lists them; holes and surface are those of the chosen solid, at its position."""
     left = cut(box(0, 0, 0, 30, 20, 9), cylinder((9, 9, 9), DOWN, 2, 9))
     right = cut(box(50, 5, -2, 90, 30, 4), cylinder((60, 10, 4), DOWN, 3, 6))
     file = saved(tmp_path / "two.step", left, right)
@@ -366,7 +366,7 @@ def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -> None:
-    """Of a drawing it is that of the surface; without one, and of STL, it is refused."""
+    """With a drawing the option selects the solid of the surface; without a surface, or with STL, it is refused."""
     file = saved(tmp_path / "two.step", box(0, 0, 0, 9, 9, 9), box(20, 0, 0, 60, 40, 5))
     (tmp_path / "holes.csv").write_text("x,y,diameter\n30,10,4\n50,30,4\n")
     options: dict[str, Any] = {"process": "drill", "machine": "linuxcnc-mill", "depth": 2, **FAST}

@@ -1,4 +1,4 @@
-"""Tool libraries of LinuxCNC, Fusion and FreeCAD are read wherever leafcut's own is; what cannot be used is told."""
+"""Tool libraries of LinuxCNC, Fusion and FreeCAD are accepted everywhere; unusable tools are reported."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_countersink_of_a_linuxcnc_table_needs_its_angle(comment: str, tmp_pat
     assert library.by_number[1].point_angle == pytest.approx(math.radians(82))
     assert library.by_number[3].kind is ToolKind.V_BIT
     (tmp_path / "one.tbl").write_text("T1 D12 ;45 deg chamfer mill\nT2 D12 ;45 deg included chamfer mill\n")
-    assert [tool.number for tool in load_tools(tmp_path / "one.tbl").tools] == [2]  # 45 degrees of one side, or in all?
+    assert [tool.number for tool in load_tools(tmp_path / "one.tbl").tools] == [2]  # 45 degrees per side, or in total?
     assert library.left_out == ("T2: its comment 'c'sink' does not state the full angle of its cone, such as 90 deg",)
 
 
@@ -175,7 +175,7 @@ def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(t
 
 
 def test_mills_that_are_not_flat_have_their_shape(tmp_path: Path) -> None:
-    """A bull nose, a ball and a chamfer mill; Fusion tells the taper of one side, FreeCAD the whole angle."""
+    """A bull nose, a ball and a chamfer mill; Fusion states the taper per side, FreeCAD the full angle."""
     kinds = (
         ("bull nose end mill", {"DC": 8, "RE": 1}),
         ("ball end mill", {"DC": 6, "RE": 3}),

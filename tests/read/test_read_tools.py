@@ -1,4 +1,4 @@
-"""Tool libraries: the sample, and what a wrong one is told."""
+"""Tool libraries: the sample, and messages for wrong ones."""
 
 from __future__ import annotations
 

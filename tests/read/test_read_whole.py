@@ -26,7 +26,7 @@ def drawing(draw: Callable[[Any, Any], None]) -> Source:
 
 
 def kinds_of(source: Source, layer: str, **options: Any) -> list[str]:
-    """Return what is on a layer: the kinds of its contours, and its holes."""
+    """Return the contents of a layer: the kinds of its contours, and its holes."""
     whole = read_whole(source, ReadOptions(**options))
     kinds = [c.kind for c in whole.contours if c.layer == layer]
     return kinds + ["hole" for h in whole.holes if h.layer == layer]
@@ -92,7 +92,7 @@ def test_what_shows_nothing_is_refused() -> None:
 
 
 def test_a_drawing_that_is_kept_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And its issues are told by every reading."""
+    """Every reading reports its issues."""
     from leafcut.read import dxf_document
 
     parsed: list[str] = []

@@ -1,4 +1,4 @@
-"""Settings of real machines: what each file says, read by eye and worked out by hand; read again from the profile."""
+"""Settings of real machines: values read by eye and worked out by hand; the profile is read back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UNKNOWN = ((-math.inf,) * 3, (math.inf,) * 3)
 
 #: File → kind, rapids (mm/s), accelerations (mm/s²), travel (mm), and more values of the machine.
 REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
-    # $22 has bit 3: machine zero is at the switches, and $23 = 1: that of x is at its lower end
+    # $22 has bit 3: machine zero is at the switches, and $23 = 1: the switch of x is at its lower end
     "grbl_altmill.txt": ("grbl", (250, 250, 100), (1500, 1500, 1500), ((0, -1248, -170), (1260, 0, 0)),
         {"spindle_min_rpm": 7500, "spindle_max_rpm": 24000, "spindle_start_s": 11.0, "steps_per_mm": (320, 320, 200),
          "motor_lock_s": 0.0, "home": (0, 0, 0)}),
@@ -72,7 +72,7 @@ REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
         {"home": (0, 0, 200), "steps_per_mm": (506.66, 506.66, 1500)}),
     "rrf_dethklok.g": ("rrf", (1000 / 60, 1000 / 60, 3), (500, 500, 20), UNKNOWN,
         {"name": "DeathKlok-Hacman", "spindle_min_rpm": 3000, "spindle_max_rpm": 23940}),
-    # what it runs (M98) has the speeds; the travel is in variables that another file of the owner sets
+    # the files that it runs (M98) have the speeds; the travel is in variables of another file of the owner
     "milo/config.g": ("rrf", (50, 50, 6), (1000, 1000, 20), UNKNOWN, {"name": "Millenium Milo v1.5 M016"}),
 }  # fmt: skip
 
@@ -163,7 +163,7 @@ def test_samples_of_linuxcnc_are_read_as_written(linuxcnc_samples: Path, tmp_pat
 
 
 def test_every_sample_of_linuxcnc_is_read_or_lacks_what_a_machine_needs(linuxcnc_samples: Path) -> None:
-    """Lathes have no y, etching machines no z; the others are demonstrations of one thing."""
+    """Lathes have no y, etching machines no z; the others demonstrate a single feature."""
     files = sorted(linuxcnc_samples.rglob("*.ini"))
     refused = []
     for file in files:

@@ -1,4 +1,4 @@
-"""Pockets and outlines of solids: those that can be milled with their depths and shapes, the others told."""
+"""Pockets and outlines of solids: millable ones with their depths and shapes; others are reported."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def pockets(block: Path) -> Part:
 
 
 def test_pockets_have_the_depths_and_areas_that_they_were_made_with(pockets: Part) -> None:
-    """A hole in a floor is no island; the step below another pocket is one that begins at the top, too."""
+    """A hole in a floor is not an island; the step below another pocket also starts at the top."""
     found = [(one.depth, one.top, one.area, [island.area for island in one.islands]) for one in pockets.pockets]
     island = 15 * 12 - CORNER * 16
     assert found == [
@@ -79,7 +79,7 @@ def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
 
 @pytest.mark.hazard
 def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_are_drilled(tmp_path: Path) -> None:
-    """One opening ends above the lowest place of the solid, as a foot stands beside it."""
+    """One opening ends above the lowest point of the solid, because a foot is next to it."""
     solid = cut(
         box(0, 0, 0, 120, 80, 20),
         rounded(10, 10, 14, 60, 50, 20, 5),
@@ -135,7 +135,7 @@ def test_a_pocket_under_a_roof_is_not_cut(tmp_path: Path) -> None:
 
 
 def cuts_of(outcome: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return begin and end of every feed move."""
+    """Return start and end of every feed move."""
     path = outcome.written
     rows = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     return path.before[rows], path.end[rows]

@@ -39,7 +39,7 @@ def one_line(problem: BaseException) -> str:
 
 @pytest.mark.parametrize("name", ["UTF-9", "UTF-6", "zlib", "hex", "UTF-32", "euc-jp"])
 def test_an_encoding_that_there_is_not_is_told_with_its_line(name: str) -> None:
-    """Expat asks Python for codecs that it does not know itself; some are none of texts, some it cannot use."""
+    """Expat asks Python for unknown codecs; some are not text codecs, some cannot be used."""
     text = f'<?xml version="1.0" encoding="{name}"?>\n<map><city x="1" y="2"/></map>'.encode()
     for read in (read_xml, read_svg_contours):
         with pytest.raises(ReadError) as caught:
@@ -80,7 +80,7 @@ def test_a_field_longer_than_the_csv_reader_takes_is_told_with_its_line(text_fil
 
 
 def test_a_byte_that_the_well_known_text_parser_cannot_say_is_told_with_its_line() -> None:
-    """Of what it does not understand it quotes bytes, and cuts a letter of two bytes in half."""
+    """Its messages quote bytes, and can cut a two-byte character in half."""
     for k in range(60):
         text = ("POLYGON ((0 0, 1 0, 1 1, 0 0))\nPOLYGON ((" + "x" * k + "\xe9" * 40).encode()
         with pytest.raises(ReadError) as caught:
@@ -165,7 +165,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def test_a_million_copies_asked_for_in_two_hundred_bytes_are_refused(hand_drawn: Any, counted: list[int]) -> None:
-    """One giant ellipse was fitted for each of them; now none is."""
+    """Each was fitted as a giant ellipse; now none is."""
     path = hand_drawn(ARRAY.format("1e9", 1000, 1000), blocks=BLOCK.format(CIRCLE))
     with pytest.raises(ReadError, match="expand to more than"):
         read_contours(path)
@@ -173,7 +173,7 @@ def test_a_million_copies_asked_for_in_two_hundred_bytes_are_refused(hand_drawn:
 
 
 def test_a_curve_beyond_any_machine_is_never_followed(hand_drawn: Any, counted: list[int]) -> None:
-    """A circle of 3 mm, a thousand million times as wide: told as out of range, however many copies there are."""
+    """A circle of 3 mm, a billion times as wide: reported as out of range, however many copies there are."""
     path = hand_drawn(ARRAY.format("1e9", 50, 20) + LINE, blocks=BLOCK.format(CIRCLE))
     part = read_contours(path)
     assert len(part.contours) == 1
@@ -203,7 +203,7 @@ def test_the_points_of_all_curves_are_within_a_budget(hand_drawn: Any, monkeypat
 
 
 def test_outlines_drawn_again_and_again_in_one_place_are_taken_once() -> None:
-    """2,500 circles in one place are 3 million pairs; none of those is looked at."""
+    """2,500 circles at the same position are 3 million pairs; none of them is compared."""
     angle = np.linspace(0.0, math.tau, 60)
     circle = shapely.polygons(np.column_stack([np.cos(angle), np.sin(angle)]))
     other = shapely.box(10, 10, 12, 12)

@@ -1,4 +1,4 @@
-"""Whoever waits for a reader can end it: it looks up as it goes on, and what is raised then goes through."""
+"""A caller can stop a reader: it reports progress regularly, and exceptions of the callback pass through."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Enough(BaseException):
 
 
 class Patience:
-    """Looks so many times, and no more."""
+    """Allows a number of calls, then raises."""
 
     def __init__(self, most: int) -> None:
         self.left = most

@@ -1,4 +1,4 @@
-"""Materials to be cut: those shipped, and files of one's own."""
+"""Workpiece materials: the shipped ones, and files of the user."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def test_all_of_it_can_be_said_in_spanish(outcome: Outcome[Any]) -> None:
 
 
 def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
-    """Its length is the one that the report says: measured on the toolpath, row by row."""
+    """Its length equals the reported length, measured on the toolpath row by row."""
     import numpy as np
 
     from leafcut.model.toolpath import Kind, arc_sweep

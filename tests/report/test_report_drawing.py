@@ -95,7 +95,7 @@ def test_y_points_up_and_a_millimetre_is_as_long_in_x_as_in_y():
 
 
 def test_holes_are_drawn_to_scale(outcome_of):
-    """A hole of 20 mm, 100 mm from a hole of 2 mm, is drawn a fifth as wide as they lie apart."""
+    """A hole of 20 mm, 100 mm from a hole of 2 mm, is drawn a fifth as wide as their distance."""
     tenth = [(0.0, 0.0)]
     outcome = outcome_of([(100.0, 0.0)], *[[] for _ in range(8)], tenth)
     scene = build_scene(outcome)
@@ -267,8 +267,7 @@ def test_ticks_are_multiples_of_their_step():
 
 
 def test_holes_of_which_nothing_says_how_wide_they_are_are_drawn_to_be_seen(outcome_of):
-    """Of a program's holes only the places are known: few are drawn larger than many, and it is not said that they are
-    enlarged."""
+    """Only the positions are known for holes of a program: a few are drawn larger than many, without a note."""
     sizes = []
     for n in (4, 30):
         outcome = outcome_of([(20.0 * (i % n), 20.0 * (i // n)) for i in range(n * n)])

@@ -133,7 +133,7 @@ def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
 
 
 def test_an_option_in_a_message_is_kept_on_one_line_and_what_a_file_says_stays_text(outcome_of):
-    """A browser breaks a line behind a dash; the words themselves are those of the message."""
+    """A browser may break a line after a dash; the words are those of the message."""
     message = "give --island-layers <b>, or --depth 3-4; not--this"
     html = write_page(report_of(outcome_of(issues=(Issue("L421", message),))))
     flags = ('<span class="flag">--island-layers</span>', '<span class="flag">--depth</span>')
@@ -142,7 +142,7 @@ def test_an_option_in_a_message_is_kept_on_one_line_and_what_a_file_says_stays_t
 
 
 def test_nearest_neighbour_costs_the_difference_of_travel_more(outcome_of):
-    """42 s + (70 s − 58 s) = 54 s; in distance 12 345 mm + (4 000 − 3 000) mm; of several operations none is known."""
+    """42 s + (70 s − 58 s) = 54 s; in distance 12 345 mm + (4 000 − 3 000) mm; unknown for several operations."""
     assert report_of(outcome_of([(0, 0)])).nearest_cost() == 54.0
     assert report_of(outcome_of([(0, 0)], solution={"unit": "mm", "cost": 12345.0})).nearest_cost() == 13345.0
     assert report_of(outcome_of([(0, 0)], [(9, 9)])).nearest_cost() is None
@@ -189,7 +189,7 @@ def test_columns_that_say_nothing_and_words_of_other_processes_are_left_out(outc
 
 
 def test_workers_that_had_nothing_to_search_have_no_row(outcome_of):
-    """Where the best order of all was found at once, or another worker did it all, there are no ants to show."""
+    """If the optimum was found at once, or another worker did all the work, there are no ants to show."""
     idle, busy = WorkerFigures(0, 0, 0.0, float("inf")), WorkerFigures(1, 90, 0.1, 42.0)
     points = [(0.0, 0.0), (10.0, 0.0)]
     for algorithm, workers, rows in (("colony", (idle, busy), [1]), ("colony", (idle,), []), ("exact", (busy,), [])):

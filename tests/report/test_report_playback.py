@@ -1,4 +1,4 @@
-"""A toolpath row by row as it is run."""
+"""A toolpath played row by row."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ STYLES = Path(__file__).parents[1] / "styles"
 
 @pytest.mark.parametrize("machine", ["linuxcnc-mill", "grbl-3018", "haas-vf2"])
 def test_the_player_lasts_as_long_as_the_program_whatever_made_it(machine: str, examples: Path) -> None:
-    """The time in every table is that of the player: it counts from the same start, with the same lines of a board."""
+    """The times in all tables agree with the player: the same start, and the same lines of the board."""
     common: dict[str, Any] = {"machine": machine, "preset": "fast", "threads": 1}
     outcomes = [
         leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, spindle_speed=3000, **common),

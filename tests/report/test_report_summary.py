@@ -21,7 +21,7 @@ from page_parser import Page
 
 
 def shown(outcome: Outcome, **terminal: object) -> str:
-    """Return what a terminal of 80 columns shows."""
+    """Return the output on a terminal of 80 columns."""
     console = Console(file=io.StringIO(), width=80, **terminal)  # type: ignore[arg-type]
     print_summary(report_of(outcome), console)
     return console.file.getvalue()  # type: ignore[attr-defined]
@@ -48,7 +48,7 @@ def test_the_three_orders_have_their_figures(outcome_of):
 
 
 def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):
-    """40.01 s above 40 s is 0.025 %: said as 0.03 %; nothing above is the least possible itself."""
+    """40.01 s above 40 s is 0.025 %: shown as 0.03 %; a gap of 0 is shown as optimal."""
     assert (
         report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.01}))
         .bound_words()
@@ -62,7 +62,7 @@ def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):
 
 
 def test_of_several_tools_the_gap_says_what_it_is_a_bound_of(outcome_of):
-    """Two tools, 84 s above 80 s: each tool's path begins where the one before it ended."""
+    """Two tools, 84 s above 80 s: each tool's path starts at the end of the previous one."""
     words = report_of(outcome_of([(1.0, 1.0)], [(2.0, 2.0)])).bound_words()
     assert words.startswith("travel time at most 5.00 % above the least possible")
     assert words.endswith("each tool from the end of the last")

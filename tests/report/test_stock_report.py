@@ -1,4 +1,4 @@
-"""What is left of a stock as a solid and as a picture, against a box with a slot, whose volume is known."""
+"""The remaining stock as a solid and as a picture, against a box with a slot of known volume."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A board for the tests of one file, as its tests leave it: each begins at the same place, idle."""
+"""A board shared by the tests of one file; each test starts at the same position, idle."""
 
 from __future__ import annotations
 

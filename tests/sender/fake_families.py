@@ -1,4 +1,4 @@
-"""grblHAL and FluidNC in plain Python, as far as they differ from GRBL: what they say is copied from their sources.
+"""grblHAL and FluidNC in plain Python, where they differ from GRBL; their messages are copied from the sources.
 
 grblHAL/core, report.c (`report_build_info`, `report_ngc_parameters`, `report_realtime_status`), protocol.c
 (`protocol_enqueue_realtime_command`), grbl.h; bdring/FluidNC, Report.cpp, ProcessSettings.cpp, SettingsDefinitions.cpp,

@@ -24,7 +24,7 @@ from leafcut.sender.port import PortLost
 
 #: Commands of its queue; blocks of its planner that can be filled; characters of a line (MAX_CMD_SIZE).
 QUEUE, BLOCKS, LONGEST = 4, 15, 95
-#: Between two ``busy:``, s; and so long moves are dropped behind a quick stop.
+#: Interval between two ``busy:``, s; time for which moves are dropped after a quick stop, s.
 BUSY, DROPPED = 2.0, 1.0
 SETTINGS = """echo:; Linear Units:
 echo:  G21 ; (mm)
@@ -81,7 +81,7 @@ class FakeMarlin:
         self.lacks = {"G17", "M9", "M8"}
         self.endstops: tuple[bool, list[float], list[float]] = (True, [0.0, 0.0, -30.0], [600.0, 600.0, 50.0])
         self.resend_ok = True
-        #: Whether it says ``wait`` where it has nothing to do (NO_TIMEOUTS).
+        #: Whether it sends ``wait`` when idle (NO_TIMEOUTS).
         self.waiting = False
         self.wait_at = 0.0
         self.silent = self.lost = self.killed = False
@@ -108,17 +108,17 @@ class FakeMarlin:
         self.waits = False
 
     def clock(self) -> float:
-        """Return its time, s: it passes as it is read."""
+        """Return the board's time, s; each call advances it."""
         return self.now
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: no resource is open."""
 
     def say(self, line: str) -> None:
         self.said += line.encode("latin-1") + b"\n"
 
     def start(self) -> None:
-        """Start anew, as at a reset."""
+        """Start again, as after a reset."""
         self._begin()
         self.say("start")
         self.say("echo: External Reset")

@@ -1,4 +1,4 @@
-"""What is done by hand, on a board in plain Python: the probe, limits of a jog, pauses from hole to hole, Stop."""
+"""Manual operation of a board in plain Python: probe, limits of a jog, pauses from hole to hole, Stop."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_a_jog_is_written_in_mm_and_refused_out_of_the_travel_but_not_back_into_
 
 @given(st.lists(st.integers(1, 4), max_size=12), st.integers(0, 12))
 def test_before_the_first_line_of_each_hole_left_stands_one_pause(lengths: list[int], skipped: int) -> None:
-    """Holes of some lines each, the first ones left out as after a break; all else stays in its order."""
+    """Holes of several lines each, the first ones skipped as after an interruption; the rest keeps its order."""
     holes, line = [], 3
     for number, length in enumerate(lengths, 1):
         holes.append(DrilledHole(number, 0.0, 0.0, line, line + length - 1))

@@ -1,4 +1,4 @@
-"""The command `send`: what is refused in one line before anything moves, and the keys of a terminal."""
+"""The command `send`: one-line refusals before any motion, and the keys of a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One number means different things to GRBL, grblHAL and FluidNC: each is told by its own firmware's list."""
+"""One number means different things to GRBL, grblHAL and FluidNC: the list of the board's own firmware is used."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_numbers_that_mean_different_things_are_told_by_the_firmware() -> None:
 
 
 class Says:
-    """A port at which a controller greets, and refuses whatever it is told."""
+    """A port at which a controller greets, then refuses everything."""
 
     name = "a port"
 
@@ -67,7 +67,7 @@ class Says:
 
 
 class Answers:
-    """Says the same to each byte, over and over."""
+    """Gives the same answer to every byte."""
 
     name = "fake"
 
@@ -78,7 +78,7 @@ class Answers:
         return self.now
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: no resource is open."""
 
     def read(self, seconds: float) -> bytes:
         self.now += seconds
@@ -152,7 +152,7 @@ def test_a_board_of_another_kind_than_said_is_refused() -> None:
     ],
 )
 def test_what_answers_as_no_board_does_is_not_called_silent(answers: dict[bytes, bytes], told: str) -> None:
-    """A modem, a login, a board of another firmware: each says something to the end of a line, or to a question."""
+    """A modem, a login, a board with another firmware: each answers a line ending or a query."""
     board = Answers(answers)
     with pytest.raises(SendError, match=told):
         asked_settings(board, clock=board.clock)
@@ -202,7 +202,7 @@ def sent(board: FakeGrbl) -> Ending:
 
 
 def test_a_grblhal_that_takes_question_marks_for_letters_is_asked_held_and_freed_by_its_own_bytes() -> None:
-    """grbl.h: CMD_STATUS_REPORT 0x80, CMD_CYCLE_START 0x81, CMD_FEED_HOLD 0x82; its buffer is what [OPT: says."""
+    """grbl.h: CMD_STATUS_REPORT 0x80, CMD_CYCLE_START 0x81, CMD_FEED_HOLD 0x82; the buffer size is in [OPT:."""
     board = FakeGrblHal()
     assert met(board)[1].buffer == 1024
     ending = sent(board)
@@ -297,6 +297,6 @@ def test_a_fluidnc_of_which_something_cannot_be_known_is_refused_in_one_line(was
 
 
 def test_the_soft_limits_of_a_fluidnc_are_on_only_where_each_axis_has_them() -> None:
-    """$20 shows those of X alone (SettingsDefinitions.cpp)."""
+    """$20 shows only the soft limits of X (SettingsDefinitions.cpp)."""
     _, facts = met(FakeFluidNc(CONFIGURATION.replace("soft_limits: true", "soft_limits: false", 2)))
     assert not facts.soft_limits and "(soft_limits)" in facts.soft_limits_off

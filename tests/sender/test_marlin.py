@@ -32,12 +32,12 @@ from leafcut.sender.told import ending_in_words
 
 MACHINE = load_machine("marlin-mpcnc")
 HEAD = ["; a plate", "G21", "G17", "G90", "G0 Z5 F900", "M3 S9000", "G4 P2000"]
-#: Lines of our own before the program: M84 S0, then what is active when it begins.
+#: Lines added before the program: M84 S0, then the modes that the program assumes.
 OPENING = ["M84 S0", "G17", "G90", "G21", "M5", "M9"]
 
 
 def drilled(count: int) -> list[str]:
-    """Hole k has the lines len(HEAD) + 4k - 3 and the three behind it."""
+    """Hole k has the lines len(HEAD) + 4k - 3 and the three lines after it."""
     lines = []
     for k in range(count):
         lines += [f"G0 X{10 + 5 * k} Y10 F3000", "G0 Z1 F900", "G1 Z-1 F120", "G0 Z5 F900"]
@@ -77,7 +77,7 @@ def sent(
 
 
 def obeyed(board: FakeMarlin) -> list[str]:
-    """Return what it obeyed of the program: without questions, and without what changes the feed."""
+    """Return the executed program lines: without queries and feed changes."""
     return [line for line in board.taken if not line.startswith(("M400", "M114", "M220", "M110", "M410"))]
 
 
@@ -113,9 +113,11 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
     resend_ok=st.booleans(),
     waiting=st.booleans(),
 )
-@example(faults={1: "slow", 2: "dropped"}, resend_ok=False, waiting=False)  # a late ok, taken for that of the next line
+@example(
+    faults={1: "slow", 2: "dropped"}, resend_ok=False, waiting=False
+)  # a late ok, mistaken for that of the next line
 def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_order(faults, resend_ok, waiting) -> None:
-    """Marlin 2.1 says ok behind Resend:, some before it do not; ``wait`` is no sign that a line has come."""
+    """Marlin 2.1 sends ok after Resend:, some earlier versions do not; ``wait`` does not confirm a line."""
     board = FakeMarlin(faults)
     board.resend_ok, board.waiting = resend_ok, waiting
     ending = sent(board, job_with(drilled(6)))
@@ -146,7 +148,7 @@ def test_every_fault_ends_the_run_with_its_state_told(fault: str, told: str) -> 
     assert ending.hole is not None and ending.hole.number <= done // 4 + 1, words
     assert ("go on with --from-hole" in words) == (ending.hole.number > 1) and "after homing" in words
     if fault in ("error", "endstop", "garbage"):
-        # Stopped at once: what was planned is dropped, the spindle is off.
+        # Stopped at once: planned moves are dropped, the spindle is off.
         assert b"M410\n" in board.written and not board.blocks and board.spindle == 0.0
         assert ending.place == pytest.approx(board.place, abs=0.006)
     if fault == "silent":
@@ -154,7 +156,7 @@ def test_every_fault_ends_the_run_with_its_state_told(fault: str, told: str) -> 
 
 
 def test_a_word_that_the_firmware_lacks_stops_the_run_although_it_is_answered_with_ok() -> None:
-    """Marlin says ok to everything (process_parsed_command): a drill whose spindle does not turn would break."""
+    """Marlin answers ok to everything (process_parsed_command): a drill whose spindle does not run would break."""
     board = FakeMarlin()
     board.lacks |= {"M3"}
     ending = sent(board, job_with(drilled(2)))
@@ -195,7 +197,7 @@ def test_stop_is_at_once_and_the_place_is_no_longer_trusted_but_from_a_hold_it_i
     ending = sent(board, job_with(drilled(20)), lambda run, view: run.ask(Request.STOP) if view.hole >= 8 else None)
     assert ending.reason == "stopped by you" and not ending.homed and board.spindle == 0.0
     assert ending.place == pytest.approx(board.place, abs=0.006)
-    # The hole by its place, not by what was taken: 15 moves are dropped, nearly four holes.
+    # The hole by position, not by accepted lines: 15 moves are dropped, nearly four holes.
     assert ending.sure and ending.hole is not None and ending.taken - 24 < ending.line < ending.taken
     assert abs(ending.hole.x - ending.place[0]) <= 5.0
     assert "stopped without deceleration" in ending_in_words(ending, job_with(drilled(20)))
@@ -265,7 +267,7 @@ def test_it_goes_on_at_a_hole_in_the_words_of_marlin() -> None:
     ],
 )
 def test_what_marlin_must_not_get_is_refused(lines: list[str], told: str) -> None:
-    """Marlin cuts a move off at its soft end stops, and says nothing (apply_motion_limits)."""
+    """Marlin clips a move at its soft end stops without a message (apply_motion_limits)."""
     board = FakeMarlin()
     with pytest.raises(LeafcutError, match=told):
         sent(board, job_with([*lines, *drilled(1)]))

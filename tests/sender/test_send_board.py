@@ -1,4 +1,4 @@
-"""Programs sent to the real firmware of GRBL; every step waits for what the board says, and for no clock."""
+"""Sending programs to the real GRBL firmware; every step waits for an answer of the board, never for a clock."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def line_of(hole: int) -> int:
 
 
 def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, program: Path, machine: str) -> None:
-    """Positions are asked all the way; the buffer never holds more than 128 bytes; times are those of the board."""
+    """The position is queried throughout; the buffer never holds more than 128 bytes; times are those of the board."""
     stages: list[str] = []
     held: list[RunView] = []
 
@@ -104,7 +104,7 @@ def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, progra
     assert stages == ["hold", "faster", "resume", "normal"]
     assert seen[-1].override == 100
     assert held[1].place == held[2].place and held[2].taken == held[1].taken
-    # First what is active when a program begins.
+    # First the modes that a program assumes at its start.
     assert board.lines() == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9", *bare(program.read_text())]
     assert 100 < board.most <= 128
     assert len(job.holes) == HOLES and seen[-1].hole == HOLES
@@ -275,7 +275,7 @@ def test_a_port_that_another_program_has_open_is_refused(
 
 
 def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, program: Path, machine: str) -> None:
-    """A process with a terminal of its own; each key is typed when the screen says that it is time."""
+    """A process with its own terminal; each key is typed when the screen asks for it."""
     program.write_text(plate(700))
     ours, theirs = pty.openpty()
     words = ["send", str(program), "--port", board.port, "--machine", machine]

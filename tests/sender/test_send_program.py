@@ -107,11 +107,11 @@ def test_the_line_is_found_by_the_place_on_straight_moves_and_arcs() -> None:
     tracker = Tracker(path)
     assert tracker.line_at((5.0, 0.0, -1.0), 4, 9) == 6
     for angle in np.linspace(0.1, 1.4, 9):
-        # G2 from (10, 0) about (10, 10) goes the long way round: clockwise, over x below 10.
+        # G2 from (10, 0) about (10, 10) is the long arc: clockwise, over x below 10.
         there = (10 - 10 * math.sin(angle), 10 - 10 * math.cos(angle), -1.0)
         assert tracker.line_at(there, 4, 9) == 7
     assert tracker.line_at((0.0, 0.0, 2.0), 4, 9) == 5
-    # Far from every move: on the way to the first that it can be.
+    # Far from every move: assigned to the first possible move.
     assert tracker.line_at((80.0, 80.0, 5.0), 4, 9) == 4
 
 
@@ -194,7 +194,7 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
     same = now.end[len(now) - len(rest) :]
     np.testing.assert_allclose(same, rest, atol=1e-3)
     lead = len(now) - len(rest)
-    # All of the way there: up, over, down; never sideways below the top.
+    # The whole approach: up, over, down; never sideways below the top.
     sideways = (now.kind[:lead] <= Kind.ARC_CCW) & np.isfinite(now.end[:lead, :2]).any(axis=1)
     high = now.end[:lead, 2][sideways & (np.abs(now.end[:lead, :2] - now.before[:lead, :2]) > 1e-9).any(axis=1)]
     assert (high >= np.nanmax(was.end[:, 2]) - 1e-9).all()

@@ -103,12 +103,12 @@ def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fa
     ending = sent(board, job)
     words = ending_in_words(ending, job)
     assert not ending.complete and re.search(told, words), words
-    # Before the first hole nothing is done yet: there is no place to go on from.
+    # Before the first hole no work is done: there is no position to resume from.
     assert "\n" not in words
     assert ("go on with --from-hole 11" if fault == "drop" else "start from the beginning") in words
     if fault != "lost":
         assert board.realtime == [b"!"] * (fault != "alarm") + [b"\x18"] and not board.buffer
-    # What was sent behind it was never taken: nothing is run after the stop.
+    # Lines sent after it were never accepted: nothing is executed after the stop.
     assert len(board.taken) <= 20 + OPENING + 24 or fault == "drop"
 
 
@@ -178,7 +178,7 @@ def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
 
 
 def test_whatever_is_left_active_in_a_board_the_program_begins_in_the_state_in_which_it_was_read() -> None:
-    """Else a program without G90 would run as G91 after another one that ended so."""
+    """Otherwise a program without G90 would run as G91 after a program that ended in G91."""
     board = FakeGrbl()
     assert sent(board, job_of("G0 Z5\nG0 X1 Y1\nM30\n", "part.nc", MACHINE, dialect("grbl"), "in")).complete
     assert board.taken[:4] == ["G17G90G94G40G49G80", "G54", "G20", "G0Z5"]
@@ -254,7 +254,7 @@ def test_nobody_to_ask_is_said_before_anything_is_sent_but_the_first_tool_is_in(
 
 
 class Deaf(FakeGrbl):
-    """Says always the same, whatever it is told."""
+    """Always gives the same answer."""
 
     def __init__(self, words: bytes) -> None:
         super().__init__()
@@ -334,7 +334,7 @@ def test_a_machine_that_is_set_otherwise_is_refused(change: dict[int, float], to
 
 
 def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_for_its_zero() -> None:
-    """It counts from where it stands then, while its work offset is that of before."""
+    """It counts from its current position, but keeps the earlier work offset."""
     board = FakeGrbl()
     board.settings[22] = 0
     board.say("Grbl 1.1h ['$' for help]")
@@ -373,7 +373,7 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
 
 
 def checked_on(board: FakeGrbl, *lines: str, accept: Sequence[str] = ()) -> None:
-    """Check a program on a board as it stands."""
+    """Check a program on a board in its current state."""
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     text = "\n".join([*HEAD, *lines, "M30", ""])

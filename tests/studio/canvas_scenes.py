@@ -19,7 +19,7 @@ MACHINE = Machine(
 )
 CYCLE = DrillCycle("G81", r_plane=2.0, bottom=-6.0)
 
-#: Twelve holes, 20 mm apart, the first at (10, 10), row by row; the diameters are told apart.
+#: Twelve holes, 20 mm apart, the first at (10, 10), row by row, with different diameters.
 PLACES = [(10.0 + 20.0 * (k % 4), 10.0 + 20.0 * (k // 4)) for k in range(12)]
 PART = Part("grid", tuple(Hole(x, y, 3.0 + 0.25 * k) for k, (x, y) in enumerate(PLACES)))
 

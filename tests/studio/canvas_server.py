@@ -1,4 +1,4 @@
-"""A page with the studio's drawing and nothing behind it but files and scenes, and the browser to look at it with."""
+"""A page with the studio's drawing, backed only by files and scenes, and a browser for it."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def until(page: Any, condition: str) -> None:
 
 
 def loaded(page: Any, address: str) -> list[str]:
-    """Open the page of drawings; return the list of what goes wrong on it, to which more is added as it comes."""
+    """Open the page of drawings; return the list of errors on it, which grows as they occur."""
     wrong: list[str] = []
     # That pixels are read back often is the tests' own doing.
     page.on("console", lambda m: None if m.type == "log" or "getImageData" in m.text else wrong.append(m.text))

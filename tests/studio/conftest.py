@@ -1,4 +1,4 @@
-"""A studio in a folder of its own, and ways to speak to it."""
+"""A studio in its own folder, and functions to call it."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def browser(chromium: str) -> Iterator[Any]:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Return a studio in a process of its own, one for all tests that change nothing of it for others."""
+    """Return a studio in its own process, shared by all tests that do not change it for others."""
     from studio_server import running
 
     with running(tmp_path_factory.mktemp("home")) as started:
@@ -125,7 +125,7 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
         except Error as problem:
             pytest.fail(f"the studio does not answer ({problem})\n{server.standing()}")
         expect(made.locator("#view-work")).to_be_visible()
-        # What is done before that reaches the studio afterwards, and not always in its order.
+        # Earlier actions would reach the studio afterwards, and not always in order.
         made.wait_for_function("window.did_handshake")
         yield made
     finally:

@@ -1,4 +1,4 @@
-"""Six people who use the studio for the first time, each on the way to what he came for."""
+"""Journeys of six people who use the studio for the first time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from studio_page import LONG, ROOT, choose_work, opened, run, typed
 EXAMPLES = ROOT / "examples"
 #: A slot whose tool the program describes, of a depth.
 SLOT = "(T1 D=8. CR=0. - flat end mill)\nG21 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 Z{} F200\nX60 F600\nG0 Z5\nM30\n"
-#: Told at every station of a journey, when it is shown.
+#: Called at every station of a journey, when it is shown.
 Station = Callable[[str], None]
 
 

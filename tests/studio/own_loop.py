@@ -1,4 +1,4 @@
-"""An event loop of its own: in the thread of the tests, the one of a browser may be running."""
+"""A separate event loop in another thread: a browser's loop may be running in the thread of the tests."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def stepped_stock() -> ShownStock:
 
 
 def stepped_path() -> Toolpath:
-    """Return a hole through each step, the second one so deep that the holder meets the first one."""
+    """Return a hole through each step; the second is so deep that the holder meets the first step."""
     path = ToolpathBuilder()
     path.tool(4, line=1)
     path.rapid(30.0, 20.0, 12.0, line=1)
@@ -89,7 +89,7 @@ def stepped_path() -> Toolpath:
 
 
 def shaped_scenes() -> dict[str, bytes]:
-    """Return the scenes: shapes, and one whose tools nobody knows."""
+    """Return the scenes: shapes, and one with unknown tools."""
     text = "\n".join(f"(line {k})" for k in range(1, 100))
     path = toolpath_scene(shaped_path(), MACHINE, name="shapes", text=text)
     one, other = ((shaped_path(slot), MACHINE, STOCK) for slot in (-3.0, -2.5))

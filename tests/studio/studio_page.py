@@ -1,4 +1,4 @@
-"""What a person does on the studio's page, for the tests that do it in Chromium."""
+"""Actions of a user on the studio's page, for tests in Chromium."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def opened(page: Page, file: Path) -> None:
 
 
 def choose_work(page: Page, work: str) -> None:
-    """Choose a kind of work by its picture; it is chosen when the studio says so."""
+    """Choose a kind of work by its picture; return when the studio shows it as chosen."""
     picture = page.get_by_role("radiogroup", name="Work", exact=True).locator(f"input[value={work}]")
     if not picture.is_checked():
         picture.click()
@@ -30,7 +30,7 @@ def choose_work(page: Page, work: str) -> None:
 
 
 def work_is(page: Page, work: str) -> None:
-    """Wait until a kind of work is the one that is chosen."""
+    """Wait until a kind of work is chosen."""
     expect(page.get_by_role("radiogroup", name="Work", exact=True).locator(f"input[value={work}]")).to_be_checked()
 
 
@@ -56,13 +56,13 @@ def run(page: Page) -> None:
 
 
 def choose_machine(page: Page, name: str) -> None:
-    """Choose a machine of the library; what is done next is done with it once it is shown."""
+    """Choose a machine of the library; return when it is shown."""
     page.locator("#view-machines").get_by_role("button", name=name, exact=True).click()
     expect(page.locator(f"#view-machines section[aria-label='{name}']")).to_be_visible()
 
 
 def said_by(place: Locator) -> str:
-    """Return what stands at a place, once something does: the page may be there before its figures."""
+    """Return the text of an element as soon as it has some: the page may be shown before its figures."""
     expect(place).to_have_text(re.compile(r"\S"))
     return place.inner_text()
 
@@ -80,7 +80,9 @@ def sure(button: Locator) -> None:
 
 
 def steady(page: Page, script: str, *arguments: object) -> Any:
-    """Return what a script finds in the page once it finds the same twice: layout and drawing have come to rest."""
+    """Return the result of a script in the page as soon as two successive results are equal: the layout has come to
+    rest.
+    """
     found = page.evaluate(script, *arguments)
     for _ in range(600):
         page.wait_for_timeout(100)
@@ -113,7 +115,7 @@ def downloaded(page: Page, name: str) -> tuple[str, bytes]:
 
 
 def serious(page: Page, where: str, *, dark: bool = True) -> list[tuple[str, ...]]:
-    """Return what axe finds that keeps somebody out, in the light, and what is too pale to read in the dark."""
+    """Return the accessibility violations that axe finds in the light theme, and low contrasts in the dark theme."""
     found = _found(page, where)
     if not dark:
         return found

@@ -31,7 +31,7 @@ class Server:
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home), "PYTHONFAULTHANDLER": "1"}
         environment.update([browser] if browser else [])
         home.mkdir(parents=True, exist_ok=True)
-        #: What it says goes to files: a pipe that nobody reads is full one day, and then it stands still.
+        #: Its output goes to files: an unread pipe would fill up and block it.
         self._out, self._error = home / "studio-out.txt", home / "studio-error.txt"
         for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
             command = [sys.executable, "-m", "leafcut", "studio", *([] if browser else ["--no-open"])]
@@ -51,7 +51,7 @@ class Server:
         self.token = (self.folder / "token").read_text()
         self._cookies: dict[str, str] = {}
         self._read = 0
-        # It tells its address before it listens: a busy machine may take its time in between.
+        # It prints its address before it listens: a busy machine may take some time in between.
         for left in reversed(range(1200)):
             try:
                 httpx2.get(self.origin)
@@ -62,7 +62,7 @@ class Server:
                 time.sleep(0.05)
 
     def _first_line(self) -> str:
-        """Wait for the line that tells its address; return nothing where it ends without one."""
+        """Wait for the line with its address; return nothing if it ends without one."""
         while True:
             over = self.process.poll() is not None
             line, end, _ = self._out.read_text().partition("\n")
@@ -71,13 +71,13 @@ class Server:
             time.sleep(0.02)
 
     def complained(self) -> str:
-        """Return what it wrote to standard error since this was asked last; that Ctrl-C ends it is left out."""
+        """Return new output on standard error, without the message on Ctrl-C."""
         said = self._error.read_text()
         new, self._read = said[self._read :], len(said)
         return new.replace("leafcut: Ctrl-C ends it\n", "")
 
     def standing(self) -> str:
-        """End it at once; return what it said, and where each of its threads stood."""
+        """Kill it; return its output, and the stack of each thread."""
         self.process.send_signal(signal.SIGABRT)
         self.process.wait(timeout=60)
         return self._error.read_text()
@@ -95,11 +95,11 @@ class Server:
         context.add_cookies([{"name": n, "value": v, "url": self.origin} for n, v in self.cookies().items()])
 
     def speak_as_the_browser(self) -> None:
-        """Forget the language that was chosen, as it is kept for everybody who comes after."""
+        """Forget the chosen language, which is stored for all later pages."""
         (self.folder / "language").unlink(missing_ok=True)
 
     def end(self) -> tuple[int, str, str]:
-        """End it as Ctrl-C does; return its status and what it said."""
+        """Stop it with Ctrl-C; return its status and its output."""
         self.process.send_signal(signal.SIGINT)
         self.process.wait(timeout=60)
         # The first line has been read.

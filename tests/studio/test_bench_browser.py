@@ -1,4 +1,4 @@
-"""The student's bench in Chromium: what is learned is seen, explained and compared."""
+"""The student's bench in Chromium: pheromone is shown, explained and compared."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COMMAND = "#command"
 
 
 def unfolded(page: Page, title: str) -> Locator:
-    """Open what is folded under a title; return it, as fields of one name may stand under two titles."""
+    """Open the fold with a title and return it, as fields of the same name may be in two folds."""
     details = page.locator(".choose details").filter(has=page.locator("summary", has_text=title))
     details.locator("summary").click()
     expect(details).to_have_attribute("open", "")
@@ -32,7 +32,7 @@ def switch(page: Page, name: str) -> Locator:
 
 
 def stepped(page: Page, algorithm: str, steps: int) -> None:
-    """Run a search on forty places step by step, so far as asked for."""
+    """Run a search on forty points for this number of single steps."""
     make_map(page, 40, algorithm)
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     press_run(page)

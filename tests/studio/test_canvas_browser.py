@@ -1,4 +1,4 @@
-"""The drawing in Chromium: ink where it belongs, the pointer, the program beside it, and playing by machine time."""
+"""The drawing in Chromium: its content, the pointer, the program next to it, and playing in machine time."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def address() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def opened(browser: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
-    """Return the page, and the list of what goes wrong on it."""
+    """Return the page, and the list of its errors."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, device_scale_factor=2)
     page = context.new_page()
     yield page, loaded(page, address)
@@ -98,7 +98,7 @@ def readout(page: Any) -> str:
 
 
 def test_there_is_ink_where_a_hole_is_and_none_beside_it(page: Any) -> None:
-    """The rim of hole 7 (a radius of 2.25 mm) is drawn in its colour; half way to the next hole only the grid is."""
+    """The rim of hole 7 (radius 2.25 mm) has its colour; half way to the next hole there is only the grid."""
     page.evaluate("drawing.setLayers({rapids: false, numbers: false, arrows: false, grid: false})")
     page.evaluate("settled()")
     x, y = PLACES[6]
@@ -251,7 +251,7 @@ def test_playing_goes_on_with_the_clock_and_by_blocks(page: Any) -> None:
 
 
 def test_a_picture_that_takes_several_frames_is_finished_and_shows_the_newest(page: Any) -> None:
-    """With hardly any time to draw in, what is shown under the same view is not what was shown there before."""
+    """With hardly any drawing time, the content of the same view differs from the previous one."""
     page.evaluate("import('/static/buffer.js').then(m => { m.budget.learn = () => {}; m.budget.perMs = 1; })")
     page.evaluate("drawing.setLayers({holes: false, grid: false, arrows: false, numbers: false})")
     page.evaluate("drawing.fit(); drawing.view.zoom(0.5)")
@@ -380,7 +380,7 @@ def test_the_curves_and_the_box_of_a_thousand_runs_are_drawn(page: Any) -> None:
 
 
 def test_a_million_lines_are_folded_and_searched(page: Any) -> None:
-    """Every tenth line is a head; what is found is counted here, independently of the page."""
+    """Every tenth line is a header; the expected matches are counted here, independently of the page."""
     page.evaluate("""() => {
       const text = new Uint8Array(8e6);
       for (let k = 0; k < 1e6; k++) text.set([78, 48 + k % 10, 32, 71, 48, 88, 49, 10], 8 * k);

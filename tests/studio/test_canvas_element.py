@@ -61,7 +61,7 @@ def test_scenes_are_fetched_shown_chosen_in_and_taken_off(served: str, browser: 
         page.click("#choose")
         until(page, "/^1: .*'hole': 3/.test(document.querySelector('#said').innerText)")
         until(page, "document.querySelector('.lc-selected')?.dataset.line === '5'")
-        # What the studio clears makes no event: it would arrive late and clear what was selected since.
+        # Clearing by the studio sends no event: it would arrive late and clear a newer selection.
         page.click("#deselect")
         until(page, "!document.querySelector('.lc-selected')")
         page.click("#choose")

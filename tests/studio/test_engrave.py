@@ -1,6 +1,6 @@
-"""A process from outside is one package and nothing else: command, options, program, proof, page, form and job.
+"""A process in an external package works everywhere: command, options, program, proof, page, form and job.
 
-The package lies in `tests/engrave` as pip would lay it down; nothing of leafcut knows it.
+The package is in `tests/engrave` in its installed form; leafcut does not know it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PACKAGE = Path(__file__).parents[1] / "engrave"
 
 @pytest.fixture(autouse=True)
 def engrave(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Install the package for one test, for what it starts as well."""
+    """Install the package for one test and its subprocesses."""
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("PYTHONPATH", str(PACKAGE), prepend=":")
 

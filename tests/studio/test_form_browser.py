@@ -19,7 +19,7 @@ def cutting(page: Page) -> None:
 
 
 def offered(page: Page, label: str) -> list[str]:
-    """Return what the menu of a field offers."""
+    """Return the choices in the menu of a field."""
     field = page.get_by_label(label, exact=True)
     field.press("ArrowDown")
     expect(field).to_have_attribute("aria-expanded", "true")
@@ -129,7 +129,7 @@ def test_a_key_leads_to_the_field_that_finds_options(page: Page) -> None:
 def test_a_form_begins_with_the_persons_own_defaults_and_tells_where_they_come_from(
     browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """They stand in the fields; a value that is typed is told of no more."""
+    """They are in the fields; a typed value has no note."""
     shop = tmp_path / "shop.toml"
     shop.write_text('machine = "haas-vf2"\n')
     monkeypatch.setenv("LEAFCUT_DEFAULTS", str(shop))

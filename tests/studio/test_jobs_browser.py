@@ -1,4 +1,4 @@
-"""The list of jobs, and what the tab of the browser says of one that runs, in Chromium."""
+"""The list of jobs, and the title of the browser tab during and after a run, in Chromium."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def own(browser: Browser, tmp_path: Path) -> Iterator[Page]:
 
 
 def endless(page: Page, file: Path = PLATE) -> None:
-    """Begin a run that is over only when it is ended."""
+    """Start a run that ends only when it is stopped."""
     opened(page, file)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
@@ -102,7 +102,7 @@ def test_jobs_that_wait_are_put_in_another_order_by_keys(own: Page) -> None:
 
 
 def test_a_button_of_a_job_stays_when_the_job_ends(own: Page) -> None:
-    """What is pressed just then is not lost."""
+    """A click at that moment is not lost."""
     endless(own)
     own.keyboard.press("2")
     row = own.locator("table.jobs tbody tr")
@@ -132,14 +132,16 @@ def test_the_tab_says_how_a_run_goes_and_a_notice_comes_only_where_it_was_asked_
     assert own.locator("link[rel~=icon]").get_attribute("href") != plain
     own.get_by_role("button", name="Stop, keep the best").click()
     expect(own).to_have_title("✓ plate_10 – leafcut", timeout=LONG)
-    assert own.evaluate("told") == []  # nobody asked for notices, and nobody was asked
+    assert own.evaluate("told") == []  # no permission for notifications was requested
     own.keyboard.press("2")
     own.get_by_label("Notify me when a run is over").check()
     wait_for(own, lambda: own.evaluate("told") == ["asked"])
     own.keyboard.press("1")
     press_run(own)
     expect(own.locator(".study")).to_contain_text("step 1", timeout=LONG)
-    expect(own).to_have_title(re.compile("^▶ "))  # of a run that the tab has not seen running it tells no end
+    expect(own).to_have_title(
+        re.compile("^▶ ")
+    )  # the tab does not announce the end of a run that it has not seen running
     own.get_by_role("button", name="Stop, keep the best").click()
     wait_for(own, lambda: own.evaluate("told") == ["asked", ["plate_10 – leafcut", "The run is over."]])
     own.evaluate("delete document.hidden")

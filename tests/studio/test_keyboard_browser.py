@@ -10,7 +10,7 @@ from studio_page import LONG, PLATE, opened, said_by, typed, wait_for
 
 
 def focused(page: Page) -> Any:
-    """Return what has the focus, by its id, its name or what stands on it; empty where nothing has."""
+    """Return the focused element by its id, its name or its text; empty if there is none."""
     return page.evaluate(
         """() => {
             const at = document.activeElement;
@@ -40,7 +40,7 @@ def test_the_focus_stays_on_run_and_in_the_tabs_whatever_is_drawn_anew(page: Pag
         wait_for(page, lambda tab=tab: focused(page) == f"tab-{tab}")
     page.keyboard.press("Home")
     expect(page.locator("#tab-summary")).to_have_attribute("aria-selected", "true")
-    # The tabs are one stop of Tab: the next one is the panel.
+    # The tabs are a single Tab stop: the next stop is the panel.
     page.keyboard.press("Tab")
     wait_for(page, lambda: focused(page) == "result-panel")
 
@@ -110,7 +110,7 @@ def test_question_marks_are_no_stops_of_tab_and_help_is_one_key_away(page: Page)
     assert marks.evaluate_all("all => all.every((one) => one.tabIndex === -1)")
     field = page.get_by_label("Thickness", exact=True)
     about = field.get_attribute("aria-describedby")
-    assert "thickness" in (page.locator(f"#{about}").text_content() or "")  # a screen reader tells it anyway
+    assert "thickness" in (page.locator(f"#{about}").text_content() or "")  # a screen reader announces it anyway
     field.focus()
     expect(page.locator(f"#{about}")).to_be_hidden()
     page.keyboard.press("F1")

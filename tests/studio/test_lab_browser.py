@@ -14,7 +14,7 @@ from studio_server import running
 
 @pytest.fixture
 def own(browser: Browser, tmp_path: Path) -> Iterator[Page]:
-    """Return a page of a studio that nobody has used, where axe may look: its styles are not the page's own."""
+    """Return a page of a new studio in which axe may run, because styles of other origins are allowed."""
     with running(tmp_path) as server:
         context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", bypass_csp=True)
         server.let_in(context)

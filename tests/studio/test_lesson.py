@@ -1,4 +1,4 @@
-"""What a step of an algorithm is explained with: whole sentences in every language, formulas that are MathML."""
+"""Explanations of a step of an algorithm: complete sentences in every language, formulas in MathML."""
 
 from __future__ import annotations
 

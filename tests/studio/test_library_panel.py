@@ -1,4 +1,4 @@
-"""The pages of machines and tools, without a browser: what is typed is there until it is saved, on every page."""
+"""The pages of machines and tools, without a browser: typed text is kept until it is saved, on every page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def client() -> Iterator[None]:
 
 
 def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel, list[str]]:
-    """Return what a page shows of ``mine``, and the lines that it says."""
+    """Return the form of ``mine`` on a page, and its messages."""
     said: list[str] = []
     page: Any = SimpleNamespace(
         show_message=lambda line, bad=False: said.append(line), input=SimpleNamespace(draw=lambda: None)

@@ -1,4 +1,4 @@
-"""Which line of a program is which of another one, and where they differ."""
+"""Matching the lines of two programs, and their differences."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ HEAD = ["%", "G21 G90", "T1 M6", "G0 Z20"]
 
 
 def drilled(order: list[int]) -> tuple[Toolpath, str]:
-    """Return a program that drills holes 10 mm apart in an order; the first says the cycle, the others places alone."""
+    """Return a program that drills holes 10 mm apart in an order; the first states the cycle, the others only
+    positions.
+    """
     path = ToolpathBuilder()
     path.rapid(0.0, 0.0, 20.0, line=4)
     lines = list(HEAD)
@@ -54,7 +56,7 @@ def test_a_cut_that_is_turned_round_and_a_comment_that_went_with_it_are_found_ag
     pairs = dict(line_pairs(cut((0, 10, 3), (50, 70, 6)), cut((50, 70, 3), (10, 0, 6)), old, new).tolist())
     assert pairs[3] == 6
     assert (pairs[4], pairs[5], pairs[6]) == (1, 2, 3)
-    assert 2 not in pairs  # the way to the slot is another one
+    assert 2 not in pairs  # the move to the slot differs
 
 
 def scene(data: bytes) -> tuple[dict[str, object], dict[str, np.ndarray]]:

@@ -1,4 +1,4 @@
-"""A search as it is watched in Chromium, and programs of all kinds of work taken from the page."""
+"""A running search in Chromium, and programs of all kinds of work downloaded from the page."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def make_map(page: Page, points: int, algorithm: str) -> None:
 
 
 def ten_holes_to_change(page: Page) -> list[list[float]]:
-    """Let the order of a plate's holes be changed by hand; return where they stand on the page, in their order."""
+    """Enable manual editing of a plate's hole order; return the positions on the page, in order."""
     opened(page, ROOT / "examples" / "plate_10.dxf")
     page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
@@ -133,7 +133,7 @@ def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_
 def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_line_writes(
     page: Page, tmp_path: Path
 ) -> None:
-    """The ants have found their best order after five steps: what the command line does later changes nothing."""
+    """The ants find their best order after five steps, so the longer run of the command line gives the same."""
     source = ROOT / "examples" / "plate_70.dxf"
     opened(page, source)
     typed(page, "Thickness", "6")
@@ -356,7 +356,7 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
 
 
 def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -> None:
-    """Also while one is dragged there; away from there it is told where it was."""
+    """Also during a drag; away from there it is shown at its usual position."""
     places = ten_holes_to_change(page)
     readout = page.locator(".lc-readout")
     left = min(places, key=lambda place: place[0] - place[1])
@@ -372,7 +372,7 @@ def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -
     far = max(places, key=lambda place: place[0] - place[1])
     page.mouse.move(*far)
     expect(readout).to_contain_text("Hole")
-    wait_for(page, lambda: not clear_of(left))  # else this says nothing
+    wait_for(page, lambda: not clear_of(left))  # otherwise this proves nothing
     page.mouse.down()
     page.mouse.move(*left, steps=5)
     wait_for(page, lambda: clear_of(left))
@@ -398,7 +398,7 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     wait_for(page, lambda: len(now := lines.all_inner_texts()) > 5 and now == first[: len(now)])
     lines.nth(5).click()
     expect(lines.nth(5)).to_have_class(re.compile("lc-selected"))
-    typed(page, "Thickness", "6")  # another program: it is shown in place of the one before
+    typed(page, "Thickness", "6")  # another program replaces the previous one
     address = page.url
     press_run(page)
     wait_for(page, lambda: page.url != address)

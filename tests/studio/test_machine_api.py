@@ -21,7 +21,7 @@ MANY = 40
 
 
 class Machine:
-    """What a program asks of the studio's machine."""
+    """Requests of a program to the studio's machine."""
 
     def __init__(self, client: TestClient, studio: Studio, board: Board) -> None:
         self.client, self.studio, self.board = client, studio, board
@@ -161,7 +161,7 @@ def test_stop_ends_a_program_and_it_goes_on_at_a_hole(open_board: Machine) -> No
 
 
 def test_holes_are_drilled_one_by_one_with_a_jog_between(open_board: Machine) -> None:
-    """Each hole is drilled when that is said, and nothing of it before."""
+    """Each hole is drilled on request, and not before."""
     open_board.start(plate(5), by_hole=True)
     for hole in range(1, 6):
         state = open_board.until(lambda s, hole=hole: (s["question"] or {}).get("hole") == hole)

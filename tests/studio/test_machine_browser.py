@@ -1,4 +1,4 @@
-"""The machine's page in Chromium, with the real firmware of GRBL behind it: each step waits for what the page shows."""
+"""The machine page in Chromium with the real GRBL firmware: each step waits for the page."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_it_is_jogged_zeroed_and_its_part_is_framed(own: Page, board: Board) -> 
         work_is(page, "x", to)
     button(page, "Zero all").click()
     work_is(page, "x", "0.000")
-    expect(page.locator("#machine-jog-feed")).to_have_value("6000")  # also when the page is drawn anew
+    expect(page.locator("#machine-jog-feed")).to_have_value("6000")  # also after the page is redrawn
     page.get_by_role("button", name="Z−", exact=True).click()
     work_is(page, "z", "-10.000")
     button(page, "Frame").click()

@@ -1,4 +1,4 @@
-"""The studio's connection to a board in plain Python: the same checks before each way to move the machine."""
+"""The studio's connection to a board in plain Python: the same checks for every way of moving the machine."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_frame_is_traced_on_a_machine_without_homing_once_a_person_says_so(link:
 
 
 def test_a_checked_program_states_box_and_tools(link: MachineLink) -> None:
-    """A full circle ends where it starts: its box is that of its bulges, and not a point."""
+    """A full circle ends at its start: its box is that of the whole circle, not of a point."""
     circle = PLATE.replace("G1 Z-1 F100\n", "G1 Z-1 F100\nG2 X1 Y2 I5 J0\n")
     link.connect("page", "fake").result(SOON)
     ready = link.check("page", job(circle), RunWishes()).result(SOON)

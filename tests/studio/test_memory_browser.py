@@ -1,4 +1,4 @@
-"""Nothing is forgotten: file, options and edits live through reload, language, Back, a new start, in two tabs."""
+"""File, options and edits survive reload, a change of language, Back, a restart, and two tabs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_file_and_options_live_through_reload_language_and_back(page: Page, serv
     typed(page, "Thickness", "7mm")
     page.get_by_label("Machine", exact=True).select_option("haas-vf2")
     kept(page)
-    page.get_by_label("Time limit", exact=True).fill("11s")  # and is not left: what is being typed counts, too
+    page.get_by_label("Time limit", exact=True).fill("11s")  # the field keeps its focus: text being typed counts, too
     page.reload()
     for label, value in (("Thickness", "7mm"), ("Machine", "haas-vf2"), ("Time limit", "11s")):
         expect(page.get_by_label(label, exact=True)).to_have_value(value)
@@ -107,7 +107,7 @@ def test_back_and_forward_go_through_views_files_and_jobs(page: Page) -> None:
     page.go_forward()
     expect(page.locator(".about-part .name")).to_have_text(OTHER.name)
     expect(page.get_by_label("Thickness", exact=True)).to_have_value("8")
-    # A job that is opened is a step, too: what was chosen before it is not lost.
+    # Opening a job is a step of the history, too: earlier choices are not lost.
     page.get_by_role("button", name="Jobs", exact=True).click()
     page.locator("table.jobs tbody tr").first.get_by_role("button", name="Open").click()
     expect(page.get_by_label("Thickness", exact=True)).to_have_value("5")

@@ -1,4 +1,4 @@
-"""The person's own defaults (`leafcut defaults`) in the studio: forms begin with them, and say where they come from."""
+"""The user's defaults (`leafcut defaults`) in the studio: initial values of forms, with their origin."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def begun(studio: Studio, work: str = "drill") -> tuple[View, str]:
 
 
 def notes(view: View) -> dict[str, str]:
-    """Return what the form tells of where a value comes from: option → words."""
+    """Return the notes of a form on the origin of values: option → text."""
     fields = [field for group in view.form() for field in group["fields"]]
     return {field["name"]: field["usual"] for field in fields if "usual" in field}
 
 
 def test_a_form_begins_with_the_defaults_and_tells_their_lines(studio: Studio, shop: Path) -> None:
-    """A value that leafcut has anyway (`preset`) is none that was given."""
+    """A default equal to leafcut's own (`preset`) does not count as set."""
     view, problem = begun(studio)
     assert problem == ""
     assert {name: view.values[name] for name in view.values if name != "machine"} == {
@@ -130,7 +130,7 @@ def test_a_broken_file_of_defaults_says_one_line_and_nothing_of_it_is_taken(
 
 
 def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio: Studio, shop: Path) -> None:
-    """Changed, new and removed defaults hold; what was typed or emptied stays as it is, and so does an order opened."""
+    """Changed, new and removed defaults apply; typed or cleared values stay, and so does an open order."""
     view, _ = begun(studio)
     view.put("start_point", "3,4")
     view.put("machine", "")
@@ -181,7 +181,7 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
     view = View(studio, EN)
     for name, value in (of_file | of_shop).items():
         view.put(name, value)
-    view.take("example:plate-10", "plate-10")  # chosen before there was a file: they are meant for this one
+    view.take("example:plate-10", "plate-10")  # chosen before a file was opened: meant for this file
     assert view.values == of_file | of_shop and notes(view) == {}
     view.take("example:plate-10", "plate-10")
     assert view.values == of_file | of_shop

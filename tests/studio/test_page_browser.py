@@ -1,4 +1,4 @@
-"""What the page keeps in order by itself while a person changes his mind."""
+"""Consistency of the page while a user changes choices."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from studio_server import Server
 
 
 def endless(page: Page) -> None:
-    """Begin a run that is over only when it is ended."""
+    """Start a run that ends only when it is stopped."""
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", "1500")
     page.get_by_role("button", name="Create map").click()
@@ -68,7 +68,9 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
     assert box is not None
 
     def seen() -> float:
-        """Return how wide what is seen is, mm; the pointer leaves in between, so that each place is told anew."""
+        """Return the width of the visible area, mm; the pointer leaves in between, so that each position is shown
+        again.
+        """
         told = []
         for x in (60, box["width"] - 4):
             page.mouse.move(5, 5)
@@ -76,7 +78,7 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
             page.mouse.move(box["x"] + x, box["y"] + 10)
             page.evaluate("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
             place = re.search(r"X (-?[\d.]+)", page.locator(".lc-readout").inner_text())
-            told.append(float(place[1]) if place else math.nan)  # it is just being drawn anew, and tells nothing
+            told.append(float(place[1]) if place else math.nan)  # being redrawn, so it shows no position
         return told[1] - told[0]
 
     wait_for(page, lambda: seen() > 200)  # mm: the plate is 241 mm high, and wider than half of that
@@ -138,7 +140,7 @@ def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_
     page.locator("#view-machines").get_by_role("button", name="my-duet-router", exact=True).click()
     expect(page.locator("#view-machines .tag")).to_have_text("not saved yet")
     expect(text).to_have_value(re.compile("^# mine\n"))
-    # A copy is one of what was saved, under its own name; what was typed stays with the first.
+    # A copy contains the saved text, under its own name; typed changes stay with the original.
     page.locator("#view-machines").get_by_role("button", name="Copy").click()
     expect(page.locator("#editor-name")).to_have_value("my-duet-router-2")
     expect(text).to_have_value(re.compile('^name = "my-duet-router-2"', re.MULTILINE))
@@ -235,7 +237,7 @@ def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
 
 
 def test_escape_and_cancel_end_the_reading_of_a_large_file(page: Page, tmp_path: Path) -> None:
-    """What was open stays, and the next file is opened as ever."""
+    """The open file stays, and the next file opens as usual."""
     opened(page, PLATE)
     large = tmp_path / "large.dxf"
     lines = (
@@ -280,7 +282,7 @@ def test_the_figures_of_a_random_map_stay_when_the_page_is_drawn_anew(page: Page
     expect(page.get_by_label("Points", exact=True)).to_have_value("31")
 
 
-#: The buttons that what is said covers, once the page is laid out.
+#: The buttons covered by the message, once the page is laid out.
 COVERED = """async () => {
     await new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)));
     const said = document.querySelector("#said").getBoundingClientRect();
@@ -307,7 +309,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     page.locator(".edit").get_by_role("button", name="Run with this order").click()
     expect(page.locator("#command")).to_contain_text("--hole-order")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
-    opened(page, PLATE.with_name("plate_27.dxf"))  # the order is that of other holes
+    opened(page, PLATE.with_name("plate_27.dxf"))  # the order belongs to other holes
     expect(page.locator("#command")).to_have_text("leafcut optimize plate_27.dxf -o plate_27.ngc --preset fast")
     run(page)
     expect(page.get_by_role("radio", name="Overlaid")).to_be_visible()  # the buttons stand in two rows
@@ -315,7 +317,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     said_by(page.locator("#said"))
     assert page.evaluate(COVERED) == []
     page.keyboard.press("2")
-    # Its question goes by itself: it is looked for as soon as it is asked.
+    # Its question disappears by itself: it is searched as soon as it is asked.
     inside = """at => {
         at.click();
         const box = at.getBoundingClientRect(), list = document.querySelector("#view-jobs .scroll");
@@ -372,7 +374,7 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
 
 
 def test_what_knowing_the_stock_saves_is_told_beside_the_figures(page: Page) -> None:
-    """The same figures as on the command line: 29 retracts are lower, 16 ways down are rapids."""
+    """The same figures as on the command line: 29 retracts are lower, 16 descents are rapids."""
     opened(page, PLATE.parents[1] / "tests" / "styles" / "inkscape_gcodetools_engrave.ngc")
     page.get_by_text("Stock and speeds").click()
     for label in ("Rapids in the air", "Low retracts"):

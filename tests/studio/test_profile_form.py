@@ -1,4 +1,4 @@
-"""A machine or a tool as a form: what is typed goes into the same text, and a problem is told at its line."""
+"""Form of a machine or a tool: input changes the same text, and a problem is shown at its line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FLAME = library.shipped_text("machines", "plasma-table")
 
 
 def said(text: str, name: str) -> Any:
-    """Return what a text says of a key, by ``table.key``."""
+    """Return the value of a key, ``table.key``, in a text."""
     value: Any = tomllib.loads(text)
     for part in name.split("."):
         value = value[part]
@@ -129,7 +129,7 @@ def wrong_value(key: ProfileKey) -> str:
 
 @pytest.mark.parametrize("key", PROFILE_KEYS, ids=lambda key: key.name)
 def test_what_is_wrong_with_a_key_of_a_machine_is_marked_at_its_line(key: ProfileKey) -> None:
-    """Wherever the key stands, the line that is marked is its own, and the field is told by its name."""
+    """Wherever the key is, its own line is marked, and the message names the field."""
     text = put(FLAME, "", 0, "probe.feed", "1 m/min")
     filler = {"quantity": "1", "axes": ["1"] * key.size, "flag": True, "number": "1", "text": "x"}
     value = values("", tomllib.loads(text)).get(key.name) or filler.get(key.kind, (*key.choices, "")[0])

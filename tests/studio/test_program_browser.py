@@ -177,7 +177,7 @@ def test_each_block_of_the_original_is_shown_where_it_is_now_and_back_by_pointer
 
 
 def compared(page: Page, changed: Path) -> None:
-    """Compare the program, under another name, with another one."""
+    """Compare the program with a copy under another name."""
     original = changed.with_name("original.nc")
     original.write_bytes(CAM.read_bytes())
     opened(page, original)

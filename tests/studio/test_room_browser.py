@@ -1,4 +1,4 @@
-"""Room for the work: columns fold away, what runs stands over the results, and nothing is wider than its window."""
+"""Layout: columns can be folded, the running job is above the results, and nothing is wider than its window."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 from studio_page import LONG, PLATE, choose_work, opened, press_run, run, steady, typed
 from studio_server import Server
 
-#: What is wider than its window, and cannot be scrolled by itself: the first elements that stick out.
+#: Elements wider than their window that cannot be scrolled: the first ones.
 STICKS_OUT = """() => {
   const wide = document.documentElement.scrollWidth > innerWidth + 1;
   const out = (e) => { const box = e.getBoundingClientRect(); return box.width > 0 && box.right > innerWidth + 1; };
@@ -24,7 +24,7 @@ STICKS_OUT = """() => {
 
 
 def width(page: Page, place: str) -> float:
-    """Return how wide a place is when the layout is at rest."""
+    """Return the width of an element when the layout is at rest."""
     script = "(place) => document.querySelector(place).getBoundingClientRect().width"
     return float(steady(page, script, place))
 
@@ -66,7 +66,7 @@ def test_what_runs_can_be_stopped_also_where_the_results_are_folded_away(page: P
     press_run(page)
     stop = page.locator("#column-right").get_by_role("button", name="Stop, keep the best")
     expect(stop).to_be_visible(timeout=LONG)
-    # The drawing keeps its height: what runs stands beside it.
+    # The drawing keeps its height: the running job is next to it.
     assert page.evaluate("() => document.querySelector('.frame').getBoundingClientRect().height") == drawn
     stop.click()
     expect(page.locator("#column-right")).to_be_hidden(timeout=LONG)

@@ -1,4 +1,4 @@
-"""Run is never lost, and counts with what was typed or opened last."""
+"""Run is never lost, and uses the latest input and file."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def press_run(page: Page) -> None:
     """Press Run for as long as a finger does, straight after what was typed."""
     page.get_by_role("button", name="Run", exact=True).hover()
     page.mouse.down()
-    page.wait_for_timeout(90)  # how long it is held, nothing that is waited for
+    page.wait_for_timeout(90)  # duration of the delay, not a wait for an event
     page.mouse.up()
 
 
 def job_of(page: Page, server: Server, before: str) -> dict[str, Any]:
-    """Return the job that was begun since the page was at another, as other programs are told of it; it is ended."""
+    """Return the job started since job `before`, as other programs see it; it is stopped."""
     wait_for(page, lambda: page.url.partition("job=")[2] not in ("", before.partition("job=")[2]))
     headers = {"Authorization": f"Bearer {server.token}"}
     job = f"{server.origin}/api/jobs/{page.url.partition('job=')[2]}"

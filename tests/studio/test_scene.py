@@ -104,7 +104,7 @@ def test_an_arc_of_a_scene_ends_where_its_row_ends() -> None:
 
 
 def test_the_extents_have_what_of_an_arc_is_passed_and_no_more() -> None:
-    """The half circle from (40, 70) round (60, 70), counter-clockwise, goes down to y 50; the holes begin at y 10."""
+    """The half circle from (40, 70) round (60, 70), counter-clockwise, reaches y 50; the holes start at y 10."""
     path = ToolpathBuilder()
     path.rapid(40.0, 70.0, 2.0)
     path.arc(False, (80.0, 70.0, 2.0), Arc((60.0, 70.0, 0.0)), feed=10.0)
@@ -132,7 +132,7 @@ def test_pheromone_has_points_edges_and_strengths() -> None:
 
 
 def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
-    """TSPLIB's places are plain numbers: neither mm nor machine time can be told of them."""
+    """TSPLIB's coordinates are plain numbers: they have neither mm nor machine time."""
     file = tmp_path / "four.tsp"
     places = ["1 0 0", "2 30 0", "3 30 40", "4 0 40"]
     top = ["NAME: four", "TYPE: TSP", "DIMENSION: 4", "EDGE_WEIGHT_TYPE: EUC_2D", "NODE_COORD_SECTION"]
@@ -152,7 +152,7 @@ def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
 
 
 def test_a_size_is_that_of_outlines_or_else_between_centres() -> None:
-    """Of holes alone nobody knows how far the plate goes beyond them."""
+    """For holes alone, the size of the plate is unknown."""
     plate = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
     assert "centres" in dict(read_preview(plate, "drill").facts) and "size" not in dict(
         read_preview(plate, "drill").facts

@@ -50,7 +50,7 @@ def address() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def opened(browser: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
-    """Return a page that draws without a GPU, and the list of what goes wrong on it."""
+    """Return a page that draws without a GPU, and the list of its errors."""
     context = browser.new_context(viewport={"width": 1100, "height": 800})
     page = context.new_page()
     yield page, loaded(page, address)

@@ -1,4 +1,4 @@
-"""An outcome of earlier choices does not look as if it were that of the present ones; a new one tells of itself."""
+"""An outcome of earlier choices is marked; a new outcome is announced."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_an_outcome_of_earlier_choices_says_which_and_is_not_offered_as_the_pres
     expect(program).to_have_attribute("title", re.compile("Thickness 5.mm; now 25.mm"))
     assert "primary" not in (program.get_attribute("class") or "")
     assert downloaded(page, "Program (earlier settings)")[0] == "plate_10.ngc"
-    # The same said otherwise is the same, and what is taken back marks nothing.
+    # An equal value in another notation is no change, and undoing a change removes the mark.
     typed(page, "Thickness", "0.5cm")
     expect(stale).to_be_empty()
     expect(program).to_have_text("Program")
@@ -108,14 +108,14 @@ def test_an_order_edited_by_hand_marks_the_outcome_closing_asks_and_run_runs_wha
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(lines).to_have_count(0)
     page.get_by_role("button", name="Edit the order").click()
-    edit.get_by_role("button", name="Close", exact=True).click()  # nothing is changed: nothing is asked
+    edit.get_by_role("button", name="Close", exact=True).click()  # without a change, no question
     expect(edit).to_be_hidden()
 
 
 def select_hole(page: Page, hole: int) -> None:
     """Choose a stop of an order that was just opened, as a click on it does."""
     page.locator(".edit").get_by_role("button", name="Reverse", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("Select a stop first")  # nothing is chosen by now
+    expect(page.locator("#said")).to_contain_text("Select a stop first")  # no hole is selected now
     page.evaluate(
         """async (hole) => {
             const { whenThere } = await import("leafcut-canvas/registry.js");

@@ -78,7 +78,7 @@ def test_solve_simulate_and_verify_answer_as_the_command_line(
 def test_the_text_of_a_program_is_its_own_letters_and_no_answer_says_where_the_studio_keeps_it(
     studio: Studio, client: TestClient
 ) -> None:
-    """A comment in Latin-1 comes back as it was, in the file and in the text."""
+    """A comment in Latin-1 is unchanged, in the file and in the text."""
     program = CAM.read_bytes().replace(b"(", "(PIEZA Ñ 5° ".encode("latin-1"), 1)
     file = {"file": ("cam_121.nc", program)}
     answer = client.post("/api/optimize", files=file, data={"options": '{"preset": "fast"}'}).json()
@@ -162,7 +162,7 @@ def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: Test
 def test_however_many_wait_for_their_answers_the_others_are_answered(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
+    """Sixty requests wait, more than the server has threads; the next request is answered anyway."""
     release = threading.Event()
     monkeypatch.setattr(StudioWork, "run", lambda *_, **__: release.wait(600) and JobResult({}, {}, {}))
 

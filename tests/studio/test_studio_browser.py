@@ -296,7 +296,7 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server) -> None:
 
 
 def nested(page: Page) -> list[tuple[str, ...]]:
-    """Return what axe finds in the parts of a nest and in its outcome."""
+    """Return axe's findings in the parts of a nest and in its outcome."""
     choose_work(page, "nest")
     expect(page.locator("#open-file[multiple]")).to_be_attached()
     typed(page, "Variants", "1")

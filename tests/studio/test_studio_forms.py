@@ -40,7 +40,7 @@ NOT_OFFERED = {
     "part", "save_plan", "all_variants", "remnants_out", "remnant_size",
     *(set(SpeedOptions.specs()) - {"shop_rate"}),
 }  # fmt: skip
-#: A page says the feed of a program's materials by the speed alone.
+#: A page sets the feed of a program's materials only by the speed.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}
 
 
@@ -59,12 +59,12 @@ def test_every_option_is_in_a_form() -> None:
     assert shown == {name for _, name, _ in all_options()} - NOT_OFFERED
 
 
-#: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
+#: Options of a command that are not choices in a form: the page has inputs, downloads, lists and files for them.
 BESIDE = {
     "defaults", "options", "output", "dry_run", "report", "process", "json", "quiet", "save_map", "tour", "help",
     "version", "watch", "every", "executor", "workers",
 }  # fmt: skip
-#: What the points of a map have no use for: they are solved by the map's own rule of distance.
+#: Options without a meaning for maps: they are solved by the map's own distance rule.
 NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "concentric", "solid"}
 
 
@@ -171,7 +171,7 @@ def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str, tmp_path:
     taken = load_machine(field["default"])
     assert taken.controller == api.dialect_of({}, forms.works()[work].process)
     assert [field["default"]] * 2 in field["choices"]
-    assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # it would not be taken, but another one
+    assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # another machine would be used instead
 
 
 def test_parameters_of_an_algorithm_come_with_it() -> None:

@@ -1,4 +1,4 @@
-"""Many jobs are sent a page at a time, found by their words, compared by two, and wait in an order of one's own."""
+"""Many jobs are sent in pages, found by their words, compared in pairs, and wait in a custom order."""
 
 from __future__ import annotations
 

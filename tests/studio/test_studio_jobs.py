@@ -137,7 +137,7 @@ def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
 def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What they said and how they stand is read from the history; what that does not know is not let go of."""
+    """Their messages and states are read from the history; jobs missing there stay in memory."""
 
     def said(*_: Any, on_message: Any) -> JobResult:
         on_message(Progress("search"))
@@ -366,7 +366,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
         "Tool library shop",
     ]
     assert choices_of(Task("optimize", ("example:plate-10",)), studio.folder, words) == ["linuxcnc-mill"]
-    # A job of an older leafcut is still told.
+    # A job of an older leafcut is still shown.
     older = Task("optimize", ("example:plate-10",), options={"an_option_of_old": "3", "thickness": "6mm"})
     assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6mm"]
     assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
@@ -382,7 +382,7 @@ def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
 
 
 def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studio) -> None:
-    """Also what is told of it in the same words: the words are one message."""
+    """Also for equal messages: they are a single message."""
     call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
     live = LiveJob("a", call, ("plate-27",), WORK)
     live.record_progress(Progress("trying both", trial=Trial("zigzag")))

@@ -1,4 +1,4 @@
-"""Experiments in the studio: one runs at a time, what is finished is kept, and the report is a page of its own."""
+"""Experiments in the studio: one at a time, finished runs are kept, and the report is a separate page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machines and tools of the person's own are checked as leafcut reads them; inputs are seen for what they are."""
+"""The user's machines and tools are validated as by leafcut; inputs are recognised."""
 
 from __future__ import annotations
 

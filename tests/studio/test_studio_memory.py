@@ -1,4 +1,4 @@
-"""What a page has chosen is kept under a name that opens nothing, and what is damaged of it means nothing."""
+"""The choices of a page are stored under a name that opens no file; damaged entries are ignored."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
 
 
 def view_with_everything(studio: Studio) -> View:
-    """Return a view in which nothing is as at the beginning."""
+    """Return a view in which every value differs from the initial one."""
     source = studio.folder.add_input("plate.dxf", PLATE.read_bytes())
     job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
     view = View(studio, words("en"))

@@ -28,7 +28,7 @@ from leafcut.studio.wording import words
 
 
 def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: Studio) -> None:
-    """Not before: the end of the run on the page takes away what was begun with the outcome, and what is told."""
+    """Not earlier: the end of the run on the page removes elements and messages created with the outcome."""
     plate = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
     source = studio.folder.add_input("plate.dxf", plate.read_bytes())
     job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
@@ -66,7 +66,7 @@ def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over
 
 
 def test_run_that_was_pressed_for_one_input_does_not_begin_another(studio: Studio) -> None:
-    """Nobody has seen the other one when he pressed."""
+    """The user had not seen the other input when pressing Run."""
     with Client(page_of("/")):
         view = View(studio, words("en"))
         panel = InputPanel.__new__(InputPanel)
@@ -86,7 +86,7 @@ def nothing(*_: Any, **__: Any) -> None:
 
 
 def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_for_one(studio: Studio) -> None:
-    """A drag chooses no stop: what is said of it is about the drag."""
+    """A drag does not select a stop: its message is about the drag."""
     said: list[str] = []
     page: Any = SimpleNamespace(show_message=lambda line, *_: said.append(line), changed=nothing)
     names = ("select", "select_stop", "clear_selection", "set_editable", "show", "hide")

@@ -220,5 +220,5 @@ def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first
         waiting = first.history.get("j")
         assert waiting is not None and waiting.state is JobState.WAITING
         first.history.close()
-    with lock_folder(root, "http://127.0.0.1:99"):  # let go of when the first one ended
+    with lock_folder(root, "http://127.0.0.1:99"):  # released when the first studio ended
         assert (root / "lock").read_text() == "http://127.0.0.1:99"

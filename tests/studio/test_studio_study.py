@@ -1,4 +1,4 @@
-"""The student's bench: what a study keeps, as its files and its answer tell it."""
+"""The student's bench: files and answers of a study."""
 
 from __future__ import annotations
 

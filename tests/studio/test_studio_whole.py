@@ -1,4 +1,4 @@
-"""Beside what is worked the studio knows all of the drawing: beneath it, as pictures, with zero and the machine."""
+"""The studio shows the complete drawing under the machined parts, in thumbnails, with zero and the machine."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_the_whole_lies_as_the_part_does(options: dict[str, str]) -> None:
 
 
 def test_a_named_zero_is_known_by_its_place() -> None:
-    """The outline of the plate begins at the zero of the drawing; its lowest and leftmost hole does not."""
+    """The outline of the plate starts at the zero of the drawing; its lowest, leftmost hole does not."""
     assert read_preview(PLATE, "drill").zero == (0.0, 0.0)
     assert read_preview(PLATE, "drill", {"origin": "lower-left"}).zero == pytest.approx((0.0, 0.0))
     assert read_preview(PLATE, "drill", {"origin": "3,4"}).zero == (3.0, 4.0)
@@ -133,7 +133,7 @@ def test_a_machine_that_was_chosen_for_other_work_says_why_not(studio: Studio) -
 
 
 def test_a_profile_beside_the_studio_is_no_machine_of_it(studio: Studio, tmp_path: Path) -> None:
-    """What a page sends is a name, and never a path that is opened."""
+    """A page sends a name, never a path to open."""
     outside = tmp_path / "outside.toml"
     outside.write_text((MACHINES / "plasma-table.toml").read_text())
     assert head_of("plasma-table", studio.folder) is not None
@@ -174,7 +174,7 @@ def test_no_travel_is_outlined_of_a_machine_whose_travel_is_unknown(tmp_path: Pa
 
 
 def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
-    """It is told from where it is, and said in the places of the drawing."""
+    """It is relative to the current zero, and stored in coordinates of the drawing."""
     view = View(studio, EN, work="drill")
     view.seen = replace(read_preview(PLATE, "drill", {"origin": "lower-left"}), zero=(19.05, 19.05))
     panel = InputPanel.__new__(InputPanel)
@@ -197,7 +197,7 @@ def test_what_is_loaded_in_advance_is_read_to_its_end() -> None:
 
 
 def test_holes_alone_are_pictured_with_their_widths() -> None:
-    """Two circles in one another have one centre: what is around them is the larger one."""
+    """Two concentric circles have the same centre: the larger determines the extent."""
     whole = Part("disc", (Hole(5.0, 5.0, 20.0), Hole(5.0, 5.0, 4.0)))
     drawn = Thumbnails(whole).picture(None, np.array([True, True]), "holes")["strong"]
     numbers = [float(number) for number in re.findall(r"[-\d.]+", drawn.split("a")[0])]

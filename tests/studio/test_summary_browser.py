@@ -1,4 +1,4 @@
-"""The summary in Chromium: the figures of the report, what is being tried, and every strategy's way on the drawing."""
+"""The summary in Chromium: the figures of the report, the running trial, and every strategy's path on the drawing."""
 
 from __future__ import annotations
 

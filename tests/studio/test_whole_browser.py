@@ -65,7 +65,7 @@ def board(count: int) -> Part:
 
 @pytest.fixture(scope="module")
 def opened(browser: Any) -> Iterator[tuple[Any, list[str]]]:
-    """Return the page, and the list of what goes wrong on it."""
+    """Return the page, and the list of its errors."""
     scenes = {
         "grid.part": grid_of_holes(),
         "grid.after": grid_program(),

@@ -1,4 +1,4 @@
-"""What a drawing is opened as, the work chosen by pictures, and machines that can do it, on the page in Chromium."""
+"""The recognised kind of a drawing, choosing work by pictures, and suitable machines, in Chromium."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from studio_page import PLATE, ROOT, choose_work, opened, run, serious, typed, w
 from studio_server import Server
 
 EXAMPLES = ROOT / "examples"
-#: What a script finds in the drawing of the page.
+#: Evaluates a script in the drawing of the page.
 IN_DRAWING = """async (place) => {
   const { whenThere } = await import("leafcut-canvas/registry.js");
   const host = [...document.querySelectorAll(".lc-host")].find((one) => one.querySelector(".lc-drawing"));
@@ -48,7 +48,7 @@ def test_a_drawing_opens_as_what_it_suits_and_says_why(page: Page, name: str, wo
 
 
 def test_the_work_is_chosen_by_pictures_and_with_the_arrows(page: Page) -> None:
-    """Each picture is of the drawing: what is cut has three outlines strong, what is drilled two."""
+    """Each picture shows the drawing: three strong outlines for cutting, two for drilling."""
     opened(page, EXAMPLES / "bracket.dxf")
     group = page.get_by_role("radiogroup", name="Work", exact=True)
     names = ["Drill the holes", "Cut from sheet", "Nest parts on sheets", "Mill the pockets"]

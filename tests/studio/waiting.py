@@ -1,4 +1,4 @@
-"""Waiting for what comes when it comes: on a busy machine that may take its time."""
+"""Waiting for events, with long limits for busy machines."""
 
 from __future__ import annotations
 

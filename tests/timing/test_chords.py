@@ -21,7 +21,7 @@ MILL = Machine(
 
 
 def off(point: np.ndarray, begin: np.ndarray, end: np.ndarray) -> float:
-    """Return how far a point is from a chord, by trying many places on it."""
+    """Return the distance of a point from a chord, by testing many positions on it."""
     on_it = begin + np.linspace(0, 1, 20_001)[:, None] * (end - begin)
     return float(np.linalg.norm(on_it - point, axis=1).min())
 
@@ -63,8 +63,10 @@ def test_a_way_there_and_back_is_not_one_chord() -> None:
 
 @pytest.mark.parametrize("tolerance, one", [(0.06, True), (0.02, False)])
 def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> None:
-    """20 mm to a point 0.05 mm off the line and 20 mm on: under P0.06 one move of 40 mm, with half the acceleration as
-    the last one under G64."""
+    """20 mm to a point 0.05 mm off the line and 20 mm on: under P0.06 a single move of 40 mm, with half the
+    acceleration as
+    the last one under G64.
+    """
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.blending(640, tolerance, tolerance)
@@ -75,7 +77,7 @@ def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> 
 
 
 def test_short_moves_are_joined_within_q_and_not_within_p() -> None:
-    """The same bend of 0.05 mm: with P0.06 Q0.02 it is run as it is, as without P; with P0.02 Q0.06 it is cut off."""
+    """The same bend of 0.05 mm: with P0.06 Q0.02 it is unchanged, as without P; with P0.02 Q0.06 it is cut off."""
     found = []
     for tolerance, joining in ((0.06, 0.02), (0.02, 0.06), (0.02, 0.0)):
         builder = ToolpathBuilder()

@@ -90,7 +90,7 @@ def seconds(path: Toolpath, machine: Machine = MILL) -> float:
 
 
 def test_a_stop_costs_the_time_for_which_the_motors_are_held_and_some_reading() -> None:
-    """Two moves from rest to rest with 0.1 s between, and at most 15 lines of some 2 ms before the second begins."""
+    """Two moves from rest to rest with 0.1 s between, and at most 15 lines of about 2 ms before the second starts."""
     each = [trapezoid_time(d, 50.0, 500.0) for d in (20.0, 30.0)]
     held = replace(MILL, motor_lock_s=0.1)
     assert sum(each) + 0.1 < seconds(line(20.0, 50.0, stop=True), held) < sum(each) + 0.1 + 0.03
@@ -107,7 +107,7 @@ def test_a_word_that_changes_nothing_does_not_stop_grbl() -> None:
 
 
 def test_a_dwell_is_whole_twentieths_of_a_second_and_no_spindle_is_waited_for() -> None:
-    """0.01 s and 0.11 s are 0.05 s and 0.15 s; the spindle's own 2 s are nothing that GRBL knows."""
+    """0.01 s and 0.11 s are 0.05 s and 0.15 s; GRBL does not wait for the spindle's own 2 s."""
     for asked, real in ((0.01, 0.05), (0.11, 0.15), (0.15, 0.15)):
         builder = ToolpathBuilder()
         builder.rapid(0.0, 0.0, 0.0)
@@ -200,7 +200,7 @@ def test_the_same_moves_of_a_laser_are_slower_without_laser_mode() -> None:
     acceleration=st.sampled_from([10.0, 50.0, 200.0, 3000.0]),
 )
 def test_no_path_is_faster_than_its_feed_nor_slower_than_with_every_move_from_rest(ends, steps, acceleration) -> None:
-    """Places in µm; what a stop costs, reading and holding, is less than 0.05 s."""
+    """Positions in µm; a stop costs less than 0.05 s for reading and holding."""
     machine = replace(MILL, steps_per_mm=(steps,) * 3, acceleration=(acceleration,) * 3)
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)

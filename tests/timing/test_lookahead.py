@@ -162,7 +162,7 @@ def test_whatever_is_done_between_moves_stops_them(between_moves: str) -> None:
 
 
 def test_a_block_that_is_not_understood_stops_the_machine_and_keeps_the_place() -> None:
-    """FRAME says that x 20 is x 5 from now on: no way is made, and 30 mm follow to x 35."""
+    """FRAME redefines x 20 as x 5: without a move, 30 mm follow to x 35."""
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.feed(20.0, 0.0, feed=50.0)
@@ -300,7 +300,7 @@ def test_moves_in_pieces_take_as_long_as_whole_ones(machine, mode, way, pieces) 
 
 
 def test_a_corner_after_a_kilometre_costs_what_it_costs_anywhere() -> None:
-    """Running sums over long ways lose nothing: 1,000,030 mm and then 30 mm, each from rest to rest."""
+    """Running sums over long paths lose no precision: 1,000,030 mm and then 30 mm, each from rest to rest."""
     path = lines([(1e6, 0.0), (1e6 + 30, 0.0), (1e6 + 30, 30.0)])
     expected = trapezoid_time(1e6 + 30, 50.0, 500.0) + trapezoid_time(30.0, 50.0, 500.0) + 2 * STOP
     assert seconds(path, MILL) == pytest.approx(expected, rel=1e-12)

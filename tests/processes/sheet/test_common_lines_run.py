@@ -163,7 +163,7 @@ def plates(folder: Path, *outlines: list[tuple[float, ...]] | list[tuple[float, 
 
 
 def bodies(done: Any) -> list[Any]:
-    """What is cut without leads, in chords."""
+    """Return the cuts without leads, in chords."""
     return [shapely.LineString(c.path.piece(c.lead_in, c.lead_out).flattened(0.005)) for c in done.detail.plan.cuts]
 
 
@@ -172,7 +172,7 @@ def bodies(done: Any) -> list[Any]:
 def test_edges_that_touch_are_cut_once_without_compensation_and_without_an_option(
     machine: str, second: list[tuple[float, float]], tmp_path: Path
 ) -> None:
-    """All that is cut is as long as the union of what is drawn."""
+    """The total cut length equals the length of the union of the drawn lines."""
     drawn = [shapely.Polygon(points).exterior for points in (NOTCHED, second)]
     done = api.optimize(plates(tmp_path, NOTCHED, second), compensation="none", **{**FAST, "machine": machine})
     assert done.verified
@@ -224,7 +224,7 @@ BENT: dict[str, tuple[Any, Any]] = {
 
 @pytest.mark.parametrize("shape", BENT)
 def test_bent_edges_that_coincide_are_cut_once_without_compensation(shape: str, tmp_path: Path) -> None:
-    """All that is cut is as long as the union of what is drawn, and an arc stays an arc."""
+    """The total cut length equals the length of the union of the drawn lines, and an arc stays an arc."""
     outlines = BENT[shape]
     done = api.optimize(plates(tmp_path, *outlines), compensation="none", **FAST)
     assert done.verified

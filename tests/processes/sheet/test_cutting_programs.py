@@ -1,4 +1,4 @@
-"""Cutting programs as text: what every controller is told, and that LinuxCNC takes it."""
+"""Cutting programs as text: the words for every controller, and their acceptance by LinuxCNC."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def choose(b: ToolpathBuilder, tool: int) -> None:
 
 
 def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5, scribe: bool = False) -> Toolpath:
-    """A small hole at 60 %, an outline at full speed, and what a test asks for besides."""
+    """A small hole at 60 %, an outline at full speed, and additions of a test."""
     b = ToolpathBuilder()
     b.blending(640, 0.1)
     b.rapid(z=10.0)
@@ -221,7 +221,7 @@ def test_every_row_is_read_back() -> None:
 
 
 def marks_among_cuts() -> Toolpath:
-    """A cut, a mark from its end on, a cut beside the mark's end, a mark; both ways a move of one axis would do."""
+    """A cut, a mark from its end, a cut next to the mark's end, a mark; both travel moves could move a single axis."""
     b = ToolpathBuilder()
     b.rapid(z=10.0)
     light(b, 0.0, 0.0)
@@ -247,8 +247,7 @@ def marks_among_cuts() -> Toolpath:
 
 
 def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_gcode: str, tmp_path: Path) -> None:
-    """LinuxCNC changes to tool 1 and takes up its offset before every mark, to tool 0 before every cut and the end, and
-    then goes to where it begins in both axes; QtPlasmaC's filter lets all that through and says nothing."""
+    """LinuxCNC uses tool 1 and its offset for marks and tool 0 for cuts; QtPlasmaC's filter accepts this."""
     text = written("qtplasmac", marks_among_cuts())
     status, said = run_rs274(rs274, text, tmp_path)
     assert status == 0

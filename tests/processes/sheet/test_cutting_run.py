@@ -71,12 +71,12 @@ def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> Non
 def test_a_program_read_again_takes_the_time_of_its_plan_but_for_rounded_places(outcome, tmp_path: Path) -> None:
     (tmp_path / "a.ngc").write_text(outcome.text)
     found = api.simulate(tmp_path / "a.ngc", machine="plasma-table")
-    assert any(cut.small_hole for cut in outcome.detail.plan.cuts)  # which begin slower than the material's own feed
+    assert any(cut.small_hole for cut in outcome.detail.plan.cuts)  # which are slower than the material's feed
     assert found.measure.time_s == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.detail.plan.cuts))
 
 
 def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
-    """Cuts along themselves, ways between them in X and Y; the toolpath's rises and descents are in neither."""
+    """Cuts along the path, travel between them in X and Y; neither includes the toolpath's rises and descents."""
     cuts = outcome.detail.plan.cuts
     along = sum(cut.path.length for cut in cuts)
     between = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
@@ -204,7 +204,7 @@ def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
     assert norm.sheet.pierces == 12
     assert norm.sheet.pierce_s == pytest.approx(12 * 0.2)
     parts = sum(p.times.total_s for p in norm.parts)
-    assert -1e-6 <= norm.sheet.total_s - parts < 3.0  # the way to the first cut
+    assert -1e-6 <= norm.sheet.total_s - parts < 3.0  # the move to the first cut
     assert norm.utilisation == pytest.approx((4 * (120**2 - 3.14159265 * (25**2 + 6**2))) / 320**2, rel=1e-6)
 
 
@@ -249,7 +249,7 @@ def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Pat
 def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_holes(
     drawing: Path, rs274: str, tmp_path: Path
 ) -> None:
-    """The holes of 12 mm are cut slower (M67), and that is said before G41.1, under which LinuxCNC takes no M67."""
+    """The holes of 12 mm are cut slower (M67), programmed before G41.1, under which LinuxCNC refuses M67."""
     found = api.optimize(drawing, compensation="controller", **FAST)
     assert found.verified
     assert "M67 E3 Q60" in found.text

@@ -1,4 +1,4 @@
-"""What a person is told of a sheet that can be cut, but not as well as it seems."""
+"""Warnings about a sheet that can be cut, but not as well as it seems."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_micro_joints_of_a_laser_are_warned_of_above_3_mm_and_not_below(plate: P
 
 
 def feeds_of_marks(text: str, lit: str) -> set[str]:
-    """The last F that was said, at every move between a mark's words and the next M5."""
+    """Return the active F at every move between a mark's words and the next M5."""
     feed, marking, found = "", False, set()
     for block in text.splitlines():
         marking = block.startswith(lit) or (marking and not block.startswith("M5"))
@@ -115,9 +115,9 @@ def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_ar
 def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed_that_is_said(
     plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Twice the speed, half the time of the cut: a square of 60 mm with its leads, of which corners take a little.
+    """Twice the speed, half the time of the cut: a square of 60 mm with its leads, less the time at corners.
 
-    Where no speed is said, the chart's is counted, and that is told.
+    Without a speed in the program, the chart's speed is used and reported.
     """
     out = tmp_path / "plate.ngc"
     api.optimize(plate, out, thickness="6", material_number=3, ignore_layers="MARK", **FAST)

@@ -1,4 +1,4 @@
-"""Slots of one to two kerfs are cut along their middle: a kerf wide, as long as drawn, proved; reckoned by hand."""
+"""Slots of one to two kerfs are cut along their centreline: a kerf wide, as long as drawn, proved; by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Passes over an order of cuts: what each may change, and what it must keep."""
+"""Passes over an order of cuts: permitted changes, and invariants."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_or
         assert sorted(s.contour for s in cuts_of(plan, order).starts) == contours, improve.__name__
     made = motion(plan, order)
     assert [cut.path.start for cut in made.detail[0].cuts] == [s.entry for s in cuts_of(plan, order).starts]
-    assert motion(plan, order).path is made.path  # what a pass has measured is not generated again
+    assert motion(plan, order).path is made.path  # a path that a pass has measured is not generated again
 
 
 def test_the_given_order_stays_if_it_takes_less_time_unless_heat_forbids_to_compare(plan: Plan) -> None:

@@ -1,4 +1,4 @@
-"""Heads that stay down: ways keep off the parts that are cut free, and what cannot is told."""
+"""Heads that stay down: travel moves avoid detached parts; moves that cannot are reported."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def cut_of(k: int, start: tuple[float, float], end: tuple[float, float], joints:
     return Cut((k,), path, 0.0, path.length, path.length, joints, ((0.0, 10.0),))
 
 
-#: Three squares in a row, with 5 mm between them; each begins and ends beside its lower edge, or over its upper one.
+#: Three squares in a row, 5 mm apart; each starts and ends next to its lower edge, or above its upper edge.
 ROW = sheet_of(square(0, 0), square(15, 0), square(30, 0))
 LEFT = cut_of(0, (-0.2, 5.0), (-0.2, 5.1))
 MIDDLE = cut_of(1, (20.0, -0.2), (14.8, 0.0))
@@ -52,7 +52,7 @@ RIGHT = cut_of(2, (40.2, 5.0), (40.2, 5.1))
 
 
 def test_a_way_over_a_free_part_goes_round_its_corners() -> None:
-    """From the left of the row to its right, over the middle, which is free: by hand two corners, 1 mm beside it."""
+    """From the left of the row to its right, over the detached middle: by hand two corners, 1 mm from it."""
     found = DetachableParts(ROW).routes([MIDDLE, LEFT, RIGHT], None, None)
     assert (found.crossing, found.moves) == ((), 2)
     assert found.corners.keys() == {2}
@@ -77,7 +77,7 @@ def test_a_way_that_ends_inside_a_free_part_crosses_and_is_counted() -> None:
 
 
 def nearest(ways: list[list[tuple[float, float]]], free: list[object], radius: float) -> float:
-    """How near the middle of a head comes to free parts, but within its radius of where its ways begin and end."""
+    """Return the minimum distance of the head's centre from detached parts, except near the ends of moves."""
     least = math.inf
     for way in ways:
         ends = shapely.union_all([shapely.Point(way[0]).buffer(radius, 64), shapely.Point(way[-1]).buffer(radius, 64)])
@@ -107,7 +107,7 @@ def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: f
 
 
 def test_a_nozzle_that_comes_from_beside_a_free_part_leaves_it_at_once() -> None:
-    """Along an edge from 0.2 mm beside it: the middle alone goes straight, a nozzle of 3 mm steps away first."""
+    """Along an edge from 0.2 mm beside it: the centre alone moves straight, a nozzle of 3 mm first moves away."""
     beside, on = cut_of(1, (14.8, 1.0), (14.8, 1.0)), cut_of(0, (14.0, 9.9), (14.0, 9.9))
     assert DetachableParts(ROW).routes([beside, on], None, None).corners == {}
     corners = DetachableParts(ROW, 1.5).routes([beside, on], None, None).corners[1]
@@ -121,7 +121,7 @@ def test_the_way_to_the_end_counts_too() -> None:
 
 
 def test_what_is_known_of_a_way_is_used_only_where_the_same_parts_are_free() -> None:
-    """Shapes that were asked about all ways before lead as new ones do, whatever is free."""
+    """Shapes with cached moves give the same paths as new shapes, whatever is detached."""
     sheet = sheet_of(*(square(15.0 * x, 15.0 * y) for x in range(3) for y in range(3)))
     chance = np.random.default_rng(1)
     places = [(float(x), float(y)) for x, y in chance.uniform(-5.0, 45.0, (8, 2))]
@@ -133,8 +133,9 @@ def test_what_is_known_of_a_way_is_used_only_where_the_same_parts_are_free() -> 
 
 
 def test_a_part_is_freed_behind_the_ways_that_cross_it_where_that_costs_less() -> None:
-    """A way from the left to the right over the middle, and back to where the middle begins; brute force over all
-    orders says which costs least."""
+    """A move from the left to the right over the middle, and back to its start; brute force over all orders gives the
+    optimum.
+    """
     left, right = cut_of(0, (-0.2, 5.0), (-0.2, 5.1)), cut_of(2, (29.8, 5.0), (29.8, 5.1))
     cuts = [cut_of(1, (20.0, -0.2), (14.9, 4.0)), left, right]
 
@@ -176,8 +177,10 @@ def laid_of(outcome: Outcome, text: str) -> tuple[LaidRuns, Toolpath]:
 
 
 def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:
-    """The proof looks at points of every rapid against the drawn edges: none lies in a free part. Where the ways are
-    straight it finds some that do, and refuses them."""
+    """The proof tests points of every rapid against the drawn edges: none is in a detached part. For straight moves it
+    finds
+    some, and refuses them.
+    """
     laid, path = laid_of(laser, laser.text)
     assert laser.detail.plan.crossings == 0 == len(crossings(laid, path))
     assert laser.machine.nozzle_diameter == 8.0

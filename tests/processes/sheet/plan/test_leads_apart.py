@@ -1,4 +1,4 @@
-"""Leads of two cuts never come into each other's kerf, as long as one of the cuts can begin elsewhere."""
+"""Leads of two cuts never enter each other's kerf if one of the cuts can start elsewhere."""
 
 from __future__ import annotations
 

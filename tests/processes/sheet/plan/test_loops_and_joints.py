@@ -53,7 +53,7 @@ def test_round_corners_blunt_ones_and_holes_get_no_loop_nor_corners_that_have_no
 
 
 def test_joints_lie_evenly_keep_from_corners_and_are_as_long_as_asked_with_a_kerf() -> None:
-    """Four of 0.4 mm on a square: one a side, none within reach of a corner nor of where the cut begins."""
+    """Four joints of 0.4 mm on a square: one per side, none near a corner or the start of the cut."""
     cutting = cutting_of(SQUARE, LASER, micro_joints=4, joint_width="0.4")
     contour = cutting.contours[0]
     for start in cutting.starts[:6]:

@@ -350,7 +350,7 @@ def test_a_sheet_is_saved_and_loaded() -> None:
     assert again.outline is not None and again.outline.area == 5000
 
 
-#: The real drawings: parts, holes and marks found, or what the refusal says. Each was looked at.
+#: Real drawings: numbers of parts, holes and marks, or the refusal. Each was checked by eye.
 REAL = {
     "camotics_buildbotics_logo": "4 pairs of overlapping outlines",  # artwork on layers over each other
     "camotics_lampshade_side": (1, 21),
@@ -510,7 +510,7 @@ def test_no_message_proposes_a_join_tolerance_above_half_a_millimetre() -> None:
 
 
 def test_an_open_path_names_the_nearest_end_and_the_tolerance_that_closes_it() -> None:
-    """Two halves of a square, 0.25 and 0.3 mm apart: what is said joins one pair of ends, then the other."""
+    """Two halves of a square, 0.25 and 0.3 mm apart: the proposed tolerance joins one pair of ends, then the other."""
     halves = line((0, 0), (10, 0), (10, 10)), line((9.7, 10), (0, 10), (0, 0.25))
     first = refusal(*halves)
     assert "the nearest end is 0.25 mm away at (0, 0.25): --join-tolerance 0.251 closes it" in first

@@ -1,4 +1,4 @@
-"""A sheet with what a cutting program can get wrong, its plan, and its program; no order is sought."""
+"""A sheet with typical difficulties of cutting programs, its plan, and its program; without a search."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def checked(
     power: float | None = None,
     material: int | None = None,
 ) -> list[Difference]:
-    """What is wrong with a text that should be this plan's."""
+    """Return the errors of a program text for this plan."""
     asked = Asked(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
     written = read_back(text, plan, dialect(words), material)
     return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)

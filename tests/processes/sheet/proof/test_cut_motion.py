@@ -55,7 +55,7 @@ FAULTS = [
 def test_what_the_writer_leaves_out_by_mistake_is_a_difference(
     words: str, kind: Kind, keeps: Callable[[Motion], bool] | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of the function that says what a controller is told; on 0.2.0 the judge asked the same function."""
+    """Faults in the function that writes the words; in 0.2.0 the judge used the same function."""
     options = CutOptions(compensation="controller") if kind is Kind.RADIUS else None
     plan, _ = planned(words, options)
     assert motion_of(program(plan.cuts, words), words, options) == []

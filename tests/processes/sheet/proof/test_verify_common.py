@@ -100,7 +100,7 @@ def short(cuts: Cuts) -> Cuts:
 
 
 def turned(cuts: Cuts) -> Cuts:
-    """What is around runs the other way round."""
+    """The outer path has the opposite direction."""
     path = cuts[4].path.reversed()
     return (*cuts[:4], replace(cuts[4], path=path))
 
@@ -125,7 +125,7 @@ def test_a_fault_is_caught(fault: Callable[[Cuts], Cuts], word: str) -> None:
 
 
 def test_an_edge_that_is_cut_twice_is_told_with_the_place_where_that_begins() -> None:
-    """The line along X100.75 ends at the one along Y100.75 and goes on along it: both are told of."""
+    """The line along X100.75 ends at the line along Y100.75 and continues along it: both are reported."""
     cuts, rules = planned()
     texts = [d.text for d in wrong(twice(cuts), rules) if d.what == "cut twice"]
     assert len(texts) == 2
@@ -147,7 +147,7 @@ def test_a_kerf_along_the_edge_of_a_part_does_not_let_the_part_go() -> None:
     "seed", [pytest.param(seed, marks=[pytest.mark.slow] if seed > 9 else []) for seed in range(24)]
 )
 def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> None:
-    """Also where not all parts are in one group: what is around one follows edges of another, a kerf away."""
+    """Also if the parts form several groups: the outer path of one group follows edges of another, a kerf away."""
     rules = resolve_rules(STEEL, CutOptions(common_lines=True), switches=True)
     boxes = split_rectangle(seed, STEEL.kerf)
     sheet = sheet_of(*((rectangle(*box), 0, -1, n) for n, box in enumerate(boxes, 1)), size=500)

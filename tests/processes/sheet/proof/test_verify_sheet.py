@@ -125,7 +125,7 @@ def mark_last(cuts: Cuts) -> Cuts:
 
 
 def pierced_in_a_part(cuts: Cuts) -> Cuts:
-    """A lead-in begins inside the part."""
+    """A lead-in starts inside the part."""
     k = of_contour(cuts, 4)
     cut = cuts[k]
     begin, edge = (190.0, 75.0), cut.path.point_at(cut.lead_in)
@@ -145,7 +145,7 @@ def wrong_side(cuts: Cuts) -> Cuts:
 
 
 def mirrored(cuts: Cuts) -> Cuts:
-    """An outline is cut the other way round."""
+    """An outline is cut in the opposite direction."""
     k = of_contour(cuts, 4)
     cut = cuts[k]
     return with_cut(cuts, k, path=cut.path.reversed(), torch_off_at=cut.path.length)
@@ -197,7 +197,7 @@ MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
 @pytest.mark.hazard
 @pytest.mark.parametrize("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
 def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
-    """The program is that of wrong cuts; the plan that it is compared with is the right one."""
+    """The program has the wrong cuts; it is compared with the correct plan."""
     plan, rules = planned()
     found = checked(program(mutate(plan.cuts)), plan, rules)
     assert whats <= {d.what for d in found}

@@ -66,14 +66,14 @@ SHEET = Sheet(
 
 
 def cut_of(contours: Sequence[int], path: Polyline, lead: float, **changes: object) -> Cut:
-    """Return a cut with a lead-in and a lead-out of one length."""
+    """Return a cut with a lead-in and a lead-out of the same length."""
     numbers = tuple(contours)
     cut = Cut(numbers, path, lead, path.length - lead, math.inf, ((0.0, 60.0),), CutChoice(numbers), part=1)
     return replace(cut, **changes)  # type: ignore[arg-type]
 
 
 def round_trip(start: tuple[float, float], contour: Polyline) -> Polyline:
-    """Return the way from a place to a closed contour, round it, and back to the place."""
+    """Return the path from a position to a closed contour, around it, and back."""
     there = Polyline.of_points([start, contour.start])
     return joined(there, Polyline(np.vstack([contour.vertices, [*contour.start, 0.0]]), False), there.reversed())
 
@@ -91,7 +91,7 @@ def times_of(
 
 
 def plan_of(cuts: Sequence[Cut], rapid_s: float, **changes: object) -> CutPlan:
-    """Return a plan with a time norm made up: what the report says must be what stands here."""
+    """Return a plan with an invented time norm, which the report must show."""
     one, two = times_of(382.0, 1.4, 0.0, 0.0, 382.8, 2), times_of(65.0, 0.7, rapid_s, 1500.0 * rapid_s, 160.0, 1)
     whole = times_of(447.0, 2.1, rapid_s + 1.0, 1500.0 * rapid_s, 542.8, 3)
     measures = CutMeasures(
