@@ -64,8 +64,8 @@ def test_a_way_there_and_back_is_not_one_chord() -> None:
 @pytest.mark.parametrize("tolerance, one", [(0.06, True), (0.02, False)])
 def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> None:
     """20 mm to a point 0.05 mm off the line and 20 mm on: under P0.06 a single move of 40 mm, with half the
-    acceleration as
-    the last one under G64.
+    acceleration
+    as the last one under G64.
     """
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)

@@ -2,8 +2,8 @@
 
 Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
 Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
-Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets). Differs:
-precedence bounds the positions of a cluster; gaps are pruned by the minimum cost between clusters.
+Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
+Differs: precedence bounds the positions of a cluster; gaps are pruned by the minimum cost between clusters.
 """
 
 from __future__ import annotations

@@ -303,8 +303,8 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     ========== =============== ==========================================================
 
     Symbols: r is the number of positions of a node after t1, in the direction away from t0; `on` is 1 if the tour in
-    this direction reaches the even end of a removed edge first; m is the distance of the start of that edge. Changes:
-    move, gain.
+    this direction reaches the even end of a removed edge first; m is the distance of the start of that edge.
+    Changes: move, gain.
     """
     ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b

@@ -2,9 +2,9 @@
 
 Apart from the feed, two parameters determine most of the time, and both are seldom known: the accelerations (one factor
 for all axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive,
-so their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method. Source: J.
-J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the inverse of JᵀJ:
-G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
+so their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
+Source: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the
+inverse of JᵀJ: G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
 """
 
 from __future__ import annotations

@@ -178,8 +178,7 @@ def laid_of(outcome: Outcome, text: str) -> tuple[LaidRuns, Toolpath]:
 
 def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:
     """The proof tests points of every rapid against the drawn edges: none is in a detached part. For straight moves it
-    finds
-    some, and refuses them.
+    finds some, and refuses them.
     """
     laid, path = laid_of(laser, laser.text)
     assert laser.detail.plan.crossings == 0 == len(crossings(laid, path))
