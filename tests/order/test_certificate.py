@@ -90,7 +90,9 @@ def test_the_target_counts_what_the_nodes_themselves_cost(bounding: Bounding) ->
     assert found.cost <= 1.01 * 60_500.0
 
 
-@pytest.mark.parametrize(("problem", "words"), [(board(), "60 targets;"), (slots(20), "20 targets that can be worked")])
+@pytest.mark.parametrize(
+    ("problem", "words"), [(board(), "60 targets;"), (slots(20), "20 targets with several starts")]
+)
 def test_a_target_gap_without_a_bound_is_refused_in_one_line(
     problem: RoutingProblem, words: str, bounding: Bounding, monkeypatch: pytest.MonkeyPatch
 ) -> None:

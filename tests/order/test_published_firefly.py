@@ -207,7 +207,7 @@ def test_an_order_with_a_direction_is_refused_in_one_line() -> None:
     problem = RoutingProblem(
         entry=places, exit=places + 1.0, cluster=np.arange(12, dtype=np.int32), service=np.zeros(12)
     )
-    with pytest.raises(SolveError, match="--variant published moves closed tours of places"):
+    with pytest.raises(SolveError, match="--variant published supports only closed tours of points"):
         solve(problem, SolveOptions(algorithm="firefly"), firefly=FireflyOptions(variant="published"))
 
 

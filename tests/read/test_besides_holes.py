@@ -212,7 +212,7 @@ def test_a_polygon_with_its_corners_on_a_circle_is_a_hole(tmp_path: Path, n: int
     assert [(h.x, h.y, h.diameter) for h in part.holes[3:]] == [pytest.approx((30, 40, 8))]
     assert missing(part) == []
     (issue,) = (i for i in part.issues if i.code == "L405")
-    assert "taken as round holes (Ø8)" in issue.message
+    assert "treated as round holes (Ø8)" in issue.message
 
 
 @pytest.mark.parametrize(

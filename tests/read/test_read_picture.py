@@ -189,7 +189,7 @@ def test_only_edges_that_a_milled_region_reaches_are_walls(save: Save) -> None:
     picture[5, 0] = 0
     part = pockets(save(picture), speckle=1.0)
     (message,) = [issue.message for issue in part.issues if issue.code == "L425"]
-    assert message.startswith("what is milled reaches the lower edge of the picture")
+    assert message.startswith("the milled area reaches the lower edge of the picture")
 
 
 def test_noise_in_a_picture_is_no_drawing_to_repair(save: Save) -> None:

@@ -31,7 +31,7 @@ def part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("part.nc --port nosuch", 2, "--port nosuch: the port does not exist; "),
         ("part.nc --port part.nc", 2, "--port part.nc: this is a file, not a serial port; "),
         ("part.nc --port .", 2, "--port .: this is a folder, not a serial port; "),
-        ("part.nc --port /dev/null", 1, "--port /dev/null: it is no serial port"),
+        ("part.nc --port /dev/null", 1, "--port /dev/null: not a serial port"),
         ("part.nc --port nosuch --baud 1152000", 2, "--baud 1152000: did you mean '115200'"),
         ("part.nc", 2, "send needs --port; "),
         ("missing.nc --port nosuch", 1, "missing.nc"),
@@ -61,7 +61,7 @@ def test_nobody_starts_a_machine_without_saying_so(part: Path, capsys: pytest.Ca
 
 def test_a_program_for_another_kind_of_machine_is_refused(part: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["send", "part.nc", "--port", "nosuch", "--machine", "haas-vf2", "--yes"]) == 2
-    assert re.search("its controller is haas; only GRBL and Marlin boards", capsys.readouterr().err)
+    assert re.search("its controller is haas; leafcut sends only to GRBL and Marlin boards", capsys.readouterr().err)
 
 
 def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:

@@ -133,22 +133,22 @@ def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
 
 
 def test_a_board_of_another_kind_than_said_is_refused() -> None:
-    with pytest.raises(OptionError, match=r"--kind linuxcnc: only grbl, fluidnc, marlin can be asked"):
+    with pytest.raises(OptionError, match=r"--kind linuxcnc: only grbl, fluidnc, marlin can be read from a port"):
         asked_settings(FakeGrbl(), "linuxcnc")
     board = FakeMarlin()  # it answers to nothing before the line ends
-    with pytest.raises(SendError, match=r"what answers on fake is not GRBL \('ok'\)"):
+    with pytest.raises(SendError, match=r"the device on fake is not GRBL \('ok'\)"):
         asked_settings(board, "grbl", clock=board.clock)
 
 
 @pytest.mark.parametrize(
     ("answers", "told"),
     [
-        ({}, "nothing answers on fake; is the machine on"),
+        ({}, "no response on fake; is the machine on"),
         ({b"\n": b"error:9\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('error:9'\)"),
         ({b"\n": b"ok\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ok'\)"),
         ({b"\n": b"\r\nERROR\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ERROR'\)"),
         ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n"}, "reports its state, but accepts no line"),
-        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n", b"\n": b"ok\r\n"}, r"what answers on fake is not GRBL \('ok'\)"),
+        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n", b"\n": b"ok\r\n"}, r"the device on fake is not GRBL \('ok'\)"),
     ],
 )
 def test_what_answers_as_no_board_does_is_not_called_silent(answers: dict[bytes, bytes], told: str) -> None:
@@ -237,7 +237,7 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     """L of [OPT: (gnea/grbl, report.c): HOMING_INIT_LOCK is off."""
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
     answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
-    with pytest.raises(SendError, match="does not report whether it was homed, and does not wait for that: add --home"):
+    with pytest.raises(SendError, match="does not report whether it was homed, and does not insist on it: add --home"):
         check_ready(gathered(answers, status, homed=False), unhomed=False)
     check_ready(gathered(answers, status, homed=True), unhomed=False)
     with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):

@@ -134,7 +134,7 @@ def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_orde
         ("error", r"^[^;]*in or after line \d+: an arc has invalid words; the machine is stopped short"),
         ("endstop", r"an end stop was hit unexpectedly \(X:12\.00\)"),
         ("garbage", r"invalid answer: 'o.k.*check the cable"),
-        ("silent", r"nothing answers on fake any more; M112 \(emergency stop\) was sent anyway"),
+        ("silent", r"fake no longer responds; M112 \(emergency stop\) was sent anyway"),
         ("lost", r"the connection to fake is lost.*its spindle may stay on"),
     ],
 )
@@ -146,7 +146,7 @@ def test_every_fault_ends_the_run_with_its_state_told(fault: str, told: str) -> 
     assert not ending.complete and not ending.homed and "\n" not in words and re.search(told, words), words
     done = len(board.moves) - 1  # the first move is up, each hole has four
     assert ending.hole is not None and ending.hole.number <= done // 4 + 1, words
-    assert ("go on with --from-hole" in words) == (ending.hole.number > 1) and "after homing" in words
+    assert ("resume with --from-hole" in words) == (ending.hole.number > 1) and "after homing" in words
     if fault in ("error", "endstop", "garbage"):
         # Stopped at once: planned moves are dropped, the spindle is off.
         assert b"M410\n" in board.written and not board.blocks and board.spindle == 0.0
@@ -320,7 +320,7 @@ def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:
         ("lacks", {"M211"}, "does not report its travel"),
         ("lacks", {"M503"}, r"does not report its settings \(M503\)"),
         ("settings", "echo:  M92 X80", "settings cannot be used: .*M203"),
-        ("killed", True, "nothing answers on fake"),
+        ("killed", True, "no response on fake"),
     ],
 )
 def test_a_board_that_cannot_say_what_is_needed_is_refused(what: str, value: object, told: str) -> None:
@@ -438,7 +438,7 @@ def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: P
     from leafcut.studio.folder import Folder
     from leafcut.studio.machine.program import machine_of, sendable
 
-    with pytest.raises(OptionError, match="serves GRBL boards alone; send to marlin with leafcut send"):
+    with pytest.raises(OptionError, match="supports only GRBL boards; send to marlin with leafcut send"):
         machine_of("marlin-mpcnc", Folder(tmp_path))
     assert "marlin-mpcnc" not in sendable(Folder(tmp_path)) and "grbl-3018" in sendable(Folder(tmp_path))
 
@@ -449,7 +449,7 @@ def test_the_page_of_the_studio_says_what_answers_and_what_sends_to_it() -> None
     board = FakeMarlin()
     link = MachineLink(lambda _name, _baud: board, clock=board.clock)
     told = str(link.connect("page", "fake").exception(60.0))
-    assert told.startswith("what answers on fake is not GRBL ('ok'); this page serves GRBL boards alone")
+    assert told.startswith("the device on fake is not GRBL ('ok'); this page serves GRBL boards alone")
     assert told.endswith("send to Marlin boards with leafcut send") and link.state.said == told
 
 

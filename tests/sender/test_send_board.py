@@ -312,4 +312,4 @@ def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, p
     assert re.search(
         r"the machine is standing still; it stands at X.* \(machine coordinates\); it was in line \d+", told
     )
-    assert re.search(r"go on with --from-hole \d+", told), told
+    assert re.search(r"resume with --from-hole \d+", told), told

@@ -84,7 +84,7 @@ def test_what_a_board_must_not_get_is_refused_with_its_line(line: str, told: str
 def test_a_program_of_another_machine_is_refused() -> None:
     from leafcut.sender.job import read_job
 
-    with pytest.raises(OptionError, match="its controller is linuxcnc; only GRBL and Marlin boards"):
+    with pytest.raises(OptionError, match="its controller is linuxcnc; leafcut sends only to GRBL and Marlin boards"):
         read_job("part.nc", "linuxcnc-mill")
     with pytest.raises(ReadError, match="has no moves"):
         job_of("G21\nM30\n", "part.nc", MACHINE, GRBL, None)

@@ -89,10 +89,10 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
         ("error:99", r"line 20 'G0 X4 Y0': error 99: unknown to GRBL"),
         ("alarm", r"alarm 1: a limit switch was reached.*the machine is locked by an alarm"),
         ("reset", r"the controller was reset while it was in line \d+"),
-        ("garbage", r"the answer makes no sense: 'o.k.*check the cable"),
+        ("garbage", r"invalid answer: 'o.k.*check the cable"),
         ("drop", r"an answer was lost on the way"),
         ("twice", r"is another program connected to it"),
-        ("silent", r"nothing answers on fake any more.*it runs the lines that it has, at most to line \d+"),
+        ("silent", r"fake no longer responds.*it runs its buffered lines, at most up to line \d+"),
         ("lost", r"the connection to fake is lost.*its spindle may stay on"),
     ],
 )
@@ -105,7 +105,7 @@ def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fa
     assert not ending.complete and re.search(told, words), words
     # Before the first hole no work is done: there is no position to resume from.
     assert "\n" not in words
-    assert ("go on with --from-hole 11" if fault == "drop" else "start from the beginning") in words
+    assert ("resume with --from-hole 11" if fault == "drop" else "start from the beginning") in words
     if fault != "lost":
         assert board.realtime == [b"!"] * (fault != "alarm") + [b"\x18"] and not board.buffer
     # Lines sent after it were never accepted: nothing is executed after the stop.
@@ -248,7 +248,9 @@ def test_nobody_to_ask_is_said_before_anything_is_sent_but_the_first_tool_is_in(
     board = FakeGrbl()
     assert sent(board, job_with(["M5", "T1 M6", "M3 S900", *drilled(1)])).complete
     board = FakeGrbl()
-    with pytest.raises(OptionError, match=r"stops for a person \(line 4: pause\), and nobody can be asked"):
+    with pytest.raises(
+        OptionError, match=r"stops for the operator \(line 4: pause\), but no terminal is available to ask"
+    ):
         sent(board, job_with(["M0", *drilled(1)]))
     assert board.taken == []
 
@@ -272,8 +274,8 @@ class Deaf(FakeGrbl):
 @pytest.mark.parametrize(
     "words, told",
     [
-        (b"", "nothing answers on fake; is the machine on"),
-        (b"start\r\necho:Marlin 2.1.2\r\n", r"what answers on fake is not GRBL \('echo:Marlin 2\.1\.2'\)"),
+        (b"", "no response on fake; is the machine on"),
+        (b"start\r\necho:Marlin 2.1.2\r\n", r"the device on fake is not GRBL \('echo:Marlin 2\.1\.2'\)"),
         (bytes(range(128, 255)), "sends invalid data .*; check --baud and the cable"),
         (b"x" * 5000, "is not GRBL"),
     ],

@@ -226,7 +226,7 @@ def test_it_runs_is_held_goes_on_and_is_stopped_by_key_from_another_view_and_goe
     page.keyboard.press("6")
     line = page.locator("#machine-line")
     expect(line).to_contain_text("stopped by you", timeout=LONG)
-    expect(line).to_contain_text("go on with “From hole”")
+    expect(line).to_contain_text("resume with “From hole”")
     hole = int(page.locator("#machine-from-hole").input_value())
     assert 3 <= hole <= 10
     board.forget()

@@ -269,8 +269,8 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
 def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
     odd = [
         ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its zero"),
-        ((0, 0, 0, 1, 1, 1), "in inches it would stand at it"),
-        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, it would stand at it"),
+        ((0, 0, 0, 1, 1, 1), "in inches it would be next to it"),
+        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, it would be next to it"),
     ]
     for k, (box, told) in enumerate(odd):
         (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))

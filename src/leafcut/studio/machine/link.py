@@ -501,7 +501,7 @@ class MachineLink:
             self._publish(doing=MachineTask.NOTHING)
         if talk.status is not None and talk.status.state == "Alarm":
             self._publish(unsure=True)
-        self._show_message("stopped by the user; the spindle is off")
+        self._show_message("stopped by you; the spindle is off")
 
     # Manual operation.
 
@@ -513,7 +513,7 @@ class MachineLink:
         except (Interrupted, SendError) as problem:
             self._publish(unsure=True)
             if isinstance(problem, Interrupted):
-                raise SendError("homing was stopped by the user: the position is lost") from None
+                raise SendError("homing was stopped by you: the position is lost") from None
             raise
         self._talk.restarted = False
         self._publish(unsure=False)
