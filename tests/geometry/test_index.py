@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.geometry.index import NearLines, unique_pairs
+from leafcut.geometry.index import NearLines, ShapeIndex, unique_pairs
 
 
 def lines_of(seed: int, n: int) -> np.ndarray:
@@ -42,3 +42,20 @@ def test_only_pairs_that_are_wanted_are_looked_at() -> None:
 def test_pairs_are_told_once_and_in_order() -> None:
     assert unique_pairs(np.array([3, 0, 3, 0]), np.array([1, 2, 1, 0])).tolist() == [[0, 0], [0, 2], [3, 1]]
     assert unique_pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)).shape == (0, 2)
+
+
+def panel(rows: int) -> shapely.Polygon:
+    """Return a square plate with rows × rows round holes of 4 mm, 10 mm apart."""
+    holes = [shapely.Point(10 + 10 * i, 10 + 10 * j).buffer(4.0) for i in range(rows) for j in range(rows)]
+    side = 10.0 * (rows + 1)
+    return shapely.Polygon(shapely.box(0, 0, side, side).exterior, [hole.exterior for hole in holes])
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.5, 3.9, 25.0])
+def test_shapes_near_points_are_those_of_shapely(distance: float) -> None:
+    chance = np.random.default_rng(3)
+    line = shapely.LineString(np.column_stack([np.linspace(0, 60, 900), 70 + chance.uniform(-1, 1, 900)]))
+    shapes = [panel(5), line, shapely.Point(90, 20).buffer(15, quad_segs=200)]
+    places = shapely.points(chance.uniform(-30, 130, (400, 2)))
+    near = shapely.dwithin(places[:, None], np.array(shapes)[None, :], distance)
+    assert np.array_equal(ShapeIndex(shapes).near(places, distance), np.nonzero(near))

@@ -55,3 +55,13 @@ def test_no_path_crosses_a_wall_whatever_stands() -> None:
     corners = ObstacleMap(SQUARES, {-1: wall}).path_around(a, b, {0}, 0.0)
     assert corners is not None
     assert {y for _, y in corners} == {10.0 + MARGIN}
+
+
+def test_a_head_enclosed_by_standing_polygons_has_no_path() -> None:
+    """Four plates leave 1 mm around the start; the head has a radius of 2 mm."""
+    sides = {0: (-20, -20, -1, 20), 1: (1, -20, 20, 20), 2: (-1, -20, 1, -1), 3: (-1, 1, 1, 20)}
+    obstacles = ObstacleMap({n: shapely.box(*side) for n, side in sides.items()}, {})
+    a, b = (0.0, 0.0), (0.0, 50.0)
+    assert obstacles.path_around(a, b, {0, 1, 2, 3}, 2.0) is None
+    assert obstacles.path_around(b, a, {0, 1, 2, 3}, 2.0) is None
+    assert obstacles.path_around(a, b, {1}, 2.0) is not None

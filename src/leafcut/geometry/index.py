@@ -1,4 +1,4 @@
-"""Pairs of nearby shapes, by an index of bounding boxes (shapely's STRtree), with bounded memory."""
+"""Pairs of nearby shapes, by an index of bounding boxes (shapely's STRtree)."""
 
 from __future__ import annotations
 
@@ -110,6 +110,24 @@ class NearLines:
         unsure = np.flatnonzero(~near)
         near[unsure] = shapely.dwithin(self.lines[line[unsure]], targets.lines[target[unsure]], reach)
         return line[near], target[near]
+
+
+class ShapeIndex:
+    """Shapely polygons or lines of any size, prepared: a query measures only the edges near it."""
+
+    def __init__(self, shapes: Any) -> None:
+        self._shapes = np.array(shapes, dtype=object)
+        shapely.prepare(self._shapes)
+        self._tree = shapely.STRtree(self._shapes)
+
+    def near(self, others: Any, distance: float) -> Indices:
+        """Return pairs (index in `others`, shape) of shapely objects within `distance`, mm, int64[2, k], sorted."""
+        others = np.asarray(others, dtype=object)
+        min_x, min_y, max_x, max_y = shapely.bounds(others).T
+        boxes = shapely.box(min_x - distance, min_y - distance, max_x + distance, max_y + distance)
+        other, shape = self._tree.query(boxes)
+        near = shapely.dwithin(self._shapes[shape], others[other], distance)
+        return unique_pairs(other[near], shape[near]).T
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:

@@ -88,8 +88,9 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
     cost = _COSTS[metric.name](metric, a, b)
     if metric.relief is not None:
         cost += _rise_and_fall(metric, metric.relief, a, b)
-    lifted = touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]
-    return cost + metric.lift if lifted else cost
+    if len(metric.zones) and touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]:
+        cost += metric.lift
+    return cost
 
 
 def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:

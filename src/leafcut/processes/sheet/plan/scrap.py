@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask, Points
-from leafcut.geometry.tiles import Tiles
+from leafcut.geometry.index import ShapeIndex
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -32,10 +32,10 @@ class Scrap:
         self.rules = rules
         self.contours = contours
         self.parts, self.part_numbers = _materials(sheet)
-        self._metal = Tiles(self.parts)
+        self._metal = ShapeIndex(self.parts)
         cut = [c for c in contours if c.kind == "cut"]
         self._line_owner = np.array([c.index for c in cut], dtype=np.int64)
-        self._kerfs = Tiles([c.line for c in cut])
+        self._kerfs = ShapeIndex([c.line for c in cut])
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
         self._zone_tree = shapely.STRtree(self.zones)
         rings = [path.flattened(FLATNESS) for path in sheet.paths]

@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.geometry.tiles import Tiles
+from leafcut.geometry.index import ShapeIndex
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
@@ -133,7 +133,7 @@ def repeated(laid: LaidRuns) -> list[Difference]:
 def gouges(laid: LaidRuns) -> list[Difference]:
     """Return the parts that a kerf cuts into."""
     found = []
-    metal = Tiles(list(laid.parts))
+    metal = ShapeIndex(laid.parts)
     slits = {t.index: t.edge for t in laid.targets if t.shape is None and not t.marks}
     for number, line in enumerate(laid.lines):
         if laid.marks[number]:
