@@ -71,6 +71,13 @@ def test_a_program_is_the_golden_one() -> None:
     assert numbers == list(range(len(numbers)))
 
 
+def test_blocks_have_one_number_with_line_numbers_too() -> None:
+    """The language numbers every block itself, so the option adds nothing."""
+    assert write_program(drills(), WORDS, PostOptions(line_numbers=True)) == write_program(
+        drills(), WORDS, PostOptions()
+    )
+
+
 def test_a_golden_program_is_what_was_planned() -> None:
     """The same proof that stands before a file is written."""
     path = drills()

@@ -184,6 +184,17 @@ def test_linuxcnc_hears_the_same_words(rs274: str, tmp_path: Path) -> None:
     assert "ENABLE_ADAPTIVE_FEED" in output
 
 
+@pytest.mark.parametrize(("units", "kerf"), [("G21", 1.5), ("G20", 38.1)])
+def test_compensation_is_a_row_for_each_width_and_one_for_its_end(units: str, kerf: float) -> None:
+    """G40 alone adds none; the D of G41.1 is the width of the kerf in the program's units."""
+    path = interpret(
+        f"{units} G17 G90 G91.1 G94 G40\nF100\nG0 X0 Y0 Z1\nG40\nG41.1 D1.5\nG41.1 D1.5\nG42.1 D1.5\nG40\nG40\nM2",
+        dialect("qtplasmac"),
+    )
+    found = [(m.ref, round(m.value, 9)) for m in path if m.kind is Kind.RADIUS]
+    assert found == [(41, kerf), (41, kerf), (42, kerf), (40, 0.0)]
+
+
 FOUND = "G0 X1 Y2 Z10\nG38.2 Z-20 F600\nG92 Z-3\nG0 Z4\n"
 
 
