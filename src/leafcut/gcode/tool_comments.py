@@ -140,10 +140,19 @@ def _diameter_in(text: str, unit: float) -> tuple[float, int | None, str] | None
     match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)
     if match is None:
         return None
-    whole, _, part = match.group(1).partition("/")
-    value = float(whole) / (float(part) or 1.0) if part else float(whole)
-    named = (match.group(2) or "").lower()
-    scale = 1.0 if named == "mm" else MM_PER_INCH if named else unit
-    comment = text[min((k for k in (text.find("("), text.find(";")) if k >= 0), default=0) :]
+    comment = text[comment_start(text) :]
     tool = _NAMED.search(comment)
-    return value * scale, int(tool.group(1) or tool.group(2)) if tool else None, comment
+    number = int(tool.group(1) or tool.group(2)) if tool else None
+    return size_in_mm(match.group(1), match.group(2), unit), number, comment
+
+
+def comment_start(text: str) -> int:
+    """Return the index of the first comment sign in a line, or -1."""
+    return min((k for k in (text.find("("), text.find(";")) if k >= 0), default=-1)
+
+
+def size_in_mm(number: str, named: str | None, unit: float) -> float:
+    """Return a size such as 6.35 or 1/4 in mm; `named` is its unit as written, `unit` the unit of the program, mm."""
+    whole, _, part = number.partition("/")
+    value = float(whole) / (float(part) or 1.0) if part else float(whole)
+    return value * (unit if not named else 1.0 if named.lower() == "mm" else MM_PER_INCH)

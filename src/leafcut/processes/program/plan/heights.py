@@ -136,15 +136,9 @@ class LowWays:
         """Return whether the tool can move to the next hole at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
-        return self._across(behind) + self.clearance <= plane + _SAME and not self._over_obstacle([behind], plane)
-
-    def _across(self, row: int) -> float:
-        """Return the height at which the tool would touch the material while it moves to a hole, mm."""
-        which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
-        ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
-        across = self.loads.moves.rapid[which] & ~self.loads.upright[which]
-        low = np.minimum(ends[:, 2], ends[:, 5])
-        return self._of_way(row, float((low + over)[across].max(initial=-math.inf)))
+        return self.contact(behind, to_hole=True) + self.clearance <= plane + _SAME and not self._over_obstacle(
+            [behind], plane
+        )
 
     def _over_obstacle(self, ways: list[int], height: float) -> bool:
         """Return whether a lowered move would hit a named obstacle; record its line in `kept`."""
@@ -167,14 +161,16 @@ class LowWays:
             row += 1
         return row
 
-    def contact(self, row: int) -> float:
-        """Return the height at which the tool would touch the material on a level move, mm."""
+    def contact(self, row: int, to_hole: bool = False) -> float:
+        """Return the height at which the tool would touch the material on a level move, or on its way to a hole, mm."""
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
-        if not len(over):
+        touches = np.minimum(ends[:, 2], ends[:, 5]) + over
+        if to_hole:
+            touches = touches[self.loads.moves.rapid[which] & ~self.loads.upright[which]]
+        elif not len(touches):
             return math.inf
-        low = np.minimum(ends[:, 2], ends[:, 5])
-        return self._of_way(row, float((low + over).max()))
+        return self._of_way(row, float(touches.max(initial=-math.inf)))
 
     def _of_way(self, row: int, contact: float) -> float:
         way = self.path.end[row] - self.path.before[row]
@@ -292,7 +288,7 @@ class LowWays:
             return None
         if not slants and cycle.approach != "level":
             return None
-        if slants and not self._across(row) + self.clearance <= float(path.before[row, 2]) + _SAME:
+        if slants and not self.contact(row, to_hole=True) + self.clearance <= float(path.before[row, 2]) + _SAME:
             return None
         there.planes.append(cycle.r_plane)
         there.returns |= abs(float(path.end[row, 2]) - high) < _SAME

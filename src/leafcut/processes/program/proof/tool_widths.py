@@ -6,7 +6,7 @@ import math
 import re
 
 from leafcut.gcode.program import Program
-from leafcut.units import MM_PER_INCH
+from leafcut.gcode.tool_comments import comment_start, size_in_mm
 
 _ABOUT_TOOL = re.compile(r"tool|mill|drill|bit\b|nose|cutter|\bdia|\bD\s?=|Ø", re.IGNORECASE)
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.[0-9]{1,6}|[0-9]{1,4})\.?"
@@ -34,19 +34,16 @@ def narrowest_tool(program: Program) -> float:
     unit = next((m.unit for m in program.modals if m.unit), 1.0)
     widths = [math.inf]
     for text in program.lines:
-        begin = min((k for k in (text.find("("), text.find(";")) if k >= 0), default=-1)
+        begin = comment_start(text)
         if begin < 0 or not _ABOUT_TOOL.search(text, begin):
             continue
         for match in _WIDTH.finditer(text, begin):
-            whole, named = match[1] or match[3] or match[5], (match[2] or match[4] or match[6] or "").lower()
             if not match[1] and _is_other(text, match):
                 continue
             if "size" in match[0].lower() and _BEFORE_OTHER.search(text[begin : match.start()]):
                 continue
-            above, _, below = whole.partition("/")
-            value = float(above) / (float(below) or 1.0) if below else float(above)
-            scale = 1.0 if named == "mm" else MM_PER_INCH if named else unit
-            widths.append(value * scale if value > 0 else math.inf)
+            width = size_in_mm(match[1] or match[3] or match[5], match[2] or match[4] or match[6], unit)
+            widths.append(width if width > 0 else math.inf)
     return min(widths)
 
 
