@@ -15,7 +15,7 @@ import numpy as np
 
 from leafcut.gcode.expressions import spelled_words
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import BlockError, tokenise
+from leafcut.gcode.words import plain_block
 from leafcut.model.toolpath import Kind
 
 #: Modes that a block may inherit from earlier blocks, in addition to the position.
@@ -111,13 +111,10 @@ class BlockReader:
 
     def _read(self, block: int) -> BlockWords | None:
         line = self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")
-        try:
-            words = tokenise(line).words
-        except BlockError:
-            spelled = spelled_words(line)
-            if spelled is None:
-                return None
-            words = spelled
+        plain = plain_block(line)
+        words = spelled_words(line) if plain is None else plain.words
+        if words is None:
+            return None
         states = {_STATED_BY.get(round(w.value * 10), "") for w in words if w.letter == "G"}
         states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
         letters = {w.letter: w.text for w in words if w.letter not in "GMN"}

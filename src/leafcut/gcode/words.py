@@ -98,6 +98,14 @@ def tokenise(line: str, number: int = 0) -> Block:
     return Block(number, words_of(body), comments, deleted=deleted)
 
 
+def plain_block(line: str) -> Block | None:
+    """Return the block of a line, or None if it has more than comments and words with numbers."""
+    try:
+        return tokenise(line.rstrip("\r\n"))
+    except BlockError:
+        return None
+
+
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     """Return a line without comments and outer spaces, and its comments.
 

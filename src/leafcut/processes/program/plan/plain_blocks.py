@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import BlockError, Word, tokenise
+from leafcut.gcode.words import Word, plain_block
 
 
 def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
     """Return the words of the line of a row of the path; none if they are not plain words."""
     line = program.lines[int(program.line[program.block_of(row)]) - 1]
-    try:
-        return tokenise(line.rstrip("\r\n")).words
-    except BlockError:
-        return ()
+    plain = plain_block(line)
+    return () if plain is None else plain.words
 
 
 def is_plain(program: Program, row: int) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import BlockError, tokenise
+from leafcut.gcode.words import plain_block
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
@@ -97,10 +97,7 @@ def _remark(program: Program, section: Section, rows: Rows, number: int, last_cu
     for text in program.lines[low : high - 1]:
         if "(" not in text and ";" not in text:
             continue
-        try:
-            block = tokenise(text.rstrip("\r\n"))
-        except BlockError:
-            continue
-        if all(word.letter == "N" for word in block.words) and not block.deleted:
+        block = plain_block(text)
+        if block is not None and all(word.letter == "N" for word in block.words) and not block.deleted:
             said += [comment for comment in block.comments if _WORD.search(comment)]
     return " ".join(_NUMBERS.sub("#", " ".join(said)).upper().split())

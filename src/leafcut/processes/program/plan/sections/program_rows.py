@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
-from leafcut.gcode.words import BlockError, tokenise
+from leafcut.gcode.words import plain_block
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
 from leafcut.processes.program.proof.doubt import FREE
@@ -253,7 +253,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
         line = int(program.line[block])
         text = program.lines[line - 1]
-        if not inner and not _is_plain(text):
+        if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
             inner = "its numbers come from parameters" if "#" in text else "it is more than words with numbers"
         if inner and block == begin:
             return inner
@@ -318,17 +318,11 @@ def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int
     return [(begin, end) for begin, end in pairs if begin not in barriers]
 
 
-def _is_plain(line: str) -> bool:
-    """Return whether a line consists only of words with numbers, and comments."""
-    try:
-        return tokenise(line.rstrip("\r\n")).percent is None
-    except BlockError:
-        return False
-
-
 def _is_remark(line: str) -> bool:
-    try:
-        block = tokenise(line.rstrip("\r\n"))
-    except BlockError:
-        return False
-    return block.percent is None and not block.deleted and all(word.letter == "N" for word in block.words)
+    block = plain_block(line)
+    return (
+        block is not None
+        and block.percent is None
+        and not block.deleted
+        and all(word.letter == "N" for word in block.words)
+    )
