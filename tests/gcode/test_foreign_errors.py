@@ -46,7 +46,7 @@ FAULTS = [
     ("G82 X1 Z-1 R1", 3, "needs its dwell"),
     ("G83 X1 Z-1 R1", 3, "needs a peck"),
     ("G81 X1 Z5 R1", 3, "drills upwards"),
-    ("G81 X1 Z-1 R1\nG20 X1", 4, "units or G90/G91 changed inside a cycle"),
+    ("G81 X1 Z-1 R1\nG20 X1", 4, "units changed inside a cycle"),
     ("G20 F5", 3, "a change of units in the block of an F"),
     ("G92", 3, "without an axis"),
     ("G10 L2 X1", 3, "needs P"),

@@ -125,8 +125,9 @@ def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues,
     changed = words.incremental != state.incremental or words.unit != state.unit
     if known and changed and not all(given):
         # RS274/NGC interprets the old numbers in the new mode, other controls in the old mode.
-        kind = BlockError if words.unit != state.unit else UnclearBlock
-        raise kind(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
+        if words.unit != state.unit:
+            raise BlockError(f"units changed inside a cycle; give {names[0]} and {names[1]} again")
+        raise UnclearBlock(f"G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
     words.incremental, words.unit = state.incremental, state.unit
     if given[0]:
         words.r = state.mm(letters.pop(names[0]))

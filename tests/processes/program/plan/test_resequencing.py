@@ -119,7 +119,7 @@ def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
         "G0 Z5 / G81 X0 Y0 Z-1 R1 F100 / X5 / G91 X5 R1 / G80 / G90 / G81 X20 Y0 Z-1 R1 / X25 / G80"
     ).issues
     told = [(i.message, i.place) for i in issues if "inside a cycle" in i.message]
-    assert told == [("stays in its place: units or G90/G91 changed inside a cycle; give R and Z again", "line 8")]
+    assert told == [("stays in its place: G90/G91 changed inside a cycle; give R and Z again", "line 8")]
 
 
 def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:

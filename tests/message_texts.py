@@ -1,0 +1,94 @@
+"""Fail a case that causes a message without a Spanish template, so that no test needs the whole text of a message.
+
+Most tests check some words of a message. A template of the Spanish catalogue covers a message from its first to its
+last letter: one wrong or missing word, and no template fits. `tools/lint` compares the templates with the source.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import leafcut
+from leafcut.errors import LeafcutError, ReadError
+from leafcut.model.difference import Difference
+from leafcut.model.issue import Issue
+from leafcut.studio.wording import words
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = Path(leafcut.__file__).parent
+#: Folders of the tests whose messages are checked.
+FOLDERS = tuple(str(ROOT / "tests" / name) for name in ("gcode", "order", "post", "proof", "read"))
+#: Source files with messages that the studio never shows, or that are parts of longer messages.
+PARTS = (
+    "cli/", "gcode/dialects.py", "order/executors.py", "processes/cutting_data/",
+    "processes/settings.py", "read/controllers/", "read/examples.py", "read/format.py", "read/time_table.py",
+    "read/tool_text.py", "read/toml_table.py", "read/tools.py", "read/work_materials.py", "report/",
+)  # fmt: skip
+#: A message of gerbonara that is quoted.
+QUOTED = "Undefined tool index"
+MESSAGES = words("es").messages
+
+#: The file whose frames lie between a message and its cause.
+ERRORS = LeafcutError.__init__.__code__.co_filename
+
+#: Messages of the current case that no template covers, with their source file and line.
+unknown: list[str] = []
+
+
+def covered(text: str) -> bool:
+    """Return whether templates cover a text; before a colon there may be anything, such as the name of a file."""
+    if text in MESSAGES._whole or any(True for _ in MESSAGES._matches(text)):
+        return True
+    return any(
+        covered(text[between.end() :]) and (between[0] == ": " or covered(text[: between.start()]))
+        for between in re.finditer("; |: ", text)
+    )
+
+
+def check(text: str) -> None:
+    """Note a text that no template covers if a source file of leafcut caused it; `''` stands for user input.
+
+    Shortened texts, which have an ellipsis, are left out.
+    """
+    frame: Any = sys._getframe(2)
+    inner = ("<string>", ERRORS, __file__)
+    while frame is not None and frame.f_code.co_filename in inner:
+        frame = frame.f_back
+    file = Path(frame.f_code.co_filename) if frame is not None else ROOT
+    if not file.is_relative_to(PACKAGE) or str(file.relative_to(PACKAGE)).startswith(PARTS):
+        return
+    if text and "…" not in text and QUOTED not in text and not covered(text.replace("''", "'x'")):
+        unknown.append(f"{file.relative_to(PACKAGE)}:{frame.f_lineno}: {text}")
+
+
+def observed(kind: type[Any], name: str, text_of: Callable[..., str]) -> None:
+    """Check the text of each object that a method of a class has created."""
+    method = getattr(kind, name)
+
+    def checked(self: Any, *args: Any, **given: Any) -> None:
+        method(self, *args, **given)
+        check(text_of(self))
+
+    setattr(kind, name, checked)
+
+
+observed(LeafcutError, "__init__", str)
+observed(ReadError, "__init__", lambda error: error.reason)
+observed(Issue, "__post_init__", lambda issue: issue.message)
+observed(Difference, "__init__", lambda difference: f"{difference.what}: {difference.text}")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Check the messages of a case."""
+    unknown.clear()
+    result = yield
+    if unknown and str(item.path).startswith(FOLDERS):
+        pytest.fail("no Spanish template covers: " + "\n".join(unknown[:5]), pytrace=False)
+    return result
