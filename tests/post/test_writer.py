@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
@@ -369,6 +370,21 @@ def _arc_of_nothing(b: ToolpathBuilder) -> None:
     b.arc(True, (0.0004, 0.0, 10.0), Arc((5.0, 0.0, 10.0)), feed=1.0)
 
 
+def _arc_from_nowhere(b: ToolpathBuilder) -> None:
+    b.rapid(z=5.0)
+    b.arc(False, (10.0, 0.0, 5.0), Arc((5.0, 0.0, 5.0)), feed=1.0)
+
+
+def _cut_to_nowhere(b: ToolpathBuilder) -> None:
+    b.rapid(z=5.0)
+    b.feed(z=math.nan, feed=1.0)
+
+
+def _drill_nowhere(b: ToolpathBuilder) -> None:
+    b.rapid(z=5.0)
+    b.drill(math.nan, 1.0, DrillCycle("G81", 2.0, -5.0), feed=1.0)
+
+
 def _one_coolant_off(b: ToolpathBuilder) -> None:
     b.coolant(3)
     b.coolant(1)
@@ -388,6 +404,9 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_peck_of_nothing, "haas", "needs the depth of a peck"),
         (_arc_of_nothing, "grbl", "equal at the program's number of decimals"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
+        (_arc_from_nowhere, "linuxcnc", "an arc from a place that is not known"),
+        (_cut_to_nowhere, "linuxcnc", "a cut to a place that is not known"),
+        (_drill_nowhere, "linuxcnc", "a hole while the place of the tool is not known"),
     ],
 )
 def test_what_could_break_something_is_refused(fault: object, name: str, reason: str) -> None:

@@ -32,6 +32,15 @@ def turned(body: str) -> str:
     return text.removeprefix(HEAD).removesuffix(FOOT)
 
 
+def test_a_reversed_last_line_of_a_file_gets_a_line_end() -> None:
+    text = "G21 G90\nS1000\nG0 X0 Y0\nM3\nG1 X5 F200\nM5\nG0 X90 Y90\nM3\nG1 X99\nM5"
+    program = program_of(text, "grbl-laser")
+    sequence = find_sequence(program, allow_reverse=True)
+    assert rewrite(program, sequence, [np.array([~1, 0])]) == (
+        "G21 G90\nS1000\nG0 X99 Y90 F200\nM3\nG1 X90\nM5\nG0 X0 Y0\nM3\nG1 X5 F200\nM5\n"
+    )
+
+
 @pytest.mark.parametrize(
     "body, expected",
     [
