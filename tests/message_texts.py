@@ -23,12 +23,17 @@ from leafcut.studio.wording import words
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(leafcut.__file__).parent
 #: Folders of the tests whose messages are checked.
-FOLDERS = tuple(str(ROOT / "tests" / name) for name in ("gcode", "order", "post", "proof", "read"))
+FOLDERS = tuple(
+    str(ROOT / "tests" / name)
+    for name in ("gcode", "order", "post", "proof", "read", "processes/program/proof", "processes/sheet/proof")
+)
 #: Source files with messages that the studio never shows, or that are parts of longer messages.
 PARTS = (
     "cli/", "gcode/dialects.py", "order/executors.py", "processes/cutting_data/",
-    "processes/settings.py", "read/controllers/", "read/examples.py", "read/format.py", "read/time_table.py",
-    "read/tool_text.py", "read/toml_table.py", "read/tools.py", "read/work_materials.py", "report/",
+    "processes/program/proof/changed_order.py", "processes/program/proof/explanation.py",
+    "processes/program/proof/rapids.py", "processes/settings.py", "read/controllers/", "read/examples.py",
+    "read/format.py", "read/time_table.py", "read/toml_table.py", "read/tool_text.py", "read/tools.py",
+    "read/work_materials.py", "report/",
 )  # fmt: skip
 #: A message of gerbonara that is quoted.
 QUOTED = "Undefined tool index"
