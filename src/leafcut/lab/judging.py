@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from statistics import fmean
@@ -122,11 +123,23 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
     if deterministic:
-        sentences.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
+        sentences.append("The runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
     if blocked:
-        sentences.append("Each instance is a block: its size has its own degrees of freedom.")
+        sentences.append(
+            "Each instance is a block with its own degrees of freedom. The analysis takes logarithms, because effects "
+            "are proportional to the size of the instance."
+        )
     for name, rows in by_name.items():
-        effects = crossed(rows, (first.title, second.title), blocks[name] if blocked else ())
+        effects = crossed(rows, (first.title, second.title))
+        if blocked:
+            if min(y for _, _, y in rows) <= 0.0:
+                raise OptionError("an analysis over instances takes logarithms, and a figure is not positive")
+            zero = any(e.zero for e in effects)
+            logs = [(a, b, math.log(y)) for a, b, y in rows]
+            effects = tuple(
+                replace(e, squares=0.0, f=None, p=None, eta_squared=None, zero=True) if zero and "×" in e.name else e
+                for e in crossed(logs, (first.title, second.title), blocks[name])
+            )
         effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
         sentences.append(
             f"{name}: {'; '.join(effects_text)}."
@@ -247,7 +260,14 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 gain = round(100.0 * (fmean(values) / base - 1.0) * (1 if response.more_is_better else -1), 9) + 0.0
                 gains.setdefault(name, []).append((rest[0], sizes[rest[0]], gain))
                 rows.append(
-                    (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
+                    (
+                        ", ".join(rest),
+                        f"{sizes[rest[0]]:g}",
+                        name,
+                        number(base),
+                        number(fmean(values)),
+                        f"{gain:.2f} %",
+                    )
                 )
     # Each instance counts once, because its gains are not independent of each other.
     for name, points in gains.items():
@@ -271,7 +291,10 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
     series = {name: [(x, y) for _, x, y in points] for name, points in gains.items()}
     drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
     return ReportBlock(
-        f"Gain over {analysis.base}, and its trend", tuple(sentences), (Table(columns, tuple(rows), 3),), tuple(drawn)
+        f"{response.title}: gain over {analysis.base}, and its trend",
+        tuple(sentences),
+        (Table(columns, tuple(rows), 3),),
+        tuple(drawn),
     )
 
 

@@ -553,11 +553,11 @@ class _FireflyOptions1(TypedDict, total=False):
     """Firefly variant; published: every pair makes β₀ inversions and the n shortest results survive, with the
     rules for simple or for complex pockets, without local search (default: leafcut).
     """
-    moving_firefly: Literal["darker", "brighter", None]
-    """Firefly of a pair that moves first, by the attractiveness of the other one (default: darker)."""
-    short_inversions: Literal["distance", "tenth", None]
-    """Maximum length of a short inversion: the places at which two tours differ, or a tenth of the nodes (default:
-    distance).
+    moving_firefly: Literal["brighter", "darker", None]
+    """Firefly of a pair that moves first, by the attractiveness of the other one (default: brighter)."""
+    short_inversions: Literal["tenth", "distance", None]
+    """Maximum length of a short inversion: a tenth of the nodes, or the places at which two tours differ (default:
+    tenth).
     """
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""

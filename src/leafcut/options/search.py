@@ -219,16 +219,16 @@ class FireflyOptions(OptionGroup):
     )
     moving_firefly: str = option(
         "text",
-        "darker",
+        "brighter",
         "firefly of a pair that moves first, by the attractiveness of the other one",
-        choices=("darker", "brighter"),
+        choices=("brighter", "darker"),
         needs=_PUBLISHED,
     )
     short_inversions: str = option(
         "text",
-        "distance",
-        "maximum length of a short inversion: the places at which two tours differ, or a tenth of the nodes",
-        choices=("distance", "tenth"),
+        "tenth",
+        "maximum length of a short inversion: a tenth of the nodes, or the places at which two tours differ",
+        choices=("tenth", "distance"),
         needs=_PUBLISHED,
     )
     n_fireflies: int | None = option(

@@ -61,9 +61,9 @@ class Flight:
     absorption: float
     patience: float
     at_random: bool
-    complex: bool = False
-    darker_moves: bool = True
-    short_by_distance: bool = True
+    complex: bool
+    darker_moves: bool
+    short_by_distance: bool
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:

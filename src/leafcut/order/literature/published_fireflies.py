@@ -12,10 +12,13 @@ attractiveness β = β0·exp(-γ·r²). In an iteration each pair (i, j), i <= j
 
 The source contradicts itself or is silent about two points, which are options.
 
-- `--moving-firefly`: the algorithm moves j towards i if I(i) < I(j); the text moves the less bright firefly towards the
-  brighter. The default is `darker`, the text.
-- `--short-inversions`: the source gives no length of a short inversion. The default `distance` is 2 … A nodes, as Jati
-  and Suyanto; `tenth` is 2 … h/10 nodes.
+- `--moving-firefly`: the algorithm moves j towards i if I(i) < I(j), so the `brighter` moves first; the text moves the
+  less bright firefly (`darker`) towards the brighter.
+- `--short-inversions`: the source gives no length of a short inversion. `tenth` is 2 … h/10 nodes, `distance` 2 … A
+  nodes, as Jati and Suyanto.
+
+The defaults fit the published tables best: with them, the numbers of fireflies that do not differ by LSD are the
+published ones, 11 and 12 for a simple pocket, 10 to 12 for a complex one (`docs/experiments.md`).
 
 Decided here: the number β is rounded down; every result is one inversion of a current tour; the percentages are shares
 of the iterations or of the time limit.
