@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from collections.abc import Iterator
@@ -31,10 +32,21 @@ class SharedWorkers(StudioWorkers):
 
 
 @pytest.fixture(scope="session")
-def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioWorkers]:
-    """Return processes for the jobs of all tests, which also find the modules in this folder."""
+def search_path() -> Iterator[None]:
+    """Let other processes find the modules in this folder."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]))
+        patch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)
+        yield
+
+
+@pytest.fixture(scope="session")
+def workers(tmp_path_factory: pytest.TempPathFactory, search_path: None) -> Iterator[StudioWorkers]:
+    """Return processes for the jobs of all tests that cancel none.
+
+    The processor time of a process counts for the case in which it ends, so these end after all cases.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("leafcut.studio.jobs.workers._LONG_SECONDS", math.inf)
         opened = SharedWorkers(tmp_path_factory.mktemp("work"), spare=False)
         yield opened
         StudioWorkers.close(opened)
@@ -51,8 +63,8 @@ def studio(tmp_path: Path, workers: StudioWorkers) -> Iterator[Studio]:
 
 
 @pytest.fixture
-def own_studio(tmp_path: Path) -> Iterator[Studio]:
-    """Return a studio with processes of its own, which find the packages that the test installs."""
+def own_studio(tmp_path: Path, search_path: None) -> Iterator[Studio]:
+    """Return a studio with processes of its own, which a test may kill, and which find the packages it installs."""
     opened = open_studio(tmp_path / "own", workers=StudioWorkers(tmp_path / "work", spare=False))
     yield opened
     opened.close()

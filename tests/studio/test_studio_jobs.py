@@ -51,7 +51,8 @@ def test_a_job_keeps_program_report_pictures_and_scenes(studio: Studio) -> None:
         assert scene.data.startswith(b"LCSCENE1")
 
 
-def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) -> None:
+def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(own_studio: Studio) -> None:
+    studio = own_studio
     kept, dropped = studio.jobs.start(LONG), studio.jobs.start(LONG)
     for job in (kept, dropped):
         live = studio.jobs.live(job)
@@ -206,8 +207,8 @@ def test_the_curve_of_a_long_run_stays_short() -> None:
     assert costs == sorted(costs, reverse=True)
 
 
-def test_a_restart_loses_nothing(tmp_path: Path, workers: StudioWorkers, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = open_studio(tmp_path, workers=workers)
+def test_a_restart_loses_nothing(tmp_path: Path, own_studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = open_studio(tmp_path, workers=own_studio.workers)
     points = first.folder.add_input("map.csv", b"x,y,diameter\n1,2,3\n4,5,3\n")
     done = first.jobs.start(Task("solve", (points,), options={"units": "mm"}))
     assert first.jobs.wait(done) is JobState.DONE
@@ -221,7 +222,7 @@ def test_a_restart_loses_nothing(tmp_path: Path, workers: StudioWorkers, monkeyp
         first.jobs.close()
     first.history.close()
 
-    second = open_studio(tmp_path, workers=workers)
+    second = open_studio(tmp_path, workers=own_studio.workers)
     records = {r.id: r for r in second.history.newest()}
     assert records[running].state is JobState.INTERRUPTED
     assert records[done].state is JobState.DONE

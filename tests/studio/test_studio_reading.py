@@ -24,6 +24,12 @@ EN = words("en")
 CIRCLE = "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n"
 
 
+@pytest.fixture
+def studio(own_studio: Studio) -> Studio:
+    """Return a studio whose processes may be killed."""
+    return own_studio
+
+
 def process_of(page: Page) -> int:
     """Return the number of the process that reads the input for ever."""
     assert page.input.newest is not None

@@ -44,9 +44,10 @@ def test_a_study_is_a_job_whose_runs_are_those_of_the_command_line(studio: Studi
 
 
 def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
-    studio: Studio, monkeypatch: pytest.MonkeyPatch
+    own_studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The studio stops the study when the third run starts, and cancels it when the first run starts."""
+    studio = own_studio
     long = Task("study", ("random:30:1",), options=OPTIONS, algorithms=("mmas",), runs=1000)
     tell = LiveJob.record_progress
 

@@ -201,7 +201,8 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
 
 
 @pytest.mark.parametrize("end", ["stop", "cancel"])
-def test_a_held_job_can_be_stopped_and_cancelled(studio: Studio, end: str) -> None:
+def test_a_held_job_can_be_stopped_and_cancelled(own_studio: Studio, end: str) -> None:
+    studio = own_studio
     job = studio.jobs.start(Task("solve", ("random:40:1",), options=MMAS), Watch(paused=True))
     live = studio.jobs.live(job)
     assert live is not None

@@ -39,6 +39,18 @@ StudioWork(StudioWorkers(Path(sys.argv[1]))).run(works.start_another, on_message
 """
 
 
+@pytest.fixture
+def studio(own_studio: Studio) -> Studio:
+    """Return a studio whose processes may be killed."""
+    return own_studio
+
+
+@pytest.fixture
+def workers(own_studio: Studio) -> StudioWorkers:
+    """Return processes that may be killed."""
+    return own_studio.workers
+
+
 class Doing:
     """A work in a thread: its messages, and its result or error."""
 
