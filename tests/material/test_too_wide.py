@@ -6,8 +6,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.step_over import wide_places
-from leafcut.material.too_wide import TooWide
+from leafcut.material.step_over import TooWide, wide_places
 from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_sweep, plane_axes
+from leafcut.model.turns import turns_of
 from leafcut.timing.lookahead import Pieces, travel_seconds
-from leafcut.timing.turns import turns_of
 
 ARC = st.tuples(
     st.sampled_from([17, 18, 19]),

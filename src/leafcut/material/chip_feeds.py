@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.material.cutting_force import mean_chip, milling_power, ramp_power
+from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -50,16 +50,13 @@ def power_at(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floa
 
 
 def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the maximum feed at every point, mm/s, within the limits of chip, power and feed.
-
-    The power of a cut is proportional to f^(1 − mc), because kc is proportional to h^−mc.
-    """
+    """Return the maximum feed at every point, mm/s, within the limits of chip, power and feed."""
     chip_limit = np.full(len(engaged.width), limits.feed)
     feed = np.minimum(chip_limit / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
         power = power_at(engaged, feed, limits)
         overloaded = power > limits.power
-        feed[overloaded] *= (limits.power / power[overloaded]) ** (1.0 / (1.0 - limits.material.mc))
+        feed[overloaded] *= feed_ratio(limits.material, limits.power / power[overloaded])
     return np.asarray(feed)
 
 
@@ -100,11 +97,8 @@ def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
 
 
 def plunge_feed(limits: FeedLimits, feed: float) -> float:
-    """Return the plunge feed of a mill, mm/s: `feed`, reduced to the power limit, as the power goes with f^(1 − mc)."""
-    power = power_on_plunge(limits, feed)
-    if limits.material is None or power <= limits.power:
-        return feed
-    return float(feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc)))
+    """Return the plunge feed of a mill, mm/s: `feed`, reduced to the power limit."""
+    return _within_power(limits, feed, power_on_plunge(limits, feed))
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
@@ -113,7 +107,11 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
     A flatter ramp has a slightly larger horizontal feed, so the full feed is assumed to be horizontal.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
+    return _within_power(limits, feed, power)
+
+
+def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
+    """Return a feed that needs some power, W, reduced to the power limit."""
     if limits.material is None or power <= limits.power:
         return feed
-    # The power of both parts is proportional to f^(1 − mc).
-    return float(feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc)))
+    return float(feed * feed_ratio(limits.material, limits.power / power))

@@ -73,6 +73,14 @@ def milling_power(
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip) / efficiency)
 
 
+def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
+    """Return the factor of a feed that changes the power of a cut by a factor.
+
+    The power is proportional to f^(1 − mc), because kc is proportional to h^−mc.
+    """
+    return np.asarray(np.asarray(power_ratio) ** (1.0 / (1.0 - material.mc)))
+
+
 def ramp_power(
     material: WorkMaterial,
     side_rate: Floats | float,

@@ -43,6 +43,11 @@ class Engaged(NamedTuple):
     chip: Floats
 
 
+def slot(diameter: float) -> Engaged:
+    """Return the engagement of a tool in a slot as wide as its diameter, mm."""
+    return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
+
+
 def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at every point of a path.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.material.chip_thickness import chip_share, cut_width
 from leafcut.material.cutting import Removed, cut
-from leafcut.material.cutting_force import mean_chip, milling_power, ramp_power, spindle_torque
+from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power, spindle_torque
 from leafcut.material.height_field import HeightField
 from leafcut.material.straight_moves import StraightMoves, straight_moves
 from leafcut.model.cutter import Cutter
@@ -159,8 +159,7 @@ class Loads:
         with np.errstate(divide="ignore", invalid="ignore"):
             of_torque = spindle.torque / spindle_torque(power, self.rpm)
             ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
-            # A thicker chip has a lower specific force: the power is proportional to f^(1 − mc).
-            return np.asarray(np.where(power > 0, ratio ** (1.0 / (1.0 - spindle.material.mc)), math.inf))
+            return np.asarray(np.where(power > 0, feed_ratio(spindle.material, ratio), math.inf))
 
 
 def loads_of(

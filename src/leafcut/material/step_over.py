@@ -1,4 +1,4 @@
-"""Measure the step-over of an existing path: the distance between neighbouring passes."""
+"""Measure the step-over of a path: the distance between neighbouring passes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.geometry.cells import numbered
+from leafcut.geometry.cells import Cells, numbered
 from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.material.bands import bands_of
-from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
-from leafcut.model.pocket import PocketRules
+from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay, way_of
+from leafcut.model.pocket import PocketPath, PocketRules
 
 #: Maximum distance of neighbouring passes, in diameters; between more distant passes there is uncut area, which is
 #: reported.
@@ -25,6 +25,10 @@ SIDE_BY_SIDE = math.radians(30.0)
 _EQUAL = 1e-4
 #: Distance within which the ends of steps are one point, mm.
 _SAME = 1e-5
+#: Distance within which points are equal, mm.
+_SAME_POINT = 1e-4
+#: Update radius of a change, in maximum neighbour distances: the neighbour of a point, and that neighbour's corner.
+_REACHES = 2
 #: Number of gaps tested at a time for being inside the region.
 _BATCH = 512
 
@@ -203,3 +207,36 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
     x, y, nx, ny = np.concatenate([xy, normal], axis=1).T.copy()
     find_neighbours(bands_of(candidates, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius)
     return height, row, radius
+
+
+class TooWide:
+    """Returns the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
+
+    A path that differs from the previous one in a few places is only searched there.
+
+    Parameters
+    ----------
+    centres
+        shapely geometry of the allowed tool centres.
+    """
+
+    def __init__(self, centres: Any, rules: PocketRules) -> None:
+        self.centres, self.rules = centres, rules
+        self.cells = Cells(centres.bounds, FARTHEST * rules.tool_diameter, 2 * _REACHES + 4)
+        self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
+
+    def __call__(self, pocket_path: PocketPath) -> Floats:
+        """Return the points of a path."""
+        path = way_of(pocket_path, self.rules)
+        moved_cells = self.cells.of(np.vstack([_without(path.xy, self.previous), _without(self.previous, path.xy)]))
+        changed = self.cells.around(moved_cells, _REACHES)
+        to_check = np.isin(self.cells.of(path.xy), self.cells.around(changed, 1))
+        new = wide_places(path, self.centres, self.rules, to_check)
+        old = self.wide[~np.isin(self.cells.of(self.wide), changed)]
+        self.previous, self.wide = path.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
+        return self.wide
+
+
+def _without(points: Floats, excluded: Floats) -> Floats:
+    key = numbered(np.vstack([points, excluded]), _SAME_POINT)
+    return points[~np.isin(key[: len(points)], key[len(points) :])]

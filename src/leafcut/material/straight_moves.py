@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,8 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, plane_axes
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.model.turns import AXES, Turns, turns_of
 
 #: Maximum number of moves of a program that fits into memory together with the material.
 MOST_MOVES = 20_000_000
@@ -93,10 +93,12 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     unknown_rows = rows[~np.isfinite(start).all(axis=1)]
     start = np.where(np.isfinite(start), start, end)
     kind = path.kind[rows]
-    arcs = _Arcs.of(path, rows, start, end)
-    sweep = np.zeros(len(rows))
-    radius = np.zeros(len(rows))
-    sweep[arcs.arc_rows], radius[arcs.arc_rows] = arcs.sweep, arcs.radius
+    turns = turns_of(path)
+    # An arc with an unknown start is a straight move to its end.
+    arc = np.full(len(path), -1)
+    arc[turns.row[turns.length > 0.0]] = np.flatnonzero(turns.length > 0.0)
+    arc = arc[rows]
+    sweep, radius = (np.append(column, 0.0)[arc] for column in (turns.sweep, turns.turn.radius))
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = np.where(radius > 0, 2.0 * np.arccos(np.clip(1.0 - max_deviation / radius, -1.0, 1.0)), math.inf)
     length = np.where(sweep != 0.0, np.abs(sweep) * radius, np.hypot(*(end - start)[:, :2].T))
@@ -111,56 +113,17 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     for half in (0, 1):
         share = (step + half) / count[source]
         position = start[source] + share[:, None] * (end - start)[source]
-        arcs.bend(position, source, share)
+        _bend(position, turns, arc[source], share)
         ends[:, 3 * half : 3 * half + 3] = position
     return StraightMoves(ends, rows[source], kind[source] == Kind.RAPID, path.tool[rows][source], path, unknown_rows)
 
 
-class _Arcs(NamedTuple):
-    """Arcs among the rows: indices, axes, centres (in the plane), radii, start angles and signed sweeps."""
-
-    arc_rows: NDArray[np.int64]
-    axes: NDArray[np.int64]
-    centre: NDArray[np.float64]
-    radius: NDArray[np.float64]
-    end_radius: NDArray[np.float64]
-    start: NDArray[np.float64]
-    sweep: NDArray[np.float64]
-
-    @classmethod
-    def of(
-        cls, path: Toolpath, rows: NDArray[np.int64], start: NDArray[np.float64], stop: NDArray[np.float64]
-    ) -> _Arcs:
-        counter = path.kind[rows] == Kind.ARC_CCW
-        arc_rows = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
-        arcs = [path.arcs[k] for k in path.ref[rows[arc_rows]].tolist()]
-        axes = np.array([plane_axes(arc.plane) for arc in arcs], dtype=np.int64).reshape(-1, 3)
-        middle = np.array([arc.center for arc in arcs], dtype=np.float64).reshape(-1, 3)
-        each = np.arange(len(arc_rows))
-        centre = np.column_stack([middle[each, axes[:, 0]], middle[each, axes[:, 1]]])
-        first, last = (
-            np.column_stack([position[arc_rows, axes[:, 0]], position[arc_rows, axes[:, 1]]]) - centre
-            for position in (start, stop)
-        )
-        start_angle, stop_angle = np.arctan2(first[:, 1], first[:, 0]), np.arctan2(last[:, 1], last[:, 0])
-        sign = np.where(counter[arc_rows], 1.0, -1.0)
-        turn = (sign * (stop_angle - start_angle)) % math.tau
-        turn = np.where(turn < 1e-9, math.tau, turn)
-        turns = np.array([arc.turns - 1 for arc in arcs], dtype=np.float64)
-        return cls(
-            arc_rows, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start_angle, sign * (turn + math.tau * turns)
-        )  # fmt: skip
-
-    def bend(self, position: NDArray[np.float64], source: NDArray[np.int64], share: NDArray[np.float64]) -> None:
-        """Move points of arcs onto the arcs, by their share of the sweep."""
-        if not len(self.arc_rows):
-            return
-        number = np.full(int(source[-1]) + 1, -1)
-        number[self.arc_rows] = np.arange(len(self.arc_rows))
-        on_arc = np.flatnonzero(number[source] >= 0)
-        arc = number[source[on_arc]]
-        angle = self.start[arc] + share[on_arc] * self.sweep[arc]
-        # If the radii at both ends differ, which controllers allow within limits, interpolate between them.
-        radius = self.radius[arc] + share[on_arc] * (self.end_radius - self.radius)[arc]
-        position[on_arc, self.axes[arc, 0]] = self.centre[arc, 0] + radius * np.cos(angle)
-        position[on_arc, self.axes[arc, 1]] = self.centre[arc, 1] + radius * np.sin(angle)
+def _bend(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
+    """Move points, float64[n, 3], onto their arcs (-1: none), at a share of the sweep. Changes: position."""
+    curved = np.flatnonzero(arc >= 0)
+    arc, share, axes = arc[curved], share[curved], AXES[turns.plane[arc[curved]]]
+    angle = turns.angle[arc] + share * turns.sweep[arc]
+    # If the radii at both ends differ, which controllers allow within limits, interpolate between them.
+    radius = turns.turn.radius[arc] + share * (turns.end_radius - turns.turn.radius)[arc]
+    position[curved, axes[:, 0]] = turns.centre[arc, 0] + radius * np.cos(angle)
+    position[curved, axes[:, 1]] = turns.centre[arc, 1] + radius * np.sin(angle)

@@ -124,7 +124,7 @@ def playback(
     cuts = ((activity == Activity.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
     travels = np.isin(activity, (Activity.RAPID, Activity.DARK)) & moved
     changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
-    arc_row, arc = _arcs(rows, before)
+    arc_row, arc = _arcs(rows)
     arc_row, arc = arc_row[arcs[arc_row]], arc[arcs[arc_row]]
     feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
     whole = Playback(
@@ -165,17 +165,14 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
     return activity
 
 
-def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the rows of known arcs in the XY plane: row, centre, radius, start angle and sweep."""
-    from leafcut.timing.turns import turns_of
+    from leafcut.model.turns import turns_of
 
     turns = turns_of(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)
-    row = turns.row[flat]
-    centre = np.array([path.arcs[i].center[:2] for i in path.ref[row].tolist()]).reshape(-1, 2)
-    start = before[row, :2] - centre
-    sweep = turns.turn.sweep[flat] * np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
-    return row, np.column_stack([centre, turns.turn.radius[flat], np.arctan2(start[:, 1], start[:, 0]), sweep])
+    arcs = np.column_stack([turns.centre, turns.turn.radius, turns.angle, turns.sweep])
+    return turns.row[flat], arcs[flat]
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.timing.turns import Turns
+from leafcut.model.turns import Turns
 
 
 class MovingRows(NamedTuple):

@@ -15,8 +15,8 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
+from leafcut.model.turns import AXES, SHORTEST, Turn, Turns
 from leafcut.timing.chords import MovingRows, joined_steps
-from leafcut.timing.turns import AXES, SHORTEST, Turn, Turns
 
 #: End modes of a move: at rest, exact path with tangent transitions (G61), or blended (G64).
 REST, EXACT, BLEND = 0, 1, 2

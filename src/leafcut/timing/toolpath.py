@@ -14,12 +14,12 @@ from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
+from leafcut.model.turns import Turns, turns_of
 from leafcut.timing.grbl import DWELL_STEP, SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
 from leafcut.timing.profile import move_time
-from leafcut.timing.turns import Turns, turns_of
 
 #: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}

@@ -10,7 +10,7 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.material.chip_feeds import allowed_feed
-from leafcut.material.engagement import Engaged
+from leafcut.material.engagement import Engaged, slot
 from leafcut.material.least_around import least_around
 from leafcut.material.removal import engaged_way
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
@@ -92,8 +92,7 @@ def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limi
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
     # The engagement on an entry loop is not measured: assume a slot.
-    slot = Engaged(np.array([math.pi]), np.array([limits.diameter]), np.ones(1))
-    allowed[kind == "entry"] = allowed_feed(slot, limits)[0] / limits.feed
+    allowed[kind == "entry"] = allowed_feed(slot(limits.diameter), limits)[0] / limits.feed
     before = np.concatenate([[np.inf], allowed[:-1]])
     before[~np.isfinite(path.back[:, 0])] = np.inf
     step = np.minimum(allowed, before)

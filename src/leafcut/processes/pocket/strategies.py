@@ -44,7 +44,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
 
     It examines the path with fitted arcs, as in the program: arcs move passes by a few thousandths of a millimetre.
     """
-    from leafcut.material.too_wide import TooWide
+    from leafcut.material.step_over import TooWide
     from leafcut.processes.pocket.plan.arcs import fitted
 
     wide, tolerance = TooWide(region.polygon, region.rules), region.rules.tolerance

@@ -12,7 +12,7 @@ from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncov
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
-from leafcut.material.too_wide import TooWide
+from leafcut.material.step_over import TooWide
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan import connected as pocket_best
 from leafcut.processes.pocket.plan.connected import best

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.too_wide import TooWide
+from leafcut.material.step_over import TooWide
 from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.connected import best

@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.chip_feeds import allowed_feed, power_at
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
@@ -60,9 +58,7 @@ def feed_limits(
     # One tool cuts all pockets, so the deepest level counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
-    limits = FeedLimits(
-        tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter,
-    )  # fmt: skip
+    limits = FeedLimits(tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter)
     power = _power(machine, tool)
     if power is None:
         return limits, []
@@ -87,12 +83,11 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
     """Refuse a spindle without the power for a full slot at the minimum feed."""
-    from leafcut.material.engagement import Engaged  # loads kernels, which a refused file does not need
+    from leafcut.material.engagement import slot  # loads kernels, which a refused file does not need
 
-    slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
-    slowest = float(allowed_feed(slot, limits)[0])
+    slowest = float(allowed_feed(slot(tool.diameter), limits)[0])
     if slowest < SLOWEST * tool.feed:
-        needed = float(power_at(slot, tool.feed, limits)[0])
+        needed = float(power_at(slot(tool.diameter), tool.feed, limits)[0])
         raise PlanError(
             f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
             f"{tool.label}, but the spindle gives {limits.power / 1000.0:.3g} kW to it; give a smaller --step-down"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -21,6 +22,7 @@ from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.model.turns import turns_of
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.surface import meets_area
 
@@ -311,23 +313,21 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface, arcs as fine chords."""
-    moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
+    moves, turns = (
+        straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf),
+        turns_of(path),
+    )
+    bulges = {
+        row: math.tan(0.25 * sweep)
+        for row, sweep in zip(turns.row.tolist(), turns.sweep.tolist(), strict=True)
+        if abs(sweep) <= math.pi
+    }
     firsts = np.flatnonzero(np.diff(moves.row, prepend=-1))
-    for ends in np.split(np.arange(len(moves)), firsts[1:]):
-        row = int(moves.path.line[moves.row[ends[0]]]) if len(ends) else 0
+    for ends in np.split(np.arange(len(moves)), firsts[1:]) if len(moves) else ():
+        row = int(moves.path.line[moves.row[ends[0]]])
         points = np.concatenate([moves.ends[ends[:1], :3], moves.ends[ends, 3:]])
-        if len(ends) and not moves.rapid[ends[0]] and min(points[0, 2], points[-1, 2]) < -ROOM:
-            yield PocketCut(row, int(path.line[row]), points, _bulge(path, row, points[:, :2]))
-
-
-def _bulge(path: Toolpath, row: int, points: Points) -> float:
-    """Return the bulge of an arc of at most half a turn, else 0."""
-    if path.kind[row] == Kind.FEED:
-        return 0.0
-    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-    angles = np.unwrap(np.arctan2(*(points - centre).T[::-1]))
-    turn = float(angles[-1] - angles[0])
-    return float(np.tan(0.25 * turn)) if abs(turn) <= np.pi else 0.0
+        if not moves.rapid[ends[0]] and min(points[0, 2], points[-1, 2]) < -ROOM:
+            yield PocketCut(row, int(path.line[row]), points, bulges.get(row, 0.0))
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:

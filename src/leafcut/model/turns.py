@@ -37,12 +37,39 @@ class Turn(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """All arcs of a path: their rows, length (mm; 0 if the start is unknown) and round parts."""
+    """All arcs of a path.
+
+    Attributes
+    ----------
+    row
+        Row of each arc.
+    length
+        mm; 0 if the start is unknown.
+    plane
+        Index of `AXES`.
+    centre
+        In the plane, float64[n, 2], mm.
+    angle
+        At the start, rad.
+    end_radius
+        mm; controllers allow a small difference from the radius at the start.
+    turn
+        The round part.
+    """
 
     row: NDArray[np.int64]
     length: Floats
     plane: NDArray[np.int64]
+    centre: Floats
+    angle: Floats
+    end_radius: Floats
     turn: Turn
+
+    @property
+    def sweep(self) -> Floats:
+        """Signed sweep of each arc, rad; positive counter-clockwise."""
+        sweep: Floats = self.turn.sweep * self.turn.normal.sum(axis=1)
+        return sweep
 
 
 def turns_of(path: Toolpath) -> Turns:
@@ -68,4 +95,8 @@ def turns_of(path: Toolpath) -> Turns:
     for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
         np.put_along_axis(vector, axes[:, :2], np.column_stack([np.cos(angle), np.sin(angle)]), axis=1)
     turn = Turn(radius, sweep, rise, normal, out, out_end)
-    return Turns(row, np.where(is_valid, np.hypot(radius * sweep, rise), 0.0), plane, turn)
+    length, flat_centre = (
+        np.where(is_valid, np.hypot(radius * sweep, rise), 0.0),
+        np.take_along_axis(centre, axes, axis=1),
+    )
+    return Turns(row, length, plane, flat_centre[:, :2], angle0, np.hypot(flat1[:, 0], flat1[:, 1]), turn)
