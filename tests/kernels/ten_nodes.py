@@ -151,9 +151,9 @@ def cut_by(*shape: float) -> list[object]:
     places = np.array([(5, 5, 9), (5, 5, -1), (14, 8, -1), (6, 15, -2), (6, 4, -0.5), (18, 4, -3)], dtype=np.float64)
     moves = np.hstack([places[:-1], places[1:]])
     inset = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-    grid, tool = sweep.CellGrid(0.0, 0.0, 1.0), sweep.ToolShape(*shape)
+    rows, tool = sweep.CellRows(heights, room, 0, 20, 0.0, 0.0, 1.0), sweep.ToolShape(*shape)
     bodies = np.array([(3, 3, 0, 3, 0, 0, 1.0, 0), (5, 4, 0, 4, 0, 2.0, 2.0, 1)], dtype=np.float64)
-    total = sweep.sweep(heights, room, 0, 20, grid, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
+    total = sweep.sweep(rows, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
     return [total, heights.tolist(), room.tolist(), repr(found.tolist())]
 
 
@@ -175,9 +175,9 @@ def seen_from_above() -> list[object]:
     for name in ("linear", "dogleg", "euclidean"):
         model = cost_model(Metric(name, (100.0, 80.0), (500.0, 300.0), relief=relief), places)
         leave, arrive = np.repeat(np.arange(4, dtype=np.int32), 4), np.tile(np.arange(4, dtype=np.int32), 4)
-        costs, ways = np.zeros(16), np.zeros(16)
+        costs, ways = np.zeros(16), np.zeros(3)
         cost.edge_costs(model, leave, arrive, costs)
-        cost.way_heights(model, leave, arrive, ways)
+        cost.way_heights(model.code, model.xy, model.matrix, ways)
         found += [costs.tolist(), ways.tolist()]
     return found
 

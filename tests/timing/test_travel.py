@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,13 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
-from leafcut.kernels.cost import edge_costs, way_heights
+from leafcut.kernels.cost import edge_costs
 from leafcut.model.machine import Machine
 from leafcut.model.problem import METRICS, Metric, Relief
 from leafcut.order.instance import cost_model
+from leafcut.timing import travel
 from leafcut.timing.profile import move_time
-from leafcut.timing.travel import TIE_BREAK, travel_metric, way_height
-from travel_reference import travel_cost
+from leafcut.timing.travel import TIE_BREAK, travel_heights, travel_metric
+from travel_reference import travel_cost, travel_height
 
 PLACE = st.tuples(st.floats(-900, 900), st.floats(-900, 900))
 
@@ -43,6 +45,7 @@ def test_seconds_between_two_places_are_those_of_the_rapid_between_them(a, b, st
     rapid = move_time((b[0] - a[0], b[1] - a[1], 0.0), machine(style))
     shortness = TIE_BREAK * math.dist(a, b)
     assert travel_cost(metric, a, b) == pytest.approx(rapid + shortness, rel=1e-9, abs=1e-12)
+    assert travel.travel_cost(metric, a, b) == pytest.approx(rapid + shortness, rel=1e-9, abs=1e-12)
     assert metric.name == style
 
 
@@ -113,7 +116,7 @@ def test_what_cannot_be_meant_is_refused() -> None:
     with pytest.raises(PlanError, match="objective"):
         travel_metric(machine("linear"), "money")  # type: ignore[arg-type]
     with pytest.raises(PlanError, match="of maps"):
-        travel_cost(Metric("EXPLICIT", matrix=np.zeros((2, 2))), (0, 0), (1, 1))
+        travel.travel_cost(Metric("EXPLICIT", matrix=np.zeros((2, 2))), (0, 0), (1, 1))
 
 
 def test_of_two_ways_that_take_equally_long_the_shorter_costs_less() -> None:
@@ -140,7 +143,7 @@ RELIEF = Relief(
     ],
 )
 def test_a_way_is_as_high_as_what_it_crosses(a, b, height: float) -> None:
-    assert way_height(RELIEF, a, b, False) == way_height(RELIEF, b, a, False) == height
+    assert travel_heights(RELIEF, np.array([a, b, a]), False).tolist() == [height, height]
 
 
 def test_a_way_over_what_stands_costs_the_rise_and_the_fall() -> None:
@@ -160,12 +163,12 @@ def test_the_compiled_code_goes_as_high_and_costs_as_much_both_ways(places, seed
     tiles = np.where(random.random((9, 11)) < 0.3, random.uniform(0, 50, (9, 11)), -np.inf)
     relief = Relief(xy[1:], random.uniform(0, 20, len(xy) - 1), 60.0, tiles, -850.0, -700.0, 150.0, 50.0, 200.0)
     metric = travel_metric(machine(style), "time", relief=relief)
+    heights = travel_heights(relief, xy, style == "dogleg")
+    assert heights.tolist() == [travel_height(relief, *pair, style == "dogleg") for pair in pairwise(map(tuple, xy))]
     leave, arrive = (side.ravel().astype(np.int32) for side in np.meshgrid(np.arange(len(xy)), np.arange(len(xy))))
     model = cost_model(metric, xy)
-    heights, costs = np.zeros(len(leave)), np.zeros(len(leave))
-    way_heights(model, leave, arrive, heights)
+    costs = np.zeros(len(leave))
     edge_costs(model, leave, arrive, costs)
     pairs = [(tuple(xy[i]), tuple(xy[j])) for i, j in zip(leave, arrive, strict=True)]
-    assert heights.tolist() == [way_height(relief, a, b, style == "dogleg") for a, b in pairs]
     assert costs == pytest.approx([travel_cost(metric, a, b) for a, b in pairs], rel=1e-12, abs=1e-12)
     assert np.array_equal(costs.reshape(len(xy), -1), costs.reshape(len(xy), -1).T)

@@ -18,7 +18,7 @@ from leafcut.material.step_over import widest_gaps
 from leafcut.material.surface import rims_of, safe_tiles
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.model.problem import RoutingProblem
+from leafcut.model.problem import Relief, RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import warm_up
@@ -26,6 +26,7 @@ from leafcut.order.construction import FEW
 from leafcut.order.kicks import MANY
 from leafcut.order.solve import solve
 from leafcut.order.spanning_tree import ALL_PAIRS
+from leafcut.timing.travel import travel_heights
 
 #: Moves that a controller blends into one, and a hole in stock.
 _PROGRAM = b"""G21 G90 G17 G64 P0.1
@@ -89,7 +90,9 @@ def _follow_programs() -> None:
 
 def _look_at_surfaces() -> None:
     slope = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 1.0]]])
-    safe_tiles(slope, 1.0, 1.0, 20)
+    tiles = safe_tiles(slope, 1.0, 1.0, 20)
+    relief = Relief(np.zeros((0, 2)), np.zeros(0), 0.0, *tiles, velocity=50.0, acceleration=200.0)
+    travel_heights(relief, np.zeros((2, 2)), dogleg=False)
     rims_of(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
     field_of_mesh(Mesh(slope, "slope"), 1.0)
 

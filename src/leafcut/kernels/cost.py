@@ -10,10 +10,25 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-# Codes of the metrics; `order.instance` maps the names of `model.problem.METRICS` to them.
+# Codes of the metrics.
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
 LINEAR, DOGLEG = 10, 11
+#: Code of each metric of `model.problem.METRICS`.
+CODES = {
+    "euclidean": EUCLIDEAN,
+    "chebyshev": CHEBYSHEV,
+    "manhattan": MANHATTAN,
+    "EUC_2D": EUC_2D,
+    "CEIL_2D": CEIL_2D,
+    "ATT": ATT,
+    "GEO": GEO,
+    "MAX_2D": MAX_2D,
+    "MAN_2D": MAN_2D,
+    "EXPLICIT": EXPLICIT,
+    "linear": LINEAR,
+    "dogleg": DOGLEG,
+}
 
 #: TSPLIB 95, section 2.4: the value of π and the earth's radius (km) in the definition of GEO distances.
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
@@ -28,6 +43,18 @@ TIED = -(2.0**20)
 #: columns. Then follow the heights of the nodes, mm, row by row, and the minimum crossing heights of the tiles, −∞
 #: without an obstacle.
 RELIEF = 7
+
+
+def relief_table(header: tuple[float, ...], tiles: NDArray, heights: NDArray) -> NDArray[np.float64]:
+    """Return the matrix of a relief (`RELIEF`), from x, y, side, velocity and acceleration, tiles, and node heights."""
+    rows, columns = tiles.shape
+    width = max(columns, RELIEF)
+    above = -(-len(heights) // width)
+    table = np.zeros((1 + above + rows, width))
+    table[0, :RELIEF] = (*header, above, columns)
+    table[1 : 1 + above].reshape(-1)[: len(heights)] = heights
+    table[1 + above :, :columns] = tiles
+    return table
 
 
 class CostModel(NamedTuple):
@@ -157,7 +184,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
 
 
-@part
+@kernel
 def distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
@@ -228,20 +255,19 @@ def height_of(table: NDArray, i: int) -> float:
 
 
 @part
-def way_height(cost: CostModel, i: int, j: int) -> float:
+def way_height(code: int, xy: NDArray, table: NDArray, i: int, j: int) -> float:
     """Return the travel height from node i to node j, mm: the higher of the two, or more."""
-    xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
-    if cost.code == DOGLEG:
-        highest = highest_of_box(cost.matrix, xi, yi, xj, yj)
+    if code == DOGLEG:
+        highest = highest_of_box(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
     else:
-        highest = highest_of_line(cost.matrix, xi, yi, xj, yj)
-    return float(max(highest, height_of(cost.matrix, i), height_of(cost.matrix, j)))
+        highest = highest_of_line(table, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1])
+    return float(max(highest, height_of(table, i), height_of(table, j)))
 
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
     """Return the cost of rising from node i to the travel height to node j, and of descending there."""
-    height = way_height(cost, i, j)
+    height = way_height(cost.code, cost.xy, cost.matrix, i, j)
     up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
         return float(up + down)
@@ -330,10 +356,13 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 
 @kernel
-def way_heights(cost: CostModel, leave: NDArray, arrive: NDArray, heights: NDArray) -> None:
-    """Compute the travel heights from leave[e] to arrive[e], int32[m] each. Changes: heights float64[m], mm."""
-    for e in range(len(leave)):
-        heights[e] = way_height(cost, leave[e], arrive[e])
+def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
+    """Compute the travel heights from each of the nodes float64[n, 2] to the next, with their `relief_table`.
+
+    Changes: heights float64[n - 1], mm.
+    """
+    for i in range(len(heights)):
+        heights[i] = way_height(code, xy, table, i, i + 1)
 
 
 @kernel

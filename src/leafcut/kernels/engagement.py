@@ -32,6 +32,27 @@ class ToolEdge(NamedTuple):
     nothing: float
 
 
+class EdgePath(NamedTuple):
+    """Points of a tool's path.
+
+    ================ ============= ==================================================================
+    x, y             float64[n]    points, mm
+    ahead_x, ahead_y float64[n]    unit tangents of the outgoing path
+    back_x, back_y   float64[n]    unit tangents of the incoming path; NaN for none
+    run, station     int64, float64[n]  number of the run; path length up to here, mm
+    ================ ============= ==================================================================
+    """
+
+    x: NDArray
+    y: NDArray
+    ahead_x: NDArray
+    ahead_y: NDArray
+    back_x: NDArray
+    back_y: NDArray
+    run: NDArray
+    station: NDArray
+
+
 @part
 def sort_intervals(low: NDArray, high: NDArray, count: int) -> None:
     """Sort the first intervals by their starts (Shell's sort). Changes: low, high."""
@@ -79,10 +100,15 @@ def uncovered(
 
 @kernel
 def engaged_edges(
-    bands: Bands, x: NDArray, y: NDArray, ahead_x: NDArray, ahead_y: NDArray, back_x: NDArray, back_y: NDArray,
-    run: NDArray, station: NDArray, tool: ToolEdge, low: NDArray, high: NDArray, angle: NDArray, width: NDArray,
+    bands: Bands,
+    path: EdgePath,
+    tool: ToolEdge,
+    low: NDArray,
+    high: NDArray,
+    angle: NDArray,
+    width: NDArray,
     nearest: NDArray,
-) -> None:  # fmt: skip
+) -> None:
     """Find the engagement at every point of a path: the part of the edge not covered by the discs of earlier points.
 
     A disc at distance d, at an angle a from the direction of travel, covers the edge up to acos(d / 2r) on both sides
@@ -90,10 +116,6 @@ def engaged_edges(
 
     ================ ============= ===============================================================================
     bands                          the points in bands
-    x, y             float64[n]    points of the path, mm
-    ahead_x, ahead_y float64[n]    unit tangents of the outgoing path
-    back_x, back_y   float64[n]    unit tangents of the incoming path; NaN for none
-    run, station     int64, float64[n]  number of the run; path length up to here, mm
     low, high        float64[2n+2] scratch for intervals of angles
     angle            float64[n]    engagement angle, rad
     width            float64[n]    engaged width perpendicular to the path, in radii
@@ -103,6 +125,7 @@ def engaged_edges(
     Changes: low, high, angle, width, nearest.
     """
     reach = 2.0 * tool.radius
+    x, y, ahead_x, ahead_y, back_x, back_y, run, station = path
     for i in range(len(x)):
         # Intervals at an end of the half circle are merged into one per end.
         left, right, count = -_HALF, _HALF, 0

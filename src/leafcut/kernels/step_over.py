@@ -60,9 +60,17 @@ def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reac
 
 @kernel
 def find_neighbours(
-    bands: Bands, x: NDArray, y: NDArray, nx: NDArray, ny: NDArray, reaches: Reaches, equal: float, height: NDArray,
-    row: NDArray, radius: NDArray,
-) -> None:  # fmt: skip
+    bands: Bands,
+    x: NDArray,
+    y: NDArray,
+    nx: NDArray,
+    ny: NDArray,
+    reaches: Reaches,
+    equal: float,
+    height: NDArray,
+    row: NDArray,
+    radius: NDArray,
+) -> None:
     """Find the smallest disc that touches the tangent at each point, on the side of its normal, and another point.
 
     A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). The points q within the

@@ -26,9 +26,22 @@ class ToolShape(NamedTuple):
     slope: float
 
 
-class CellGrid(NamedTuple):
-    """Position of the cells: centre of the first cell, and side, mm."""
+class CellRows(NamedTuple):
+    """Some rows of a height field.
 
+    =========== ====================== ======================================================================
+    heights     float32[rows, columns] height of the material in every cell, mm
+    lowered     float32[rows, columns] height of cells lowered by rapids; or float32[0, 0]: not requested
+    first, last int                    the rows: first … last − 1
+    x, y        float                  centre of the first cell of the field, mm
+    cell        float                  side of a cell, mm
+    =========== ====================== ======================================================================
+    """
+
+    heights: NDArray
+    lowered: NDArray
+    first: int
+    last: int
     x: float
     y: float
     cell: float
@@ -192,32 +205,30 @@ def lowest_height(
 
 
 @part
-def standing_over(
-    heights: NDArray, first: int, last: int, grid: CellGrid, shape: ToolShape, move: NDArray, margin: float
-) -> float:
+def standing_over(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
     """Return the maximum height of material over a tool that is wider by a margin all round, along its path, mm.
 
     Negative: below the tool; −∞: no material under it in these rows. On a sloped move, every point counts as passed at
     the lowest height of the move, at its nearest.
     """
-    xa, ya, z_low = move[0] - grid.x, move[1] - grid.y, min(move[2], move[5])
+    xa, ya, z_low = move[0] - rows.x, move[1] - rows.y, min(move[2], move[5])
     dx, dy = move[3] - move[0], move[4] - move[1]
     length = math.sqrt(dx * dx + dy * dy)
     ux, uy = (dx / length, dy / length) if length > 1e-9 else (1.0, 0.0)
     radius = shape.radius + margin
     highest = -math.inf
-    row_low, row_high = rows_under(ya, dy, radius, first, last, grid.cell)
+    row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
-        y = row * grid.cell - ya
+        y = row * rows.cell - ya
         low, high = row_stretch(y, dx, dy, radius)
         if low > high:
             continue
-        column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
+        column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
         for column in range(column_low, column_high + 1):
-            h = float(heights[row, column]) - z_low
+            h = float(rows.heights[row, column]) - z_low
             if h <= highest:
                 continue
-            x = column * grid.cell - xa
+            x = column * rows.cell - xa
             along, d = x * ux + y * uy, y * ux - x * uy
             beyond = max(-along, along - length, 0.0)
             distance = math.sqrt(d * d + beyond * beyond)
@@ -227,15 +238,7 @@ def standing_over(
 
 @part
 def met_by_body(
-    heights: NDArray,
-    first: int,
-    last: int,
-    grid: CellGrid,
-    radius: float,
-    body: ToolShape,
-    above: float,
-    move: NDArray,
-    film: float,
+    rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
     """Return the maximum depth of a part above the flutes in the material during a move, and the number of cells.
 
@@ -246,10 +249,10 @@ def met_by_body(
     The part is reduced by a cell all round, otherwise it would meet each wall that its tool has just cut. A part no
     wider than its tool meets only material that the tool enters deeper than its flute length.
     """
-    xa, ya, za = move[0] - grid.x, move[1] - grid.y, move[2] + above
+    xa, ya, za = move[0] - rows.x, move[1] - rows.y, move[2] + above
     dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
     length = math.sqrt(dx * dx + dy * dy)
-    inner_radius = body.radius - grid.cell
+    inner_radius = body.radius - rows.cell
     deepest, cells = 0.0, 0.0
     if inner_radius <= 0.0:
         return deepest, cells
@@ -260,18 +263,18 @@ def met_by_body(
         ux, uy, grade = dx / length, dy / length, dz / length
     # Contact with the material ahead happens at the tool's own edge.
     search_radius = max(inner_radius, radius)
-    row_low, row_high = rows_under(ya, dy, search_radius, first, last, grid.cell)
+    row_low, row_high = rows_under(ya, dy, search_radius, rows.first, rows.last, rows.cell)
     for row in range(row_low, row_high + 1):
-        y = row * grid.cell - ya
+        y = row * rows.cell - ya
         low, high = row_stretch(y, dx, dy, search_radius)
         if low > high:
             continue
-        column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
+        column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
         for column in range(column_low, column_high + 1):
-            h = float(heights[row, column])
+            h = float(rows.heights[row, column])
             if h <= lowest + film:
                 continue
-            x = column * grid.cell - xa
+            x = column * rows.cell - xa
             along, d = x * ux + y * uy, y * ux - x * uy
             if abs(d) > inner_radius or along * along + d * d <= radius * radius:
                 continue
@@ -282,7 +285,7 @@ def met_by_body(
                 beyond = max(-along, along - length, 0.0)
                 if beyond * beyond + d * d > inner_radius * inner_radius:
                     continue
-            depth = h - za - lowest_height(body, grid.cell, along, d, until, grade, h - za)
+            depth = h - za - lowest_height(body, rows.cell, along, d, until, grade, h - za)
             if depth > film:
                 deepest = max(deepest, depth)
                 cells += 1.0
@@ -291,16 +294,7 @@ def met_by_body(
 
 @part
 def meet_bodies(
-    heights: NDArray,
-    first: int,
-    last: int,
-    grid: CellGrid,
-    shape: ToolShape,
-    move: NDArray,
-    film: float,
-    top: float,
-    bodies: NDArray,
-    result: NDArray,
+    rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
     """Check all parts of a tool above its flutes against the material during a move; see `sweep`.
 
@@ -311,10 +305,10 @@ def meet_bodies(
         if min(move[2], move[5]) + above >= top:
             continue
         body = ToolShape(bodies[b, 0], bodies[b, 1], bodies[b, 2], bodies[b, 3], bodies[b, 4], bodies[b, 5])
-        deepest, cells = met_by_body(heights, first, last, grid, shape.radius, body, above, move, film)
+        deepest, cells = met_by_body(rows, shape.radius, body, above, move, film)
         column = 6 if bodies[b, 7] == 0.0 else 7
         result[column] = max(result[column], deepest)
-        if column == 6 and body.radius - grid.cell <= shape.radius:
+        if column == 6 and body.radius - rows.cell <= shape.radius:
             result[8] += cells
         elif column == 6 and cells > 0.0:
             result[8] = math.inf
@@ -322,11 +316,7 @@ def meet_bodies(
 
 @kernel
 def sweep(
-    heights: NDArray,
-    lowered: NDArray,
-    first: int,
-    last: int,
-    grid: CellGrid,
+    rows: CellRows,
     shape: ToolShape,
     moves: NDArray,
     selected: NDArray,
@@ -339,9 +329,6 @@ def sweep(
 ) -> int:
     """Cut some rows of a height field by moves, one after the other; return the number of lowered cells.
 
-    heights      float32[rows, columns]  height of the material in every cell, mm
-    lowered      float32[rows, columns]  height of cells lowered by rapids; or float32[0, 0]: not requested
-    first, last  rows to cut: first … last − 1
     moves        float64[m, 6]           start and end of the tip, mm
     selected     int64[k]                moves to process, in order
     inset        float64[m]              reduction of the tool radius for rapids, mm; otherwise 0
@@ -355,7 +342,7 @@ def sweep(
                                          height of material over the wider tool, mm; depths of the shank and of the
                                          holder in the material, mm; cells of a shank that is no wider than the tool
 
-    Changes: heights, lowered, result.
+    Changes: rows.heights, rows.lowered, result.
     Source: the swept volume of a convex tool along a line, seen from above: at every point the minimum of the tool's
     surface along the path, which is convex in the position on the path.
     """
@@ -366,10 +353,10 @@ def sweep(
         result[k, 3], result[k, 4], result[k, 5] = math.inf, -math.inf, -math.inf
         result[k, 6], result[k, 7], result[k, 8] = 0.0, 0.0, 0.0
         if margin >= 0.0:
-            result[k, 5] = standing_over(heights, first, last, grid, shape, moves[i], margin)
+            result[k, 5] = standing_over(rows, shape, moves[i], margin)
         if len(bodies):
-            meet_bodies(heights, first, last, grid, shape, moves[i], film, top, bodies, result[k])
-        xa, ya, za = moves[i, 0] - grid.x, moves[i, 1] - grid.y, moves[i, 2]
+            meet_bodies(rows, shape, moves[i], film, top, bodies, result[k])
+        xa, ya, za = moves[i, 0] - rows.x, moves[i, 1] - rows.y, moves[i, 2]
         dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
         length = math.sqrt(dx * dx + dy * dy)
         radius = shape.radius - inset[i]
@@ -382,26 +369,26 @@ def sweep(
             ux, uy, grade = dx / length, dy / length, dz / length
         z_start = z_low if length == 0.0 else za
         level = grade == 0.0 and shape.flat >= shape.radius
-        row_low, row_high = rows_under(ya, dy, radius, first, last, grid.cell)
+        row_low, row_high = rows_under(ya, dy, radius, rows.first, rows.last, rows.cell)
         for row in range(row_low, row_high + 1):
-            y = row * grid.cell - ya
+            y = row * rows.cell - ya
             low, high = row_stretch(y, dx, dy, radius)
             if low > high:
                 continue
-            column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
+            column_low, column_high = columns_under(low + xa, high + xa, rows.heights.shape[1], rows.cell)
             for column in range(column_low, column_high + 1):
-                h = float(heights[row, column])
+                h = float(rows.heights[row, column])
                 if h <= z_low:
                     continue
-                x = column * grid.cell - xa
+                x = column * rows.cell - xa
                 d = y * ux - x * uy
                 z = z_low
                 if not level:
                     z = z_start + lowest_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
                 if z < h:
-                    heights[row, column] = z
-                    if inset[i] > 0.0 and len(lowered):
-                        lowered[row, column] = z
+                    rows.heights[row, column] = z
+                    if inset[i] > 0.0 and len(rows.lowered):
+                        rows.lowered[row, column] = z
                     result[k, 0] += h - z
                     if h - z > film:
                         result[k, 1] += 1.0

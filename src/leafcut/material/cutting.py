@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from leafcut.material.height_field import HeightField
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
+
+if TYPE_CHECKING:
+    from leafcut.kernels.sweep import CellRows, ToolShape
 
 #: Number of strips in which the field is cut, independent of the threads, so that sums are reproducible.
 _STRIPS = 16
@@ -94,11 +99,10 @@ def cut(
     bodies
         Parts above the flutes, by tool number; unknown for missing tools.
     """
-    from leafcut.kernels.sweep import CellGrid, ToolShape, sweep
+    from leafcut.kernels.sweep import CellRows, ToolShape
 
-    rows = field.heights.shape[0]
-    edges = np.linspace(0, rows, min(_STRIPS, rows) + 1).astype(np.int64)
-    grid = CellGrid(field.x, field.y, field.cell)
+    n_rows = field.heights.shape[0]
+    edges = np.linspace(0, n_rows, min(_STRIPS, n_rows) + 1).astype(np.int64)
     table = np.zeros((len(moves), 9))
     table[:, 3], table[:, 4], table[:, 5] = math.inf, -math.inf, -math.inf
     if margin is not None:
@@ -112,32 +116,19 @@ def cut(
     shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
     body_rows = {number: _part_rows(parts) for number, parts in (bodies or {}).items()}
     no_body, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
-    middle = [field.y + 0.5 * (edges[k] + edges[k + 1] - 1) * field.cell for k in range(len(edges) - 1)]
+    strips = [
+        CellRows(field.heights, lowered_heights, first, last, field.x, field.y, field.cell)
+        for first, last in pairwise(edges.tolist())
+    ]
     with ThreadPoolExecutor(max(threads, 1)) as pool:
         for start, end, tool in _tool_runs(moves.tool):
             check_cancelled()
-            shape, body = shapes[tool], body_rows.get(tool, no_body)
+            shape, body, y = shapes[tool], body_rows.get(tool, no_body), moves.ends[start:end, 1::3]
             half_width = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
-            low = np.minimum(moves.ends[start:end, 1], moves.ends[start:end, 4]) - half_width
-            high = np.maximum(moves.ends[start:end, 1], moves.ends[start:end, 4]) + half_width
-
-            def strip(
-                number: int, start: int = start, shape: ToolShape = shape, body: Floats = body, low: Floats = low,
-                high: Floats = high,
-            ) -> tuple[NDArray[np.int64], Floats]:  # fmt: skip
-                first, last = int(edges[number]), int(edges[number + 1])
-                half_height = 0.5 * (last - first) * field.cell
-                selected = start + np.flatnonzero(
-                    (low <= middle[number] + half_height) & (high >= middle[number] - half_height)
-                )
-                result = np.empty((len(selected), 9))
-                sweep(
-                    field.heights, lowered_heights, first, last, grid, shape, moves.ends, selected, inset, wider, FILM,
-                    top, body, result,
-                )  # fmt: skip
-                return selected, result
-
-            for selected, result in pool.map(strip, range(len(middle))):
+            low, high = np.minimum(y[:, 0], y[:, 1]) - half_width, np.maximum(y[:, 0], y[:, 1]) + half_width
+            run = _ToolRun(start, low, high, shape, body)
+            sweep_strip = partial(_sweep_strip, run, ends=moves.ends, inset=inset, margin=wider, top=top)
+            for selected, result in pool.map(sweep_strip, strips):
                 table[selected, :2] += result[:, :2]
                 table[selected, 3] = np.minimum(table[selected, 3], result[:, 3])
                 for column in (2, 4, 5, 6, 7):
@@ -148,6 +139,30 @@ def cut(
     return Removed(
         table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5], shank, table[:, 7]
     )  # fmt: skip
+
+
+class _ToolRun(NamedTuple):
+    """Successive moves of a tool: the number of the first, the range of y that each reaches, and the tool's shape."""
+
+    first: int
+    low: Floats
+    high: Floats
+    shape: ToolShape
+    bodies: Floats
+
+
+def _sweep_strip(
+    run: _ToolRun, rows: CellRows, *, ends: Floats, inset: Floats, margin: float, top: float
+) -> tuple[NDArray[np.int64], Floats]:
+    """Cut rows of a field by the moves that reach them; return these moves and their results."""
+    from leafcut.kernels.sweep import sweep
+
+    middle = rows.y + 0.5 * (rows.first + rows.last - 1) * rows.cell
+    half_height = 0.5 * (rows.last - rows.first) * rows.cell
+    selected = run.first + np.flatnonzero((run.low <= middle + half_height) & (run.high >= middle - half_height))
+    result = np.empty((len(selected), 9))
+    sweep(rows, run.shape, ends, selected, inset, margin, FILM, top, run.bodies, result)
+    return selected, result
 
 
 def _part_rows(parts: Sequence[BodyPart]) -> Floats:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.kernels.engagement import ToolEdge, engaged_edges
+from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
 from leafcut.material.bands import bands_of
 from leafcut.material.tool_steps import ToolWay
 from leafcut.model.pocket import PocketRules
@@ -66,13 +66,11 @@ def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | Non
         near = 2.0 * math.sqrt(2.0 * rules.radius * rules.tolerance)
         tool = ToolEdge(rules.radius, rules.radius - rules.tolerance, near, _NOTHING)
         x, y, ahead_x, ahead_y, back_x, back_y = np.concatenate([path.xy, path.ahead, path.back], axis=1).T.copy()
+        points = EdgePath(x, y, ahead_x, ahead_y, back_x, back_y, path.run, np.cumsum(path.step))
         low, high = np.zeros((2, 2 * n + 2))
         # All earlier points count, including those without engagement: otherwise films thinner than the tolerance that
         # they removed would count as material for later points, and would add up.
-        engaged_edges(
-            bands_of(path.xy, rules.radius), x, y, ahead_x, ahead_y, back_x, back_y, path.run, np.cumsum(path.step),
-            tool, low, high, angle, width, nearest,
-        )  # fmt: skip
+        engaged_edges(bands_of(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
     if entry is not None:
         angle[entry] = width[entry] = 0.0
     return Engaged(angle, rules.radius * width, np.where(angle > 0.0, np.cos(nearest), 0.0))

@@ -176,11 +176,8 @@ def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: 
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
         raise PlanError("the program cuts nothing below Z0, so the top of the stock is unknown; give --workpiece")
-    radius = np.array([cutters[number].radius for number in moves.tool[cutting].tolist()])[:, None]
-    start, stop = ends[cutting, :3], ends[cutting, 3:]
-    low = (np.minimum(start, stop)[:, :2] - radius).min(axis=0)
-    high = (np.maximum(start, stop)[:, :2] + radius).max(axis=0)
-    deepest = float(np.minimum(start, stop)[:, 2].min())
+    lowest, highest = moves.extent(cutting, cutters)
+    low, high, deepest = lowest[:2], highest[:2], float(lowest[2])
     margin = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
     low, high = low - margin, high + margin
     if stock.around:

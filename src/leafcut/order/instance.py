@@ -21,21 +21,6 @@ from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
-_CODES = {
-    "euclidean": codes.EUCLIDEAN,
-    "chebyshev": codes.CHEBYSHEV,
-    "manhattan": codes.MANHATTAN,
-    "EUC_2D": codes.EUC_2D,
-    "CEIL_2D": codes.CEIL_2D,
-    "ATT": codes.ATT,
-    "GEO": codes.GEO,
-    "MAX_2D": codes.MAX_2D,
-    "MAN_2D": codes.MAN_2D,
-    "EXPLICIT": codes.EXPLICIT,
-    "linear": codes.LINEAR,
-    "dogleg": codes.DOGLEG,
-}
-
 #: Neighbours per quadrant in a candidate list; the nearest remaining nodes fill the rest.
 PER_QUADRANT = 2
 
@@ -50,7 +35,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
     """Return the cost model of a metric over the points float64[n, 2] for kernels."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
-        code=_CODES[metric.name],
+        code=codes.CODES[metric.name],
         plain=tied == (-1, -1) and free < 0 and not len(zones) and metric.name != "EXPLICIT" and metric.relief is None,
         xy=np.ascontiguousarray(xy, dtype=np.float64),
         vx=float(metric.velocity[0]),
@@ -74,16 +59,8 @@ def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
     relief = metric.relief
     if relief is None:
         return np.zeros((0, 0))
-    rows, columns = relief.safe.shape
-    width = max(columns, codes.RELIEF)
-    above = -(-len(xy) // width)
-    table = np.zeros((1 + above + rows, width))
-    table[0, : codes.RELIEF] = (
-        relief.x, relief.y, relief.side, relief.velocity, relief.acceleration, above, columns,
-    )  # fmt: skip
-    table[1 : 1 + above].reshape(-1)[: len(xy)] = relief.at(xy)
-    table[1 + above :, :columns] = relief.safe
-    return table
+    header = (relief.x, relief.y, relief.side, relief.velocity, relief.acceleration)
+    return codes.relief_table(header, relief.safe, relief.at(xy))
 
 
 def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
@@ -92,14 +69,9 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
         return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
     if not len(cost.matrix):
         return cost.matrix
-    first, width = 1 + int(cost.matrix[0, 5]), cost.matrix.shape[1]
-    heights = cost.matrix[1:first].reshape(-1)[nodes]
-    above = -(-len(nodes) // width)
-    table = np.zeros((1 + above + len(cost.matrix) - first, width))
-    table[0], table[1 + above :] = cost.matrix[0], cost.matrix[first:]
-    table[0, 5] = above
-    table[1 : 1 + above].reshape(-1)[: len(nodes)] = heights
-    return table
+    first, columns = 1 + int(cost.matrix[0, 5]), int(cost.matrix[0, 6])
+    heights, header = cost.matrix[1:first].reshape(-1)[nodes], tuple(cost.matrix[0, :5].tolist())
+    return codes.relief_table(header, cost.matrix[first:, :columns], heights)
 
 
 def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:

@@ -1,23 +1,19 @@
-"""Cost of travel between two positions on a machine: the metric of the search, and the same in plain Python."""
+"""Cost and height of travel between positions on a machine."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.arrays import Point
+from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
-
-#: Cost of travel between two positions, s or mm.
-Travel = Callable[[Point, Point], float]
 
 #: Many orders of a grid take equally long, because the faster axis waits. A millionth of a second per mm selects the
 #: shortest of them and changes no measured time.
@@ -76,86 +72,33 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b` (mm), as computed by the kernels.
+    """Return the cost of travel from `a` to `b` (mm) over a level sheet, as computed in the search.
 
     Raises
     ------
     PlanError
-        The metric is for maps; only `kernels.cost` has the rules of TSPLIB.
+        The metric has costs of its own.
     """
-    if metric.name not in _COSTS:
+    from leafcut.kernels.cost import CODES, distance
+
+    if metric.name == "EXPLICIT":
         raise PlanError(f"the metric {metric.name} is one of maps, not of a machine")
-    cost = _COSTS[metric.name](metric, a, b)
-    if metric.relief is not None:
-        cost += _rise_and_fall(metric, metric.relief, a, b)
+    numbers = map(float, (*a, *b, *metric.velocity, *metric.acceleration, metric.per_mm))
+    cost = float(distance(CODES[metric.name], *numbers))
     if len(metric.zones) and touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]:
         cost += metric.lift
     return cost
 
 
-def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
-    """Return the travel height between two positions, mm: the higher of the two, or more.
+def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
+    """Return the height of travel from each position to the next, float64[n - 1], mm: the higher of the two, or more.
 
     For a straight move, the tiles that it touches count, with a small tolerance; with unsynchronised axes (`dogleg`),
     the whole box between the positions.
     """
-    ends = relief.at(np.array([a, b], dtype=np.float64))
-    (x0, y0), (x1, y1) = sorted([a, b], key=lambda point: (point[1], point[0]))
-    rows, columns = relief.safe.shape
-    tolerance = 0.0 if dogleg else 1e-6 * relief.side
-    first = max(math.floor((y0 - tolerance - relief.y) / relief.side), 0)
-    last = min(math.floor((y1 + tolerance - relief.y) / relief.side), rows - 1)
-    best = float(ends.max())
-    for row in range(first, last + 1):
-        left, right = x0, x1
-        if not dogleg and y1 > y0:
-            low, high = (
-                (relief.y + row * relief.side - tolerance - y0),
-                (relief.y + (row + 1) * relief.side + tolerance - y0),
-            )
-            low, high = (min(max(edge / (y1 - y0), 0.0), 1.0) for edge in (low, high))
-            left, right = x0 + low * (x1 - x0), x0 + high * (x1 - x0)
-        left, right = min(left, right), max(left, right)
-        start = max(math.floor((left - tolerance - relief.x) / relief.side), 0)
-        stop = min(math.floor((right + tolerance - relief.x) / relief.side), columns - 1)
-        if stop >= start:
-            best = max(best, float(relief.safe[row, start : stop + 1].max()))
-    return best
+    from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 
-
-def _rise_and_fall(metric: Metric, relief: Relief, a: Point, b: Point) -> float:
-    """Return the cost of rising at `a` to the travel height to `b`, and of descending there."""
-    height = way_height(relief, a, b, metric.name == "dogleg")
-    distances = height - relief.at(np.array([a, b], dtype=np.float64))
-    if metric.unit == "mm":
-        return float(distances.sum())
-    return float(sum(trapezoid_time(vertical, relief.velocity, relief.acceleration) for vertical in distances.tolist()))
-
-
-def _linear(metric: Metric, a: Point, b: Point) -> float:
-    """Seconds of a straight move: v = min v_i/|u_i|, a = min a_i/|u_i| along the unit vector u."""
-    distance = math.dist(a, b)
-    if distance == 0.0:
-        return 0.0
-    ux, uy = abs(b[0] - a[0]) / distance, abs(b[1] - a[1]) / distance
-    seconds = trapezoid_time(distance, _along(metric.velocity, ux, uy), _along(metric.acceleration, ux, uy))
-    return seconds + metric.per_mm * distance
-
-
-def _along(limits: Point, ux: float, uy: float) -> float:
-    return min(limits[0] / ux if ux else math.inf, limits[1] / uy if uy else math.inf)
-
-
-def _dogleg(metric: Metric, a: Point, b: Point) -> float:
-    """Seconds of the slower axis."""
-    axes = [trapezoid_time(abs(b[i] - a[i]), metric.velocity[i], metric.acceleration[i]) for i in (0, 1)]
-    return max(axes) + metric.per_mm * math.dist(a, b)
-
-
-_COSTS: dict[str, Callable[[Metric, Point, Point], float]] = {
-    "euclidean": lambda _, a, b: math.dist(a, b),
-    "chebyshev": lambda _, a, b: max(abs(a[0] - b[0]), abs(a[1] - b[1])),
-    "manhattan": lambda _, a, b: abs(a[0] - b[0]) + abs(a[1] - b[1]),
-    "linear": _linear,
-    "dogleg": _dogleg,
-}
+    header = (relief.x, relief.y, relief.side, relief.velocity, relief.acceleration)
+    heights, xy = np.zeros(len(xy) - 1), np.ascontiguousarray(xy, dtype=np.float64)
+    way_heights(DOGLEG if dogleg else LINEAR, xy, relief_table(header, relief.safe, relief.at(xy)), heights)
+    return heights

@@ -161,7 +161,10 @@ def test_the_proof_finds_exactly_the_moves_that_meet_the_part(count: int, sample
 
 
 def test_what_is_planned_too_low_is_not_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("leafcut.processes.drilling.plan.drill_toolpath.way_height", lambda *_: -50.0)
+    monkeypatch.setattr(
+        "leafcut.processes.drilling.plan.drill_toolpath.travel_heights",
+        lambda relief, xy, dogleg: np.full(len(xy) - 1, -50.0),
+    )
     with pytest.raises(VerifyError, match="meets the surface"):
         drilled(folder, algorithm="none")
 

@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.material.removal import engaged_way
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.feeds import NOTHING, divided
 
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 SHORTEST = 0.5
 #: Distance of the higher feed from the material, tool diameters: a step of the measurement.
 MARGIN = 0.05
-#: Shorter pieces are omitted, mm.
-NOTHING = 1e-3
 
 
 def with_air(
@@ -38,15 +37,15 @@ def with_air(
     rows = np.arange(len(pieces))
     ends = stations[np.searchsorted(path.piece, rows, side="right") - 1]
     starts = np.concatenate([[0.0], ends[:-1]])
-    divided = []
+    result = []
     for piece, start, end in zip(pieces, starts.tolist(), ends.tolist(), strict=True):
         if piece.kind not in ("rough", "link") or end - start <= NOTHING:
-            divided.append([piece])
+            result.append([piece])
             continue
         near = free[(free[:, 1] > start) & (free[:, 0] < end)]
         share = piece.path.length / (end - start)  # chords of arcs are shorter than these
-        divided.append(_divided(piece, (np.clip(near, start, end) - start) * share))
-    return _confirmed(pieces, divided, rules)
+        result.append(_with_air(piece, (np.clip(near, start, end) - start) * share))
+    return _confirmed(pieces, result, rules)
 
 
 def _confirmed(
@@ -82,16 +81,10 @@ def _free(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
     return long
 
 
-def _divided(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
+def _with_air(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
     """Divide a piece at the ends of air cuts, given in mm from its start."""
-    parts, at, length = [], 0.0, piece.path.length
+    parts, at = [], 0.0
     for start, end in free.tolist():
-        parts += [(at, start, piece.kind), (start, end, "air")]
+        parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]
         at = end
-    parts.append((at, length, piece.kind))
-    parts = [part for part in parts if part[1] - part[0] > NOTHING]
-    if len(parts) == 1:
-        return [PocketPiece(piece.path, parts[0][2])]
-    ends = [*(start for start, _, _ in parts[1:]), length]
-    starts = [0.0, *ends[:-1]]
-    return [PocketPiece(piece.path.piece(a, b), part[2]) for a, b, part in zip(starts, ends, parts, strict=True)]
+    return divided(piece, [*parts, (at, piece.kind, 1.0)])

@@ -32,7 +32,7 @@ SNAP = 0.1
 #: Cuts are planned wider by this margin, tolerances.
 WIDER = 2.0
 #: Shorter pieces are omitted, mm.
-_NOTHING = 1e-3
+NOTHING = 1e-3
 
 
 def with_feeds(
@@ -153,6 +153,20 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
     return merged, sizes
 
 
+def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
+    """Divide a piece into parts, each from its start, mm, with its kind and feed; short parts join the next."""
+    ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
+    kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > NOTHING]
+    if len(kept) < 2:
+        _, kind, feed = kept[0] if kept else min(parts, key=lambda part: part[2])
+        return [PocketPiece(piece.path, kind, feed)]
+    starts = [0.0, *(start for start, _, _ in kept[1:]), piece.path.length]
+    return [
+        PocketPiece(piece.path.piece(start, end), kind, feed)
+        for (start, end), (_, kind, feed) in zip(pairwise(starts), kept, strict=True)
+    ]
+
+
 class _Places:
     """Stations of the steps of a piece, mm: `steps` are their rows, `ends` their ends.
 
@@ -185,26 +199,15 @@ class _Places:
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
         """Divide a piece into parts with a constant feed."""
         length = piece.path.length
-        if not len(shares) or not length > _NOTHING:
+        if not len(shares) or not length > NOTHING:
             return [piece]
         if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
             # The tool may descend along a ring, so the ring stays whole.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))
-        at = [0.0, *(self._snapped(float(self.ends[k]), snap) for k in changes.tolist()), length]
-        kept = [
-            (a, float(shares[k]))
-            for (a, b), k in zip(pairwise(at), [*changes.tolist(), len(shares) - 1], strict=True)
-            if b - a > _NOTHING
-        ]
-        if len(kept) < 2:
-            return [PocketPiece(piece.path, piece.kind, kept[0][1] if kept else float(shares.min()))]
-        starts = [0.0, *(start for start, _ in kept[1:])]
-        ends = [*starts[1:], length]
-        return [
-            PocketPiece(piece.path.piece(start, end), piece.kind, share)
-            for start, end, (_, share) in zip(starts, ends, kept, strict=True)
-        ]
+        starts = [0.0, *(self._snapped(float(self.ends[k]), snap) for k in changes.tolist())]
+        values = shares[[*changes.tolist(), len(shares) - 1]].tolist()
+        return divided(piece, [(start, piece.kind, share) for start, share in zip(starts, values, strict=True)])
 
     def _snapped(self, place: float, snap: float) -> float:
         """Return a station, or the vertex near it."""

@@ -18,7 +18,7 @@ STEP = RULES.step_over
 
 def circle(x: float, y: float, radius: float, level: int) -> Ring:
     turn = np.linspace(0.0, math.tau, 240, endpoint=False)
-    return Ring(np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn)]), level)
+    return Ring.through(np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn)]), level)
 
 
 def some(seed: int) -> list[Ring]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -20,7 +19,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
-from leafcut.timing.travel import travel_metric, way_height
+from leafcut.timing.travel import travel_heights, travel_metric
 
 #: Tolerance of equal heights, mm.
 _SAME_HEIGHT = 1e-6
@@ -174,10 +173,8 @@ def _travel_heights(
     heights = np.full(len(xy), -np.inf)
     dogleg = machine.rapid_style == "dogleg"
     if relief is not None:
-        points = [(x, y) for x, y in xy.round(6).tolist()]
-        travel_heights = [way_height(relief, a, b, dogleg) for a, b in pairwise(points)]
         # Rounded up to the written precision, so that the move is never too low.
-        heights[1:] = np.ceil(np.array(travel_heights) * 1000.0 - 1e-6) / 1000.0
+        heights[1:] = np.ceil(travel_heights(relief, xy.round(6), dogleg) * 1000.0 - 1e-6) / 1000.0
     elif len(plan.zones) and not plan.always_initial:
         lifted = touches_any_zone(xy[:-1], xy[1:], plan.high_zones_for(operation.tool), dogleg=dogleg)
         heights[1:][lifted] = plan.clearance_height

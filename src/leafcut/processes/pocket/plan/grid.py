@@ -27,7 +27,7 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRule
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
-from leafcut.processes.pocket.plan.rings import Ring
+from leafcut.processes.pocket.plan.track import Ring
 
 #: Usual and minimum distance between points, tool diameters; closer points would clear the same area twice. The centre
 #: of four points is 0.71 distances away, so it is cleared if points are less than 0.7 diameters apart.
@@ -279,7 +279,7 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
     Outer walls are counter-clockwise and islands clockwise, with the wall on the right: climb milling.
     """
-    rings = [Ring(wall, 0) for wall in walls]
+    rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
     start = ring.station_of(place)
     loop = _without_repeats(ring.stretch(start, start + ring.length))

@@ -12,7 +12,8 @@ import shapely
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
+from leafcut.processes.pocket.plan.rings import NEAR, never
+from leafcut.processes.pocket.plan.track import Ring
 
 #: Distance of candidate joints along a ring, step-overs.
 STATION_STEP = 0.25

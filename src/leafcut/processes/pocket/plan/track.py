@@ -1,7 +1,8 @@
-"""A path as a line with stations: positions along it, and its nearest points to other positions."""
+"""Paths as lines with stations: positions along them, and their nearest points to other positions."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -41,3 +42,52 @@ class Track:
         long = np.maximum((along**2).sum(axis=1), 1e-18)
         share = np.clip(((places[row] - self.points[step]) * along).sum(axis=1) / long, 0.0, 1.0)
         return away, self.stations[step] + share * np.sqrt(long)
+
+
+@dataclass(frozen=True, eq=False)
+class Ring(Track):
+    """A closed path of the tool's centre, in the direction of travel; its last point is the first.
+
+    `level` is the distance from the wall in step-overs; 0 is along a wall.
+    """
+
+    level: int
+
+    @classmethod
+    def through(cls, points: Points, level: int) -> Ring:
+        """Return the ring through points without the closing point."""
+        return cls(np.vstack([points, points[:1]]), level)
+
+    @cached_property
+    def line(self) -> Any:
+        """The ring as a closed shapely LineString."""
+        return shapely.LineString(self.points)
+
+    @property
+    def length(self) -> float:
+        """Length of the ring, mm."""
+        return float(self.stations[-1])
+
+    def at(self, station: float) -> Points:
+        """Return the position at a station, which may exceed the length, float64[2]."""
+        place: Points = self.places(np.array([station]))[0]
+        return place
+
+    def places(self, stations: Points) -> Points:
+        """Return the positions at stations, which may exceed the length, float64[n, 2]."""
+        return super().places(stations % self.length)
+
+    def stretch(self, start: float, end: float) -> Points:
+        """Return the points from one station to another (end ≥ start), float64[m, 2]."""
+        points, own = self.points[:-1], self.stations[:-1]
+        lap, last = math.floor(start / self.length), math.floor(end / self.length)
+        parts = [self.at(start)[None]]
+        while lap <= last:
+            a, b = np.searchsorted(own, (start + 1e-9 - lap * self.length, end - 1e-9 - lap * self.length))
+            parts.append(points[a:b])
+            lap += 1
+        return np.vstack([*parts, self.at(end)[None]])
+
+    def station_of(self, place: Points) -> float:
+        """Return the station of the point nearest to a position."""
+        return float(self.nearest(np.asarray(place)[None, :2])[1][0])
