@@ -57,7 +57,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="required for pockets, and for holes without --thickness",
+        default_words="must be given, for holes unless the thickness is",
         of_file=True,
     )
     thickness: float | None = option(
@@ -67,7 +67,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="required for sheets, and for holes without --depth",
+        default_words="unknown; must be given for sheets, and for holes unless the depth is",
         of_file=True,
     )
     break_through: float = option(

@@ -148,9 +148,7 @@ class _JobOptions1(TypedDict, total=False):
 class _JobOptions2(TypedDict, total=False):
     # Of optimize, drill, pocket, tool_speeds.
     depth: Quantity | None
-    """Depth of blind holes or pockets below Z0 (mm; default: required for pockets, and for holes without
-    --thickness).
-    """
+    """Depth of blind holes or pockets below Z0 (mm; default: must be given, for holes unless the thickness is)."""
     break_through: Quantity | None
     """Break-through: how far through holes go below the plate (mm; default: 0.5mm)."""
     retract_height: Quantity | None
@@ -174,8 +172,8 @@ class _JobOptions2(TypedDict, total=False):
 class _JobOptions3(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, simulate, tool_speeds, verify.
     thickness: Quantity | None
-    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: required for sheets, and for
-    holes without --depth).
+    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown; must be given for
+    sheets, and for holes unless the depth is).
     """
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
