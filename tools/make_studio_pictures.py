@@ -179,10 +179,11 @@ def press(page: Page, name: str) -> None:
 
 
 def run(page: Page, file: Path) -> None:
-    """Open a file and run it."""
+    """Open the drawing of a plate and run it."""
     page.set_input_files("#open-file", file)
     page.locator(".about-part .name", has_text=file.name).wait_for()
     page.wait_for_timeout(500)
+    fill(page, "Thickness", "0.25in")
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("#result-panel", timeout=LONG)
 
