@@ -138,7 +138,7 @@ def cut(
     shank = np.where(_shank_collides(moves, table[:, 8], cutters, field.cell), table[:, 6], 0.0)
     return Removed(
         table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5], shank, table[:, 7]
-    )  # fmt: skip
+    )
 
 
 class _ToolRun(NamedTuple):
@@ -168,10 +168,18 @@ def _sweep_strip(
 def _part_rows(parts: Sequence[BodyPart]) -> Floats:
     """Return the parts above the flutes as kernel input, float64[b, 8]."""
     rows = [
-        (part.radius, part.flat, 0.0, part.flat, 0.0, 0.0 if math.isinf(part.slope) else part.slope, part.above,
-         float(part.body is Body.HOLDER))
+        (
+            part.radius,
+            part.flat,
+            0.0,
+            part.flat,
+            0.0,
+            0.0 if math.isinf(part.slope) else part.slope,
+            part.above,
+            float(part.body is Body.HOLDER),
+        )
         for part in parts
-    ]  # fmt: skip
+    ]
     return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 

@@ -88,9 +88,8 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
     ValueError
         The fields have different cells.
     """
-    if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
-        after.x, after.y, after.cell,
-    ):  # fmt: skip
+    first, second = ((field.heights.shape, field.x, field.y, field.cell) for field in (before, after))
+    if first != second:
         raise ValueError("height fields of different cells cannot be compared")
     return _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
 
@@ -98,13 +97,10 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
 def _outside(field: NDArray[np.float32], reference: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
     """Return the cells of a field that are higher or lower than all nine cells of the other field there."""
     low, high = reference.copy(), reference.copy()
-    for axis in (0, 1):
-        for extreme, bound in ((np.minimum, low), (np.maximum, high)):
-            shifted = bound.copy()
-            upper, lower = (slice(1, None), slice(None, -1)) if axis == 0 else (
-                (slice(None), slice(1, None)), (slice(None), slice(None, -1))
-            )  # fmt: skip
-            extreme(bound[upper], shifted[lower], out=bound[upper])
-            extreme(bound[lower], shifted[upper], out=bound[lower])
+    for extreme, whole in ((np.minimum, low), (np.maximum, high)):
+        for bound in (whole, whole.T):
+            shifted = bound.copy(order="K")
+            extreme(bound[1:], shifted[:-1], out=bound[1:])
+            extreme(bound[:-1], shifted[1:], out=bound[:-1])
     outside: NDArray[np.bool_] = (field < low - tolerance) | (field > high + tolerance)
     return outside

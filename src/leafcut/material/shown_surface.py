@@ -41,9 +41,14 @@ def block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
 
 
 def field_of_surface(
-    mesh: Mesh, stock: ShownStock, block: StockBlock, origin: tuple[float, float], cell: float,
-    moves: StraightMoves, cutters: dict[int, Cutter],
-) -> tuple[HeightField, NDArray[np.bool_]]:  # fmt: skip
+    mesh: Mesh,
+    stock: ShownStock,
+    block: StockBlock,
+    origin: tuple[float, float],
+    cell: float,
+    moves: StraightMoves,
+    cutters: dict[int, Cutter],
+) -> tuple[HeightField, NDArray[np.bool_]]:
     """Return a surface as cells of a block, and the cells of its fixtures.
 
     The block and the moves are relative to an origin. For a finished part, holes drilled by the moves are filled.
@@ -99,9 +104,7 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
 def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
     """Return the rows and columns of the cells whose centres lie in a rectangle."""
     spans = []
-    for start, first, last, size in zip(
-        (field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True
-    ):  # fmt: skip
+    for start, first, last, size in zip((field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True):
         edges = math.ceil((first - start) / field.cell), math.floor((last - start) / field.cell) + 1
         spans.append(slice(*(min(max(edge, 0), size) for edge in edges)))
     return spans[0], spans[1]

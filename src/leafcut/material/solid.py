@@ -139,9 +139,7 @@ def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = uns
     shift = np.array([*origin, 0.0, *origin, 0.0])
     moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
     if stock.surface is not None:
-        before, held = field_of_surface(
-            stock.surface, stock, _moved(block, origin), origin, cell, moves, cutters
-        )  # fmt: skip
+        before, held = field_of_surface(stock.surface, stock, _moved(block, origin), origin, cell, moves, cutters)
     else:
         before = HeightField.of_block(_moved(block, origin), cell)
         held = np.zeros(before.heights.shape, dtype=np.bool_)
@@ -152,11 +150,19 @@ def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = uns
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
     return Solid(
-        origin, block, before, after, held, moves, tools, cutters, bodies,
+        origin,
+        block,
+        before,
+        after,
+        held,
+        moves,
+        tools,
+        cutters,
+        bodies,
         cut_width(removed, radius, cell) / (2.0 * radius),
         np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
         _collisions(moves, removed, bodies, block, origin),
-    )  # fmt: skip
+    )
 
 
 def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:

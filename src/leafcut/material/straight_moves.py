@@ -56,7 +56,7 @@ class StraightMoves:
         selected = np.isin(self.tool, list(numbers))
         return replace(
             self, ends=self.ends[selected], row=self.row[selected], rapid=self.rapid[selected], tool=self.tool[selected]
-        )  # fmt: skip
+        )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
         """Return the lowest and highest corner of the area swept by tools on some moves, at least one, mm.

@@ -34,9 +34,18 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 _MAIN = (
-    "machine", "tools", "tool_diameter", "depth", "strategy", "step_over", "step_down", "entry", "feed", "outline",
+    "machine",
+    "tools",
+    "tool_diameter",
+    "depth",
+    "strategy",
+    "step_over",
+    "step_down",
+    "entry",
+    "feed",
+    "outline",
     "pixel_size",
-)  # fmt: skip
+)
 #: Suitability of drawings with layers named for pockets, and without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for ordering several pockets.

@@ -102,9 +102,20 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     run = run.for_dialect(words)
     check_dialect_options(settings, run.machine, words)
     job = PocketJob(
-        run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
-        tuple(tops), solid, made_for,
-    )  # fmt: skip
+        run,
+        part,
+        rules,
+        levels,
+        tuple(around),
+        heights,
+        data,
+        words,
+        _xy(settings.job.start_point),
+        limits,
+        tuple(tops),
+        solid,
+        made_for,
+    )
     refuse_missing(settings, source, (*part.issues, *left))
     refuse_too_large(check_envelope(_box(job), run.machine), part, settings)
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]

@@ -137,11 +137,12 @@ def _issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issu
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
         Issue(
-            "L701", f"{name}: {_where(place)} is cut off: {tool} cannot enter it",
+            "L701",
+            f"{name}: {_where(place)} is cut off: {tool} cannot enter it",
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
-    ]  # fmt: skip
+    ]
     if rest := off[NAMED_PLACES:]:
         work = MissingWork("place", len(rest), tuple(place.place for place in rest))
         issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}", missing=work))

@@ -100,10 +100,18 @@ def measured_chips(
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
-        tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
-        float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
+        tool.number,
+        tool.label,
+        (limits.feed, limits.feed),
+        (low, high),
+        float(before.max(initial=0.0)),
+        float(chip.max(initial=0.0)),
+        limits.chip,
+        True,
+        rate_before,
+        float(rate.max(initial=0.0)),
         tuple(_limits(samples, ramps, limits)),
-    )  # fmt: skip
+    )
     rows = {level.cuts[k].row for level in samples for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
     return MeasuredChips(pace, changed, tuple(shorten(wrong)))
@@ -136,10 +144,15 @@ def _levels(
         chip = chip_at(engaged, feed, turns)
         met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
         yield _Places(
-            there, path.piece[met], feed[met], chip[met],
-            (chip * limits.feed / feed)[met], power_at(engaged, feed, limits)[met],
-            power_at(engaged, limits.feed, limits)[met], removal_rate(engaged, feed, limits)[met],
-        )  # fmt: skip
+            there,
+            path.piece[met],
+            feed[met],
+            chip[met],
+            (chip * limits.feed / feed)[met],
+            power_at(engaged, feed, limits)[met],
+            power_at(engaged, limits.feed, limits)[met],
+            removal_rate(engaged, feed, limits)[met],
+        )
 
 
 def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:

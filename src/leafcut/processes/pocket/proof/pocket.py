@@ -54,9 +54,13 @@ class PocketCut:
 
 
 def check_pockets(
-    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float], retract: float,
+    written: Toolpath,
+    pockets: Sequence[Pocket],
+    rules: PocketRules,
+    depths: Sequence[float],
+    retract: float,
     tops: Sequence[float] = (),
-) -> list[Difference]:  # fmt: skip
+) -> list[Difference]:
     """Return the gouges and dangerous rapids of a program; an empty list is the proof.
 
     1. No feed move is deeper than its pocket, and no feed move below the surface, whether it clears, enters or links,

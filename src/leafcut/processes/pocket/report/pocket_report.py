@@ -120,9 +120,13 @@ class PocketReport(PathReport[PocketDetail]):
             Fact("counts.pockets", number, "", count(number, "pocket") + size),
             Fact("counts.islands", islands, "", count(islands, "island") if islands else ""),
             Fact("counts.levels", levels, "", count(levels, "level") if levels else ""),
-            Fact("counts.tools", len({o.tool.number for o in self.outcome.operations}), "",
-                 f"end mill Ø{tool.diameter:g}"),
-        ]  # fmt: skip
+            Fact(
+                "counts.tools",
+                len({o.tool.number for o in self.outcome.operations}),
+                "",
+                f"end mill Ø{tool.diameter:g}",
+            ),
+        ]
 
     def savings(self) -> list[Fact]:
         """Return the savings of feeds by engagement, if requested."""
@@ -155,8 +159,9 @@ class PocketReport(PathReport[PocketDetail]):
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
         asked = said(
             "{asked} mm asked for; passes that meet in the middle: {middle} mm apart",
-            asked=f"{rules.step_over:.4g}", middle=f"{m.max_core:.2f}",
-        )  # fmt: skip
+            asked=f"{rules.step_over:.4g}",
+            middle=f"{m.max_core:.2f}",
+        )
         floor = said("area ÷ step-over is {length}", length=length_words(m.floor_mm))
         mean = said("at most; {angle} on average", angle=angle_words(plain["mean_engagement_deg"]))
         facts = [
