@@ -192,7 +192,7 @@ _STATES = {
     "Door": "stopped by its safety door",
     "Sleep": "asleep",
     "Tool": "waiting for a tool change",
-    "Stopped": "stopped without deceleration; it may have lost steps",
+    "Stopped": "stopped without deceleration, and may have lost steps",
     # FluidNC, Types.h: `State`. Most versions report Alarm for both.
     "ConfigAlarm": "locked, as its configuration is invalid: see its messages at start-up",
     "Critical": "locked by a critical event: check its switches, and reset it",
