@@ -44,9 +44,11 @@ def press_run(page: Page) -> None:
     """Press Run; holes of a drawing without a depth go 3 mm deep."""
     drilled = page.get_by_role("radiogroup", name="Work", exact=True).locator("input[value=drill]:checked").count()
     solid = re.search(r"\.ste?p$", page.locator(".about-part .name").inner_text())
-    given = ("Thickness", "Depth")
-    if drilled and not solid and not any(page.get_by_label(name, exact=True).input_value() for name in given):
-        typed(page, "Depth", "3")
+    form = page.locator("#view-work")
+    given = [form.get_by_label(name, exact=True) for name in ("Thickness", "Depth")]
+    if drilled and not solid and not any(field.input_value() for field in given):
+        given[1].fill("3")
+        given[1].blur()
     page.get_by_role("button", name="Run", exact=True).click()
 
 

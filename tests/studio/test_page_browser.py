@@ -206,6 +206,7 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
 def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: Page) -> None:
     """With Shift a letter is a layer's, in the drawing alone; M goes through what can be compared."""
     opened(page, PLATE)
+    typed(page, "Depth", "3")
     drawing = page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last
     layer = page.locator("[data-layer=rapids] input")
     page.keyboard.press("Shift+R")
