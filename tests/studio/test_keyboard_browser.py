@@ -49,6 +49,7 @@ def test_a_search_that_is_stopped_by_key_leaves_the_focus_on_the_page(page: Page
     opened(page, PLATE)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
+    typed(page, "Depth", "3mm")
     page.get_by_role("button", name="Run", exact=True).press("Enter")
     stop = page.get_by_role("button", name="Stop, keep the best")
     expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)

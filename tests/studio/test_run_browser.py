@@ -45,6 +45,7 @@ def test_a_press_straight_after_a_field_that_makes_the_file_be_read_again_begins
 ) -> None:
     opened(page, many_holes(tmp_path))
     page.get_by_label("Search effort", exact=True).select_option("fast")
+    typed(page, "Depth", "3mm")
     page.get_by_text("Reading the file").click()
     for label, value, name in (
         ("Min diameter", "1mm", "min_diameter"),
