@@ -96,7 +96,7 @@ def test_a_point_with_missing_or_impossible_numbers_is_skipped_with_its_line(tex
         ('<map>\n<city x="1" y="2">\n</map>', 3, "not well-formed"),
         ('<map units="parsec"><city x="1" y="2"/></map>', 1, "unknown units 'parsec'"),
         ('<map units="milimeter"><city x="1" y="2"/></map>', 1, "unknown units"),
-        ("<map><town x='1' y='2'/></map>", None, "there is none of <city>"),
+        ("<map><town x='1' y='2'/></map>", None, "expected <city>"),
         ('<map>\n<city x="a" y="2"/></map>', 2, "no usable points"),
         ("<map/>", None, "no points"),
     ],

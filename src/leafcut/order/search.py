@@ -23,7 +23,7 @@ Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class AlgorithmRun:
-    """Arguments of an algorithm besides the instance: the options, and the best tour with the stopping criteria."""
+    """Arguments of an algorithm other than the instance: options, best tour, and stopping criteria."""
 
     options: SolveOptions
     aco: AcoOptions
@@ -81,7 +81,7 @@ def search(population: Population, best: Best) -> int:
 
 
 def until_interrupted(work: Callable[[], int], best: Best) -> int:
-    """Run `work` and return its iterations; Ctrl-C ends it and keeps the best tour, if there is one."""
+    """Run `work` and return its iterations; Ctrl-C ends it and keeps the best tour, if any."""
     try:
         return work()
     except KeyboardInterrupt:

@@ -79,7 +79,7 @@ class TomlTable:
         return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
 
     def with_value(self, key: str, value: Any) -> TomlTable:
-        """Return a copy of the table with another value of one key."""
+        """Return the table with a different value for a key."""
         return TomlTable({**self.values, key: value}, self.place, {*self.values, key})
 
     def optional(self, key: str, read: Callable[[str], T]) -> T | None:

@@ -123,9 +123,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     point_map = _parse(source)
     if not point_map.points:
         tags = ", ".join(f"{n} <{shown(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
-        raise ReadError(
-            source.path, f"no points: there is none of <{'>, <'.join(POINT_TAGS)}>, but {tags or 'nothing'}"
-        )
+        raise ReadError(source.path, f"no points: expected <{'>, <'.join(POINT_TAGS)}>, found {tags or 'nothing'}")
     factor = factor_of(options, point_map.units)
     holes, issues = [], []
     for point in point_map.points:

@@ -1,4 +1,4 @@
-"""Answers for several inputs of one command: one table on the terminal, one JSON object."""
+"""Answers for several inputs of a command: a table on the terminal, or a JSON object."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
     console.print(table)
     console.print("")
     failed = sum("error" in row for row in rows)
-    footer = [f"refused   {count(failed, 'input')}, as told above", *lines] if failed else lines
+    footer = [f"refused   {count(failed, 'input')}, listed above", *lines] if failed else lines
     for line in footer:
         console.print(Text(clean(line), overflow="fold"))
     if footer:
@@ -146,7 +146,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
 
 
 def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
-    """Return the page of a batch; `rows` are those of its table, as dicts."""
+    """Return the page of a batch; `rows` are the rows of its table, as dicts."""
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
     done = [row for row in rows if row["state"] == "written"]
