@@ -17,8 +17,7 @@ The source contradicts itself or is silent about two points, which are options.
 - `--short-inversions`: the source gives no length of a short inversion. `tenth` is 2 … h/10 nodes, `distance` 2 … A
   nodes, as Jati and Suyanto.
 
-The defaults fit the published tables best: with them, the numbers of fireflies that do not differ by LSD are the
-published ones, 11 and 12 for a simple pocket, 10 to 12 for a complex one (`docs/experiments.md`).
+The defaults fit the published tables best (`docs/experiments.md`).
 
 Decided here: the number β is rounded down; every result is one inversion of a current tour; the percentages are shares
 of the iterations or of the time limit.
