@@ -139,6 +139,13 @@ def test_a_message_to_a_work_reaches_it_even_before_its_start_but_no_later_work(
     assert later.answer.result(60) == JobResult({}, {}, {})
 
 
+def test_a_late_message_of_a_work_does_not_reach_the_next_one(workers: StudioWorkers) -> None:
+    StudioWork(workers).run(works.leave_a_message)
+    later, messages = StudioWork(workers), list[Any]()
+    later.run(works.wait_a_moment, on_message=messages.append)
+    assert [type(message) for message in messages] == [Progress]
+
+
 def test_the_end_of_the_studio_ends_working_and_idle_processes(tmp_path: Path, workers: StudioWorkers) -> None:
     old = tmp_path / "work" / "left" / "by-a-killed-studio"
     old.mkdir(parents=True)

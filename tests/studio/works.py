@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,17 @@ def die(link: Link, *_: Any) -> None:
     """End as a process does that the system kills."""
     link.report(Progress("searching"))
     os.kill(os.getpid(), signal.SIGKILL if os.name == "posix" else signal.SIGTERM)
+
+
+def leave_a_message(link: Link) -> None:
+    """Send a message after the end of the work, as the answer to a page may come."""
+    threading.Timer(0.05, link.observer.look).start()
+
+
+def wait_a_moment(link: Link) -> None:
+    """Report once the message of the work before has been sent."""
+    time.sleep(0.3)
+    link.report(Progress("late"))
 
 
 def number_of_process(_: Link) -> int:

@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from leafcut.studio.jobs import run_job
@@ -31,19 +32,20 @@ def main() -> None:
             answers.write(data)
             answers.flush()
 
-    link, busy = Link(send), threading.Event()
+    link, busy = Link(lambda _: None), threading.Event()
     try:
         while True:
             name, *arguments = pickle.load(sys.stdin.buffer)
             if name == "get_ready":
                 threading.Thread(target=_get_ready, args=(busy,), daemon=True).start()
             elif name == "run":
-                function, values, messages = arguments
+                work, function, values, messages = arguments
                 busy.set()
-                link = Link(send)
+                send_for = partial(_send_for, send, work)
+                link = Link(send_for)
                 for message, words in messages:
                     link.obey(message, *words)
-                threading.Thread(target=_work, args=(link, send, function, values), daemon=True).start()
+                threading.Thread(target=_work, args=(link, send_for, function, values), daemon=True).start()
             else:
                 link.obey(name, *arguments)
     except EOFError:
@@ -52,6 +54,11 @@ def main() -> None:
         if os.name == "posix" and os.getpgrp() == os.getpid():
             os.killpg(0, signal.SIGKILL)  # with the processes that a work has started
         os._exit(0)
+
+
+def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
+    """Send a message with the number of its work: an answer to a page may come after the end of the work."""
+    send((work, message))
 
 
 def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

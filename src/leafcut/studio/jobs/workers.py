@@ -6,6 +6,7 @@ side notices the end of the other by the end of its pipe.
 
 from __future__ import annotations
 
+import itertools
 import os
 import pickle
 import shutil
@@ -28,6 +29,8 @@ from leafcut.model.heartbeat import Progress
 _MAX_IDLE = 2
 #: Maximum duration of a work after which its process is used again, s. The end of a process frees its memory.
 _LONG_SECONDS = 10.0
+#: Numbers of works, which their messages carry.
+_NUMBERS = itertools.count()
 _COMMAND = (sys.executable, "-P", "-c", "from leafcut.studio.jobs.work_process import main; main()")
 
 
@@ -188,6 +191,7 @@ class StudioWork:
 
     def __init__(self, workers: StudioWorkers) -> None:
         self._workers = workers
+        self._number = next(_NUMBERS)
         self._lock = threading.Lock()
         self._process: _Process | None = None
         #: Messages for a work that has not started: name → arguments.
@@ -208,14 +212,18 @@ class StudioWork:
             if self._cancelled:
                 raise WorkError("cancelled")
             self._process = process = self._workers.take()
-            process.send("run", function, arguments, list(self._pending.items()))
+            process.send("run", self._number, function, arguments, list(self._pending.items()))
         began, step, answer = time.monotonic(), "", None
         try:
             self._workers.get_ready()
-            while not isinstance(answer := process.receive(), Done | Failed):
+            while not isinstance(answer, Done | Failed):
+                number, message = process.receive()
+                if number != self._number:  # a late message of the work before
+                    continue
+                answer = message
                 if isinstance(answer, Progress):
                     step = answer.step
-                if on_message is not None:
+                if on_message is not None and not isinstance(answer, Done | Failed):
                     on_message(answer)
         except EOFError:
             status = process.kill()
