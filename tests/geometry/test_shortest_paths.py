@@ -48,13 +48,14 @@ def test_a_path_keeps_the_radius_from_standing_polygons_and_ignores_others() -> 
     assert obstacles.path_around(a, b, {0}, 2.0) == corners
 
 
-def test_no_path_crosses_a_wall_whatever_stands() -> None:
-    """A wall beside the first square closes the shorter side."""
+@pytest.mark.parametrize("radius", [0.0, 2.0])
+def test_no_path_crosses_a_wall_whatever_stands(radius: float) -> None:
+    """A wall beside the first square closes the shorter side, also to a line between two of its corners."""
     wall = shapely.box(-2, -30, 12, -0.5)
     a, b = (-5.0, 4.0), (12.5, 4.0)
-    corners = ObstacleMap(SQUARES, {-1: wall}).path_around(a, b, {0}, 0.0)
+    corners = ObstacleMap(SQUARES, {-1: wall}).path_around(a, b, {0}, radius)
     assert corners is not None
-    assert {y for _, y in corners} == {10.0 + MARGIN}
+    assert {y for _, y in corners} == {10.0 + max(MARGIN, radius + BESIDE)}
 
 
 def test_a_head_enclosed_by_standing_polygons_has_no_path() -> None:

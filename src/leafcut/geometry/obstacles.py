@@ -226,8 +226,9 @@ class ObstacleMap:
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs, in the order of the lines, of a line and a polygon that it crosses or approaches."""
-        # A line whose ends are no ends of the path comes within the radius of all polygons that it crosses.
-        some = np.flatnonzero(ends.any(axis=1) | (radius <= DEPTH))
+        # A line whose ends are no ends of the path comes within the radius of all polygons that it crosses, but the
+        # distance from walls is not measured.
+        some = np.flatnonzero(ends.any(axis=1) | (radius <= DEPTH) | bool(self._walls))
         at, what = self._inner.query(shapely.linestrings(lines[some]), predicate="intersects")
         near, by = self._approached(lines, ends, radius)
         which, parts = np.concatenate([some[at], near]), np.concatenate([what, by])
