@@ -145,6 +145,23 @@ def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old:
     assert words in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('base = "heidenhain"\nend_word = ""', "ours.toml:2: 'end_word' is '', but must be M30 in the language klartext"),
+        ('base = "siemens"\nlength_offset = ""', "'length_offset' is '', but must be edge in the language sinumerik"),
+    ],
+)
+def test_a_word_that_the_language_of_a_controller_requires_cannot_be_changed(
+    text: str, words: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "ours.toml"
+    file.write_text(text)
+    with pytest.raises(OptionError) as refused:
+        dialect(str(file))
+    assert words in str(refused.value)
+
+
 def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: Path) -> None:
     file = tmp_path / "ours.toml"
     file.write_text('base = "linuxcnc"\nextension = ".tap"\n')

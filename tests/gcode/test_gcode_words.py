@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PostError
 from leafcut.gcode.numbers import NumberFormat, format_number
-from leafcut.gcode.words import BlockError, Word, lines, tokenise
+from leafcut.gcode.words import BlockError, Word, lines, tokenise, without_word
 
 
 def pairs(line: str) -> list[tuple[str, float]]:
@@ -148,3 +148,20 @@ def test_a_feed_of_nothing_cannot_be_written() -> None:
     for feed in (0.0, 1e-6, -1.0):
         with pytest.raises(PostError):
             numbers.feed(feed)
+
+
+@pytest.mark.parametrize(
+    ("line", "rest"),
+    [
+        ("G1 X1 F#<w>", "G1 X1  "),
+        ("(F#<w>) G1 F#<w> X1", "(F#<w>) G1   X1"),
+        ("G1 F#<w> (F#<w>)", "G1   (F#<w>)"),
+        ("(F#<w>) G1", None),
+        ("G1 ; F#<w>", None),
+        ("(a;b) F#<w>", "(a;b)  "),
+        ("G1", None),
+    ],
+)
+def test_a_word_of_the_controller_is_removed_from_the_code_and_not_from_comments(line: str, rest: str | None) -> None:
+    assert without_word(line, "F#<w>") == rest
+    assert without_word(line, "") is None

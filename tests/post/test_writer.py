@@ -402,11 +402,11 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_no_feed, "mach3", "give the tool a feed"),
         (_too_far, "mach3", "out of range of any machine"),
         (_peck_of_nothing, "haas", "needs the depth of a peck"),
-        (_arc_of_nothing, "grbl", "equal at the program's number of decimals"),
+        (_arc_of_nothing, "grbl", "less than two units of the last decimal apart"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
         (_arc_from_nowhere, "linuxcnc", "an arc from a place that is not known"),
-        (_cut_to_nowhere, "linuxcnc", "a cut to a place that is not known"),
-        (_drill_nowhere, "linuxcnc", "a hole while the place of the tool is not known"),
+        (_cut_to_nowhere, "linuxcnc", "a cut to an unknown position"),
+        (_drill_nowhere, "linuxcnc", "a hole while the position of the tool is unknown"),
     ],
 )
 def test_what_could_break_something_is_refused(fault: object, name: str, reason: str) -> None:

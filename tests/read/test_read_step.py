@@ -326,7 +326,7 @@ def test_the_point_of_a_drill_ends_at_a_flat_floor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda data: data[: len(data) // 2], "is cut off"),
+        (lambda data: data[: len(data) // 2], "is truncated"),
         (lambda data: b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "STEP file"),
         (lambda data: data.replace(b"CYLINDRICAL_SURFACE", b"NOTHING_AT_ALL____X"), "has no solid"),
         (lambda data: data.replace(b"MANIFOLD_SOLID_BREP", b"GEOMETRIC_CURVE_SET"), "STEP file"),

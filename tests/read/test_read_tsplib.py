@@ -74,7 +74,7 @@ def coordinates(section, n=2, weight="EUC_2D"):
         (coordinates("1 0 0\n2 1 1\n").replace("COMMENT", "?"), 3, "neither a key nor numbers"),
         (explicit("UPPER_ROW", "1 2 3 4 5"), 8, "needs 6 numbers"),
         (explicit("FULL_MATRIX", "0 1 2 3 9 0 4 5 2 4 0 6 3 5 6 0"), None, "not symmetric"),
-        (explicit("FUNNY", "1"), 6, "'FUNNY' is not known; choose one of FULL_MATRIX"),
+        (explicit("FUNNY", "1"), 6, "'FUNNY' is unknown; choose one of FULL_MATRIX"),
         (HEAD.format(4, "EXPLICIT") + "EDGE_WEIGHT_FORMAT: UPPER_ROW\nEOF\n", None, "EDGE_WEIGHT_SECTION is missing"),
     ],
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import ezdxf
 import httpx2
+from PIL import Image
 from playwright.sync_api import Page, expect
 from studio_page import (
     LONG,
@@ -411,7 +412,7 @@ def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Pag
     assert red > 2 * max(green, blue)
 
 
-def test_a_picture_is_asked_for_its_width_on_the_drawing(page: Page) -> None:
+def test_a_picture_is_asked_for_its_width_on_the_drawing(page: Page, tmp_path: Path) -> None:
     """A picture of 520 pixels that is 104 mm wide has pixels of 0.2 mm."""
     opened(page, PLATE.with_name("pocket.png"))
     expect(page.locator(".inviting")).to_contain_text("520 × 360 pixels")
@@ -425,6 +426,10 @@ def test_a_picture_is_asked_for_its_width_on_the_drawing(page: Page) -> None:
     expect(page.get_by_label("Pixel size", exact=True)).to_have_value("0.2mm")
     expect(page.locator(".about-part")).to_contain_text("Pockets")
     expect(page.locator("#said")).to_be_empty()
+    other = tmp_path / "other.png"
+    Image.new("L", (300, 100), 255).save(other)
+    opened(page, other)  # the scale of one picture says nothing about the next
+    expect(page.locator(".inviting")).to_contain_text("300 × 100 pixels")
 
 
 def test_the_keys_of_the_page_work_after_a_file_was_chosen_in_the_dialog(page: Page) -> None:

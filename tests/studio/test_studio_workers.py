@@ -22,8 +22,10 @@ from websockets.exceptions import InvalidState
 from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import JobState
-from leafcut.studio.jobs.run_job import JobResult
+from leafcut.studio.jobs.link import Link
+from leafcut.studio.jobs.run_job import JobResult, run
 from leafcut.studio.jobs.task import Task
+from leafcut.studio.jobs.work_process import READY_TASK
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 from leafcut.studio.server.app import _server
 from leafcut.studio.studio import Studio
@@ -125,6 +127,11 @@ def test_a_process_is_used_again_after_a_short_work_but_not_after_a_cancelled_on
     assert StudioWork(workers).run(works.number_of_process) != first
     with pytest.raises(WorkError, match="cancelled"):
         doing.work.run(works.number_of_process)
+
+
+def test_the_job_that_prepares_a_process_succeeds() -> None:
+    """Its errors are not shown to anyone."""
+    assert "program" in run(Link(lambda _: None), READY_TASK, ("plate-10",)).artefacts
 
 
 def test_a_message_to_a_work_reaches_it_even_before_its_start_but_no_later_work(workers: StudioWorkers) -> None:

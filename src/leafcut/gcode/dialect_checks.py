@@ -49,6 +49,9 @@ _PATTERNS = {
 _BOUNDS = {"max_line": (40, 10_000), "decimals_mm": (2, 6), "decimals_inch": (3, 7)}
 _ANY_BOUNDS = (0, 9999)
 
+#: Values of keys that a language requires, because its writer and its reader know no others.
+_REQUIRED = {"klartext": {"end_word": "M30", "stop_word": "M0"}, "sinumerik": {"length_offset": "edge"}}
+
 #: Placeholders for the beam power and the material number in the words of a torch.
 POWER, NUMBER = "{power}", "{number}"
 _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
@@ -115,6 +118,9 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         for word in words:
             if word not in known:
                 yield key, f"has '{_shown(word)}', which is no {letter} word that leafcut understands"
+    for key, value in _REQUIRED.get(table["language"], {}).items():
+        if table[key] != value:
+            yield key, f"is '{table[key]}', but must be {value} in the language {table['language']}"
     known_words = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
         if table[key] and table[key] not in known_words:

@@ -47,6 +47,7 @@ from leafcut.units import MM_PER_UNIT
 
 #: G38.2 as a motion.
 _PROBE = 38
+_SET_OFFSETS = 100
 _PROBES = (382, 383, 384, 385)
 _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles of `model.cycles`; G76, G87 and G88 wait for the operator or move aside at the bottom.
@@ -608,7 +609,7 @@ class Interpreter:
             state.rounds = code == 640
 
     def _compensation(self, code: int, letters: dict[str, Word]) -> None:
-        """Radius compensation: a row RADIUS when the mode or the register changes."""
+        """Radius compensation: a row RADIUS when the mode changes or D is stated."""
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         if not state.keeps_unknown:
@@ -781,6 +782,8 @@ class Interpreter:
         elif special is not None and chooses_origin(special):
             if "motion" in g:
                 raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+            if special == _SET_OFFSETS:
+                raise BlockError("G10 changes stored offsets, which no program of leafcut does")
             run_origin(state, special, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:

@@ -201,7 +201,8 @@ class Program:
 
     def blocks_of(self, rows: ArrayLike) -> NDArray[np.int64]:
         """Return the blocks of rows of `path`, int64[k]."""
-        return np.asarray(self.first.searchsorted(rows, side="right")) - 1
+        # Keys of another type would copy `first` at every call.
+        return self.first.searchsorted(np.asarray(rows, dtype=self.first.dtype), side="right") - 1
 
     def modal(self, block: int) -> Modal:
         """Return the modal state before a block; for `n_blocks`: at the end."""

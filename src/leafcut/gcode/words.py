@@ -23,6 +23,7 @@ MAX_NUMBER = 1e9
 NUMBER = r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)"
 _WORD = re.compile(rf"[ \t]*([A-Za-z$])[ \t]*({NUMBER})")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
+_IN_PARENTHESES = re.compile(r"\([^()]*\)")
 _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
 
@@ -126,10 +127,13 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
 
 def without_word(line: str, word: str) -> str | None:
     """Return a line without a word of its controller, or None if the word is empty or only in comments."""
-    if not word or word not in line or word not in split_line(line, nested=True)[0]:
-        return None
-    before, _, after = line.partition(word)
-    return f"{before} {after}"
+    at = line.find(word) if word else -1
+    while at >= 0:
+        before = _IN_PARENTHESES.sub("", _flattened(line[:at]))
+        if "(" not in before and ";" not in before:
+            return f"{line[:at]} {line[at + len(word) :]}"
+        at = line.find(word, at + 1)
+    return None
 
 
 def has_nested_comment(line: str) -> bool:

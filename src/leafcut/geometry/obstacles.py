@@ -78,6 +78,7 @@ class ObstacleMap:
         self._walls = frozenset(walls)
         inner = [shape.buffer(-DEPTH) for shape in self.shapes.values()]
         self._inner: Any = shapely.STRtree(np.array(inner, dtype=object))
+        self._inner_walls: Any = shapely.STRtree(np.array(inner[len(polygons) :], dtype=object))
         self._whole: Any = shapely.STRtree(np.array([*polygons.values()], dtype=object))
         self._corners: dict[tuple[int, float], Points] = {}
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
@@ -226,12 +227,14 @@ class ObstacleMap:
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs, in the order of the lines, of a line and a polygon that it crosses or approaches."""
-        # A line whose ends are no ends of the path comes within the radius of all polygons that it crosses, but the
-        # distance from walls is not measured.
-        some = np.flatnonzero(ends.any(axis=1) | (radius <= DEPTH) | bool(self._walls))
+        # A line between corners comes within the radius of all polygons that it crosses; walls have no such distance.
+        both = ends.any(axis=1) | (radius <= DEPTH)
+        some, others = np.flatnonzero(both), np.flatnonzero(~both)
         at, what = self._inner.query(shapely.linestrings(lines[some]), predicate="intersects")
+        of, wall = self._inner_walls.query(shapely.linestrings(lines[others]), predicate="intersects")
+        at, what = np.concatenate([some[at], others[of]]), np.concatenate([what, wall + len(self._whole)])
         near, by = self._approached(lines, ends, radius)
-        which, parts = np.concatenate([some[at], near]), np.concatenate([what, by])
+        which, parts = np.concatenate([at, near]), np.concatenate([what, by])
         order = np.argsort(which, kind="stable")
         return which[order], parts[order]
 

@@ -16,6 +16,8 @@ from leafcut.lab.description import (
     ANALYSES,
     MAX_SEEDS,
     OPTIMIZE,
+    RAPID,
+    SEARCH,
     SOLVE,
     Analysis,
     Description,
@@ -120,6 +122,10 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     for kind, names in (("instance", [i.name for i in description.instances]), ("factor", [f.name for f in factors])):
         if double := next((entry for entry in names if names.count(entry) > 1), None):
             raise table.wrong(f"two {kind}s are called '{double}'")
+    if description.new_process:
+        for response in description.responses:
+            if re.search(rf"\b(?:{SEARCH}\.|{RAPID}\b)", response.path):
+                raise table.wrong(f"response '{response.path}' is unknown in runs with new_process = true")
     if description.cores and description.cores not in [factor.name for factor in factors if factor.numeric]:
         raise table.wrong(f"cores = '{description.cores}' is no factor whose levels are numbers")
     description = replace(

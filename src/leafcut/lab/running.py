@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import platform
 import random
@@ -23,6 +24,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
+from leafcut.geometry.arrays import Floats
 from leafcut.lab.description import (
     OPTIMIZE,
     PROCESSOR,
@@ -265,15 +267,21 @@ class SearchStudy(Study):
         super().__init__(None)
         self.processor = 0.0
         self._last = 0.0
+        #: Lowest cost of the last search's own paths; `iterations` leaves some out.
+        self._own = math.inf
 
     def begin(self) -> None:
         """Start recording another search."""
         super().begin()
-        self._last = time.process_time()
+        self._last, self._own = time.process_time(), math.inf
 
-    def note(self, *figures: Any, **named: Any) -> None:
+    def note(
+        self, number: int, seconds: float, shortest: float, costs: Floats | None = None, branching: float | None = None
+    ) -> None:
         """Record an iteration, and its processor time."""
-        super().note(*figures, **named)
+        super().note(number, seconds, shortest, costs, branching)
+        if costs is not None:
+            self._own = min(self._own, float(costs.min(initial=math.inf)))
         now = time.process_time()
         self.processor, self._last = self.processor + now - self._last, now
 
@@ -282,9 +290,8 @@ class SearchStudy(Study):
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
             return {}
-        own = [row.best for row in searches[-1] if row.best is not None]
         times = {"processor_s": self.processor, "seconds": sum(rows[-1].seconds for rows in searches)}
-        return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": min(own)} if own else {})}
+        return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 
 def _answer(
@@ -300,7 +307,9 @@ def _answer(
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
-    outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
+    # Observing costs time, for example for a lower bound before the search.
+    watched = study if any(f"{SEARCH}." in path for path, _ in task.responses.values()) else None
+    outcome = api.optimize(task.input, process=word, observe=watched, cancelled=cancelled, **task.options)
     report = registry.report_of(outcome)
     return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, ()
 

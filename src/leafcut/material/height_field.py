@@ -79,8 +79,7 @@ class HeightField:
                 min_cell *= 1.01
             raise PlanError(
                 f"cells of {cell:g} mm: {columns * rows:,} of them are needed, but at most {MOST_CELLS:,} fit; use "
-                f"cells "
-                f"of {math.ceil(1000 * min_cell) / 1000:g} mm or a smaller stock"
+                f"cells of {math.ceil(1000 * min_cell) / 1000:g} mm or a smaller stock"
             )
         heights = np.full((rows, columns), block.high[2], dtype=np.float32)
         return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, segments
 from leafcut.geometry.regions import FINE, quarter, swept, tool_centres
-from leafcut.material.engagement import Engaged, engagement
 from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
+
+if TYPE_CHECKING:
+    from leafcut.material.engagement import Engaged
 
 #: Steps swept at a time; bounds the memory.
 _BATCH = 4096
@@ -68,6 +70,8 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
 def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:
     """Return the tool path in steps and the engagement along it, without engagement during the entry."""
+    from leafcut.material.engagement import engagement  # loads kernels, which a refused file does not need
+
     tool_path = way_of(path, rules)
     return tool_path, engagement(tool_path, rules, entered(path, tool_path))
 

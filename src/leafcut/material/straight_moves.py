@@ -105,7 +105,8 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     pieces = np.where(kind == Kind.RAPID, 1.0, np.ceil(length / max_length - 1e-9))
     pieces = np.maximum(np.maximum(pieces, np.ceil(np.abs(sweep) / turn - 1e-9)), 1.0)
     if pieces.sum() > MOST_MOVES:
-        raise PlanError(f"the program comes to {pieces.sum():,.0f} pieces, more than {MOST_MOVES:,}; use larger cells")
+        advice = "; use larger cells" if math.isfinite(max_length) else ""
+        raise PlanError(f"the program comes to {pieces.sum():,.0f} pieces, more than {MOST_MOVES:,}{advice}")
     count = pieces.astype(np.int64)
     source = np.repeat(np.arange(len(rows)), count)
     step = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)

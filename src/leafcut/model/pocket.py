@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import region
 
 #: Common strategies in order of preference; the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
@@ -59,13 +58,16 @@ class Pocket:
         return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
-        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`); `filled`: with its islands.
+        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`); `filled`: its islands
+        count as part of the area.
 
         Raises
         ------
         PlanError
             The outline or an island crosses itself, or an island touches the wall or another island.
         """
+        from leafcut.geometry.regions import region  # loads shapely, which programs do not need
+
         return region(self.outline, () if filled else self.islands, tolerance, self.label)
 
     @property
@@ -332,4 +334,5 @@ class PocketPlan:
     def usual(self) -> PocketResult:
         """Baseline of the program: the faster of the plain strategies `USUAL`, else the chosen strategy."""
         plain = [r for r in self.results if r.path is not None and r.strategy in USUAL]
+        plain = [r for r in plain if not r.passed_over] or plain
         return min(plain, key=lambda result: result.program_s, default=self.result)

@@ -95,8 +95,6 @@ def turns_of(path: Toolpath) -> Turns:
     for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
         np.put_along_axis(vector, axes[:, :2], np.column_stack([np.cos(angle), np.sin(angle)]), axis=1)
     turn = Turn(radius, sweep, rise, normal, out, out_end)
-    length, flat_centre = (
-        np.where(is_valid, np.hypot(radius * sweep, rise), 0.0),
-        np.take_along_axis(centre, axes, axis=1),
-    )
+    length = np.where(is_valid, np.hypot(radius * sweep, rise), 0.0)
+    flat_centre = np.take_along_axis(centre, axes, axis=1)
     return Turns(row, length, plane, flat_centre[:, :2], angle0, np.hypot(flat1[:, 0], flat1[:, 1]), turn)

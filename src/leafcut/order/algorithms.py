@@ -20,7 +20,7 @@ from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, Firefl
 from leafcut.order.best import Best
 from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.construction import nearest_neighbour
-from leafcut.order.directed import AnyInstance, DirectedInstance, build_directed, greedy_path
+from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, AnyInstance, DirectedInstance, build_directed, greedy_path
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import (
     FULL_LISTS_LIMIT,
@@ -200,7 +200,8 @@ def warm_up(
     )  # fmt: skip
     aco = replace(aco or AcoOptions(), n_ants=1, parallel="threads")
     directed = method.has_choices and is_directed(problem) and problem.n_nodes == problem.n_clusters
-    large = not is_few(problem) if method.has_choices else problem.n_clusters >= MANY
+    many = problem.n_clusters >= FEW_CLUSTERS or problem.n_nodes > FEW_NODES
+    large = many if method.has_choices else problem.n_clusters >= MANY
     _warm_up(method, directed, large, options, aco, FireflyOptions(n_fireflies=2, variant=firefly.variant))
 
 

@@ -180,7 +180,7 @@ class Writer:
         if max(steps) < 1e-6:
             return
         if max(steps) < 2.0:
-            raise PostError("an arc whose ends are equal at the program's number of decimals")
+            raise PostError("an arc whose ends are less than two units of the last decimal apart")
 
     def _check_cutting(self, row: Motion) -> None:
         if not self.safe or self.pending_offset is not None:

@@ -50,7 +50,10 @@ class SinumerikWriter(Writer):
     def _change_tool(self, word: str, number: int) -> None:
         self.out.say(word)
         self.out.say("M6")
-        self._tool_now = number
+
+    def _tool(self, row: Motion) -> None:
+        super()._tool(row)
+        self._tool_now = row.ref
 
     def _offset_words(self, number: int) -> list[str]:
         return ["D1"]

@@ -50,7 +50,9 @@ def _refuse_obeyed_comments(text: str) -> None:
         comments = [found.strip("(;) \t") for found in _COMMENT.findall(line)]
         obeyed = next(filter(is_active_comment, comments), None)
         if obeyed is not None:
-            raise ReadError("program", f"a controller would execute the comment '{obeyed[:60]}'; change it", number)
+            raise ReadError(
+                "program", f"a controller would execute the comment '{obeyed[:60]}'; rename what it names", number
+            )
 
 
 def rounding_of(dialect: Dialect, units: str) -> float:

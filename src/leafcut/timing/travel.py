@@ -18,6 +18,8 @@ from leafcut.timing.profile import trapezoid_time
 #: Many orders of a grid take equally long, because the faster axis waits. A millionth of a second per mm selects the
 #: shortest of them and changes no measured time.
 TIE_BREAK = 1e-6
+#: Metrics of machines and of the plane; the others are for maps.
+_MACHINES = ("euclidean", "chebyshev", "manhattan", "linear", "dogleg")
 
 
 def travel_metric(
@@ -77,11 +79,13 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
     Raises
     ------
     PlanError
-        The metric has costs of its own.
+        The metric is for maps, or travel heights differ.
     """
     from leafcut.kernels.cost import CODES, distance
 
-    if metric.name == "EXPLICIT":
+    if metric.relief is not None:
+        raise PlanError("this cost is for travel at one height")
+    if metric.name not in _MACHINES:
         raise PlanError(f"the metric {metric.name} is one of maps, not of a machine")
     numbers = map(float, (*a, *b, *metric.velocity, *metric.acceleration, metric.per_mm))
     cost = float(distance(CODES[metric.name], *numbers))

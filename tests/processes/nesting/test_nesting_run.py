@@ -178,7 +178,7 @@ def test_without_a_size_the_sheet_is_as_large_as_the_table_that_cuts_it(
 
 def test_a_sheet_larger_than_the_table_is_refused_before_anything_is_nested_or_told(drawings: Path) -> None:
     parts = [f"{drawings}/missing.dxf:2"]
-    with pytest.raises(OptionError, match="plasma-table reaches, 2510 × 1260"):
+    with pytest.raises(OptionError, match="exceeds the travel of plasma-table, 2510 × 1260"):
         api.nest(parts, sheet="3000x1500", machine="plasma-table")
     found = api.nest([f"{drawings}/plate.dxf:2"], sheet="3000x1500", nester="rectangles")
     assert [i.code for i in found.issues if "plasma-table" in i.message] == ["L435"]

@@ -500,7 +500,7 @@ def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatc
     monkeypatch.setattr("leafcut.processes.pocket.plan.zigzag.rings", lambda region: [])
     outcome = api.optimize(drawing, strategy="zigzag", **FAST)
     [left] = [i for i in outcome.issues if i.code == "L711"]
-    assert "stay uncut" in left.message and left.place.startswith("near (")
+    assert "remain uncut" in left.message and left.place.startswith("near (")
 
 
 def test_the_connected_path_of_a_square_keeps_the_step_over_and_is_shorter_than_contour_parallel_rings(

@@ -154,7 +154,7 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a piece into parts, each from its start, mm, with its kind and feed; short parts join the next."""
+    """Divide a piece into parts, each from its start, mm, with its kind and feed; short parts join a neighbour."""
     ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
     kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > NOTHING]
     if len(kept) < 2:

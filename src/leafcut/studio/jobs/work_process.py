@@ -19,6 +19,9 @@ from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.task import ReadyTask
 from leafcut.studio.jobs.workers import Done, Failed
 
+#: A job that loads the modules and the compiled code for most jobs.
+READY_TASK = ReadyTask("optimize", ("example:plate-10",), "auto", {"thickness": "6mm", "iterations": 1, "threads": 1})
+
 
 def main() -> None:
     """Do the works that standard input names, until it ends."""
@@ -76,5 +79,4 @@ def _get_ready(busy: threading.Event) -> None:
             if not busy.is_set():
                 read_preview(source)
         if not busy.is_set():
-            call = ReadyTask("optimize", ("example:plate-10",), "auto", {"iterations": 1, "threads": 1})
-            run_job.run(Link(lambda _: None), call, ("plate-10",))
+            run_job.run(Link(lambda _: None), READY_TASK, ("plate-10",))

@@ -64,12 +64,17 @@ class _Process:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = tempfile.mkdtemp(dir=folder)
         self._lock = threading.Lock()
-        # Processes that it starts are killed with its group. Ctrl-C in the terminal does not reach another group.
-        self._process = subprocess.Popen(
-            _COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            env={**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder)},
-            start_new_session=True, creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )  # fmt: skip
+        # Processes that it starts are killed with its group (on Windows they go on). Ctrl-C in the terminal does not
+        # reach another group.
+        try:
+            self._process = subprocess.Popen(
+                _COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                env={**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self._folder)},
+                start_new_session=True, creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            )  # fmt: skip
+        except OSError:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
 
     @property
     def alive(self) -> bool:
@@ -97,13 +102,17 @@ class _Process:
         except (OSError, ValueError, pickle.UnpicklingError):
             raise EOFError from None
 
+    def signal_kill(self) -> None:
+        """Kill the process and the processes it has started, without waiting for their end."""
+        if self._process.returncode is None:
+            with suppress(OSError):
+                os.killpg(self._process.pid, signal.SIGKILL) if os.name == "posix" else self._process.kill()
+
     def kill(self) -> int:
         """Kill the process and the processes it has started, and remove its files; return its exit status."""
+        self.signal_kill()  # ends a `send` that waits
         with self._lock:
-            if self._process.returncode is None:
-                with suppress(OSError):
-                    os.killpg(self._process.pid, signal.SIGKILL) if os.name == "posix" else self._process.kill()
-                self._process.wait()
+            self._process.wait()
             shutil.rmtree(self._folder, ignore_errors=True)
         return self._process.returncode
 
@@ -138,7 +147,7 @@ class StudioWorkers:
     def get_ready(self) -> None:
         """Start a process for the next work unless one is idle."""
         with self._lock:
-            if self._spare and not self._idle and not self._closed:
+            if self._spare and not any(process.alive for process in self._idle) and not self._closed:
                 process = self._start()
                 process.send("get_ready")
                 self._idle.append(process)
@@ -165,7 +174,7 @@ class StudioWorkers:
     def put_back(self, process: _Process, reusable: bool) -> None:
         """Keep a process for the next work if it is `reusable`, else end it."""
         with self._lock:
-            if reusable and not self._closed and len(self._idle) < _MAX_IDLE:
+            if reusable and process.alive and not self._closed and len(self._idle) < _MAX_IDLE:
                 self._idle.append(process)
                 return
             self._all.discard(process)
@@ -193,6 +202,11 @@ class StudioWork:
         self._workers = workers
         self._number = next(_NUMBERS)
         self._lock = threading.Lock()
+        #: Guards `_taken` and `_cancelled`; never held while anything waits, so that `cancel` returns at once.
+        self._ending = threading.Lock()
+        #: The process of the work, from its start to its end.
+        self._taken: _Process | None = None
+        #: The same once it has received the work.
         self._process: _Process | None = None
         #: Messages for a work that has not started: name → arguments.
         self._pending: dict[str, tuple[Any, ...]] = {}
@@ -208,14 +222,19 @@ class StudioWork:
         WorkError
             The work failed or was cancelled, its process died, or the studio is closing.
         """
+        process = self._workers.take()
+        with self._ending:
+            self._taken, cancelled = process, self._cancelled
+        if cancelled:
+            self._workers.put_back(process, reusable=True)
+            raise WorkError("cancelled")
         with self._lock:
-            if self._cancelled:
-                raise WorkError("cancelled")
-            self._process = process = self._workers.take()
             process.send("run", self._number, function, arguments, list(self._pending.items()))
+            self._process = process
         began, step, answer = time.monotonic(), "", None
         try:
-            self._workers.get_ready()
+            with suppress(OSError):  # without a spare process, the next work only starts later
+                self._workers.get_ready()
             while not isinstance(answer, Done | Failed):
                 number, message = process.receive()
                 if number != self._number:  # a late message of the work before
@@ -232,6 +251,8 @@ class StudioWork:
             line = f"the process of this job ended unexpectedly{during} ({how}); it may have run out of memory"
             raise WorkError(line, internal=True) from None
         finally:
+            with self._ending:
+                self._taken = None
             with self._lock:
                 self._process = None
             ended = isinstance(answer, Done | Failed)
@@ -250,7 +271,7 @@ class StudioWork:
 
     def cancel(self) -> None:
         """Kill the process, or prevent its start."""
-        with self._lock:
+        with self._ending:
             self._cancelled = True
-            if self._process is not None:
-                self._process.kill()
+            if self._taken is not None:
+                self._taken.signal_kill()

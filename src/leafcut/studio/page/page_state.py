@@ -103,7 +103,10 @@ class View:
         return replace(seen, error=self.studio.folder.without_paths(seen.error), stock=stock)
 
     def _stock(self, source: str, options: dict[str, Any]) -> bytes:
-        scene: bytes = StudioWork(self.studio.workers).run(stock_scene, source, options)
+        try:
+            scene: bytes = StudioWork(self.studio.workers).run(stock_scene, source, options)
+        except LeafcutError as problem:
+            raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
         return scene
 
     def works(self) -> tuple[str, ...]:

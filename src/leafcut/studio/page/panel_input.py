@@ -354,7 +354,13 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return None
-        return self._put("pixel_size", f"{size:.6g}mm", "")
+        self.view.put_for_input("pixel_size", f"{size:.6g}mm")
+        self._show_values()
+        if "pixel_size" in self.view.errors:
+            self.page.show_message(self.view.errors["pixel_size"], True)
+            return None
+        self._begin_reading()
+        return self.read(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
         """Move program zero by a distance in mm; the option takes drawing coordinates."""

@@ -363,7 +363,7 @@ class ResultPanel:
 
     def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
-        issues = _issues(answer)
+        issues = sorted(_issues(answer), key=lambda issue: _SEVERITIES.index(issue["severity"]))
         if not issues:
             text("p", w("result.no_issues"), "quiet")
         for severity in _SEVERITIES:
@@ -381,13 +381,14 @@ class ResultPanel:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
     def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
-        """Show issues of one code and severity; many of them are folded."""
+        """Show issues of one code and severity; many warnings or notes are folded."""
         w = self.view.words
         text("code", code)
         with box("div"):
             if meaning := w.issue(code):
                 text("b", f"{meaning}.")
-            limit = _UNFOLDED if len(issues) > _UNFOLDED + 1 else len(issues)
+            foldable = len(issues) > _UNFOLDED + 1 and issues[0]["severity"] in ("warning", "note")
+            limit = _UNFOLDED if foldable else len(issues)
             for issue in issues[:limit]:
                 self._issue(issue)
             if issues[limit:]:

@@ -86,6 +86,8 @@ class RunPanel:
         with box("div", "inviting"):
             text("h2", w("empty.how_wide"))
             text("p", w("empty.pixels", width=f"{width:,}", height=f"{height:,}"), "quiet")
+            if self.view.seen is not None:
+                text("p", w.plain(self.view.seen.error), "quiet small")
             with box("form", "to-place") as form:
                 text("label", w("empty.width"), for_="picture-width")
                 with box("span", "box"):

@@ -530,18 +530,17 @@ def test_a_drill_that_comes_out_more_than_three_millimetres_below_the_plate_is_a
     part = Part("two", (Hole(0, 0, 8.0), Hole(30, 12.5, 10.0), Hole(50, 0, 10.0)))
     told = far_below(plan(part, None))
     assert told == [
-        "T2 drill Ø10 at 30, 12.5 comes out 3.50 mm below the part (2 places with more than 3 mm): leave room below "
+        "T2 drill Ø10 at 30, 12.5 exits 3.50 mm below the part (2 places with more than 3 mm): leave room below "
         "it for the tip, or use a smaller --break-through"
     ]
     assert far_below(plan(Part("one", part.holes[:1]), None)) == []
     assert (
-        "T1 drill Ø8 at 0, 0 comes out 3.40 mm"
-        in far_below(plan(Part("one", part.holes[:1]), None, break_through=1.0))[0]
+        "T1 drill Ø8 at 0, 0 exits 3.40 mm" in far_below(plan(Part("one", part.holes[:1]), None, break_through=1.0))[0]
     )
     assert far_below(plan(part, None, thickness=None, depth=10.0)) == []
     slot = Part("slot", (), (Slot((5.0, 1.0), (9.0, 1.0), 2.0),))
     assert far_below(plan(slot, None)) == []
-    assert "slot-mill Ø2 at 5, 1 comes out 3.20 mm" in far_below(plan(slot, None, break_through=3.2))[0]
+    assert "slot-mill Ø2 at 5, 1 exits 3.20 mm" in far_below(plan(slot, None, break_through=3.2))[0]
 
 
 def test_on_a_surface_what_comes_out_is_measured_from_the_underside() -> None:
@@ -557,7 +556,7 @@ def test_a_hole_of_a_solid_that_opens_into_a_cavity_is_measured_from_where_it_op
     solid = Mesh(box_triangles(0, 0, -20, 80, 40, 0), "solid")
     part = Part("one", (Hole(30, 20, 10.0, depth=5.0, through=True),))
     (told,) = far_below(plan_drilling(part, MILL, None, *drilling(), solid))
-    assert "comes out 3.50 mm below the part" in told
+    assert "exits 3.50 mm below the part" in told
 
 
 #: A centre drill of 10 mm and 90 degrees, whose point goes 1.5 mm deep.
@@ -612,5 +611,7 @@ def test_a_speed_of_the_library_outside_the_spindles_range_is_refused_with_what_
 
 
 def test_a_speed_asked_for_outside_the_spindles_range_is_refused_by_its_option() -> None:
-    with pytest.raises(PlanError, match=r"^--spindle-speed 9000: the spindle of test mill turns 0 to 6000 rpm; give a"):
+    with pytest.raises(
+        PlanError, match=r"^--spindle-speed 9000: the spindle of test mill turns 0 to 6000 rpm; choose a"
+    ):
         plan(library=None, spindle_speed=9000.0)

@@ -326,7 +326,9 @@ class ClearedArea:
     def after(self, run: Polyline) -> Opened:
         """Return whether the start of a run is cleared; then add the area that the run clears."""
         opened = self._opened(run.start)
-        self._steps = np.concatenate([self._steps, segments(run.flattened(FINE * self.rules.tolerance))])
+        steps = segments(run.flattened(FINE * self.rules.tolerance))
+        # As in the proof, a plunge clears nothing.
+        self._steps = np.concatenate([self._steps, steps[(steps[:, 0] != steps[:, 1]).any(axis=1)]])
         return opened
 
     def cleared(self) -> Any:

@@ -213,11 +213,11 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
         return
     earlier = EarlierCuts(cuts, rules)
     for cut in cuts:
-        place, bottom = cut.path[-1, :2], float(cut.path[-1, 2])
+        centre, bottom = cut.path[-1, :2], float(cut.path[-1, 2])
         if _across(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
-        disc = shapely.Point(place).buffer((1.0 - _SLIVER) * rules.radius)
-        if not earlier.cleared(place, cut.row, bottom + ROOM).covers(disc):
+        disc = shapely.Point(centre).buffer((1.0 - _SLIVER) * rules.radius)
+        if not earlier.cleared(centre, cut.row, bottom + ROOM).covers(disc):
             yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
 
 

@@ -317,10 +317,8 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface, arcs as fine chords."""
-    moves, turns = (
-        straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf),
-        turns_of(path),
-    )
+    moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
+    turns = turns_of(path)
     bulges = {
         row: math.tan(0.25 * sweep)
         for row, sweep in zip(turns.row.tolist(), turns.sweep.tolist(), strict=True)
@@ -423,28 +421,41 @@ def _uncleared(
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = quarter(rules.radius, FINE * rules.tolerance)
     for row in rows:
-        place, height = np.where(np.isnan(before[row]), path.end[row], before[row])[:2], path.end[row, 2] - OVER + ROOM
-        disc = shapely.Point(place).buffer(rules.radius - rules.tolerance, quad_segs=chords)
-        cleared = [earlier.cleared(place, row, height), *(shape for top, shape in lower if top <= height)]
+        centre, height = np.where(np.isnan(before[row]), path.end[row], before[row])[:2], path.end[row, 2] - OVER + ROOM
+        if earlier.passed(centre, row, height):
+            continue
+        disc = shapely.Point(centre).buffer(rules.radius - rules.tolerance, quad_segs=chords)
+        cleared = [earlier.cleared(centre, row, height), *(shape for top, shape in lower if top <= height)]
         if not shapely.union_all(cleared).covers(disc):
             uncleared.append(row)
     return uncleared
 
 
 class EarlierCuts:
-    """Feed moves in order, for the area around a place that some of them cleared."""
+    """Feed moves in order, without plunges, for the area around a place that some of them cleared."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
-        self.rules, parts = rules, [segments(cut.path[:, :2]) for cut in cuts]
-        count = [len(part) for part in parts]
-        self._steps = np.concatenate([np.zeros((0, 2, 2)), *parts])
-        self._row = np.repeat(np.array([cut.row for cut in cuts], dtype=np.int64), count)
-        self._top = np.repeat(np.array([cut.path[:, 2].max() for cut in cuts], dtype=np.float64), count)
+        self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
+        self._steps = [segments(cut.path[:, :2]) for cut in moving]
+        self._row = np.array([cut.row for cut in moving], dtype=np.int64)
+        self._top = np.array([cut.path[:, 2].max() for cut in moving], dtype=np.float64)
+        self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
+
+    def passed(self, place: Floats, row: int, height: float) -> bool:
+        """Return whether the tool's centre passed a place before a row, at a height, mm, or below."""
+        return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a place that moves before a row cleared down to a height, mm, without plunges."""
-        steps = steps_near(self._steps[(self._row < row) & (self._top <= height)], place, self.rules)
+        """Return the area around a place that moves before a row cleared down to a height, mm."""
+        near = self._near(place, row, height, self.rules.tool_diameter)
+        steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
+
+    def _near(self, place: Floats, row: int, height: float, distance: float) -> list[int]:
+        """Return the moves before a row, not above a height, within a distance of a place."""
+        near = np.sort(self._tree.query(shapely.Point(place), predicate="dwithin", distance=distance))
+        chosen: list[int] = near[(self._row[near] < row) & (self._top[near] <= height)].tolist()
+        return chosen
 
 
 def _beyond_walls(
