@@ -148,7 +148,7 @@ def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('base = "heidenhain"\nend_word = ""', "ours.toml:2: 'end_word' is '', but must be M30 in the language klartext"),
+        ('base = "heidenhain"\nend_word = ""', "toml:2: 'end_word' is '', but must be M30 in the language klartext"),
         ('base = "siemens"\nlength_offset = ""', "'length_offset' is '', but must be edge in the language sinumerik"),
     ],
 )
