@@ -109,8 +109,8 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         ('stop_word = "M9"', "'stop_word' is 'M9', but must be one of M0, M226"),
         ('dwell_letter = "PP"', "'dwell_letter' is 'PP', but must be a capital letter"),
         ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99', but takes only G81, G82"),
-        ('end_word = "M2"', "toy:8: 'end_word' is M2, which is none of its words"),
-        ('units_mm = "G71"', "'units_mm' is G71, which is none of its words"),
+        ('end_word = "M2"', "toy:8: 'end_word' is M2, which is not one of its words"),
+        ('units_mm = "G71"', "'units_mm' is G71, which is not one of its words"),
         ("[sources]\nwords = 'x'", "toy:9: 'words' in [sources] is no key of a dialect"),
         ('[torch]\non = "M3"', "'torch.off' is missing"),
         ('[torch]\non = "M5"\noff = "M5"', "toy:9: 'torch.on' must have the word M3 or M4"),
@@ -118,7 +118,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         ('[torch]\non = "M3 S{power:>9999999}"\noff = "M5"', "'torch.on' has a brace"),
         ('[torch]\non = "M3 S{power.__class__}"\noff = "M5"', "'torch.on' has a brace"),
         ('[torch]\non = "M3"\noff = "M5"\npower = true', "'torch.on' must have {power} where power = true"),
-        ('[torch]\non = "M3"\noff = "M5"\nprobe = "G38.2"', "'torch.probe' has G38.2, which is none of its words"),
+        ('[torch]\non = "M3"\noff = "M5"\nprobe = "G38.2"', "'torch.probe' has G38.2, which is not one of its words"),
     ],
 )
 def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str) -> None:
@@ -134,8 +134,8 @@ def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str)
         ('".toy"', '"/../../x"', "'extension' is '/../../x', but must be a point and up to eight letters and digits"),
         ('"G0 G1', '"G0 G1 G999', "toy:3: 'g_words' has 'G999', which is no G word that leafcut understands"),
         ('"M3 M5', '"M3 M5 M3.5', "toy:4: 'm_words' has 'M3.5', which is no M word that leafcut understands"),
-        ('["G90"]', '["G90 G91"]', "toy:6: 'preamble' has G91, which is none of its words"),
-        ("cycles = []", 'cycles = ["G81"]', "toy:7: 'cycles' has G81, which is none of its words"),
+        ('["G90"]', '["G90 G91"]', "toy:6: 'preamble' has G91, which is not one of its words"),
+        ("cycles = []", 'cycles = ["G81"]', "toy:7: 'cycles' has G81, which is not one of its words"),
         ('"rs274"', '"siemens"', "toy:5: 'groups' is 'siemens', but must be one of rs274, fanuc"),
     ],
 )

@@ -22,7 +22,7 @@ class Schema:
     title
         Name of the kind in messages.
     current
-        The schema that leafcut writes; also that of a document without a number.
+        The schema that leafcut writes; also assumed for a document without a number.
     oldest
         The oldest schema that leafcut still reads.
     key

@@ -124,7 +124,7 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     known_words = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
         if table[key] and table[key] not in known_words:
-            yield key, f"is {table[key]}, which is none of its words"
+            yield key, f"is {table[key]}, which is not one of its words"
     written = {
         "opening": table["opening"],
         "preamble": table["preamble"],
@@ -137,7 +137,7 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, value in written.items():
         for word in re.findall(r"[GM]\d[\d.]*", _text_of(value)):
             if word not in known_words:
-                yield key, f"has {word}, which is none of its words"
+                yield key, f"has {word}, which is not one of its words"
 
 
 def _text_of(value: Any) -> str:

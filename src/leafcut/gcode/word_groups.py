@@ -74,7 +74,7 @@ def sort_words(
 ) -> SortedBlock:
     """Return the words of a block by group.
 
-    `g_codes` (in tenths) and `m_codes` are those of the dialect. With `separate_cycles`, cycles and G80 are a separate
+    `g_codes` (in tenths) and `m_codes` belong to the dialect. With `separate_cycles`, cycles and G80 are a separate
     group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes instead of raising
     an error.
 

@@ -25,10 +25,10 @@ class Compilations:
         Number of compiled kernels, including those called only by other kernels. Kernels loaded from disk do not count.
     """
 
-    def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
-        """Start at zero; `tell` receives a message for the user when the first compilation starts."""
+    def __init__(self, on_start: Callable[[str], None] = lambda _: None) -> None:
+        """Start at zero; `on_start` receives a message for the user when the first compilation starts."""
         self.count = 0
-        self._tell = tell
+        self._on_start = on_start
         self._spent, self._began, self._depth = 0.0, 0.0, 0
         self._lock = threading.Lock()
 
@@ -38,7 +38,7 @@ class Compilations:
         return cache_folder() is not None
 
     def note(self, starts: bool) -> None:
-        """Count a compilation that starts; add the time of one that ends.
+        """Count a compilation that starts; add its time when it ends.
 
         The end of a compilation that started before this counter was active is ignored.
         """
@@ -54,7 +54,7 @@ class Compilations:
                     self._spent += time.perf_counter() - self._began
             first = starts and self.count == 1
         if first:
-            self._tell(FIRST_RUN if self.kept else EVERY_RUN)
+            self._on_start(FIRST_RUN if self.kept else EVERY_RUN)
 
     @property
     def seconds(self) -> float:
@@ -74,9 +74,9 @@ def compile_seconds() -> float:
 
 
 @contextmanager
-def announced(tell: Callable[[str], None]) -> Iterator[Compilations]:
-    """Count the compilations in the block; `tell` receives a message for the user when the first starts."""
-    compilations = Compilations(tell)
+def announced(on_start: Callable[[str], None]) -> Iterator[Compilations]:
+    """Count the compilations in the block; `on_start` receives a message for the user when the first starts."""
+    compilations = Compilations(on_start)
     listeners.append(compilations.note)
     try:
         yield compilations

@@ -257,8 +257,8 @@ def tune(
         _description(task, held_out, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
         notes=(
             f"Parameters of {task.algorithm} were sought in {count_of(len(trials), 'trial')} on "
-            f"{', '.join(source.name for source in training)}; the search saw none of these inputs and used none of "
-            "these seeds.",
+            f"{', '.join(source.name for source in training)}; the search used neither these inputs nor these "
+            "seeds.",
         ),
     )
     rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
@@ -299,8 +299,7 @@ def _description(
     return Description(
         name=f"tune_{task.algorithm}",
         title=f"Parameters of {task.algorithm}, tuned",
-        about="The parameters that were found against those of the algorithm's authors, on parts that the search did "
-        "not see.",
+        about="The parameters that were found against those of its authors, on parts that the search did not see.",
         command=task.command,
         instances=tuple(instances),
         factors=(Factor(FACTOR, "Parameters", levels),),

@@ -21,7 +21,7 @@ class Iteration(NamedTuple):
     ========== ==================================================================================
     number     from 1
     seconds    since the start of the search, by its clock
-    shortest   the best path of all iterations so far, travel and service in the problem's unit
+    shortest   the best path of all iterations until then, travel and service in the problem's unit
     best       the best path of this iteration; `mean` and `worst` likewise, of finished paths
     branching  the mean λ-branching factor of the trails after it, `order.literature.pheromone.BRANCHING_SHARE` = λ
     ========== ==================================================================================
@@ -39,7 +39,7 @@ class Iteration(NamedTuple):
 class Study:
     """An observer that records every iteration, and forwards calls to another observer.
 
-    It is passed as `observe` to a search. It does not change the result, and without it nothing is recorded.
+    It is passed as `observe` to a search. It does not change the result, and a search without it records no iterations.
 
     Attributes
     ----------

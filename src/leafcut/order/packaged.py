@@ -38,7 +38,7 @@ def _algorithm_of(_: str, found: Any) -> PackagedAlgorithm:
     """Return the algorithm of an entry point: an object, or an instance of a class without constructor parameters."""
     algorithm: PackagedAlgorithm = found() if isinstance(found, type) else found
     if not isinstance(algorithm.title, str) or not algorithm.title.isprintable() or not callable(algorithm.solve):
-        raise TypeError("an algorithm has a title of one line and a method solve(instance, run)")
+        raise TypeError("an algorithm has a title in one line and a method solve(instance, run)")
     return algorithm
 
 

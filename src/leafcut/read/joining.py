@@ -1,4 +1,4 @@
-"""Join the drill files of one board: KiCad and others write plated and unplated holes to separate files."""
+"""Join the drill files of a circuit board: KiCad and others write plated and unplated holes to separate files."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _counts(part: Part) -> str:
 
 
 def _far_apart(parts: Sequence[Part]) -> str:
-    """Name two parts whose distance exceeds the sum of their sizes; empty if there are none."""
+    """Name two parts whose distance exceeds the sum of their sizes; otherwise empty."""
     boxes = [part.extents for part in parts]
     for k, (a, box_a) in enumerate(zip(parts, boxes, strict=True)):
         for b, box_b in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):

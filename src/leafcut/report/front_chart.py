@@ -102,7 +102,7 @@ class _Axis:
 def front_svg(data: CuttingData) -> str:
     """Return the fronts of all tools as a stand-alone SVG, two panels for each.
 
-    On the left the cost of one part over its time; on the right the spindle speeds and feed rates. The colour is the
+    On the left the cost per part over its time; on the right the spindle speeds and feed rates. The colour is the
     tool's life, violet for the shortest and teal for the longest.
     """
     lives = [point.life for tool in data.tools for point in tool.points]
@@ -211,7 +211,7 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the given point, unless it is so far away that the front would be squeezed."""
+    """Return the given point, unless it is far away and would squeeze the front."""
     if front.given is None:
         return None
     for value_of in _SHOWN:

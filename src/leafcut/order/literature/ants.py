@@ -78,7 +78,7 @@ class AntColony(Population):
 
 
 class Ants(AntColony):
-    """Constructs and improves the tours of one iteration in threads.
+    """Constructs and improves the tours of an iteration in threads.
 
     The tour of an ant depends on the seed, the iteration and its number only, not on the number of threads.
     """

@@ -26,7 +26,7 @@ from leafcut.order.stop import Stop
 
 
 class Choices:
-    """Orders of clusters, with the buffers of one worker."""
+    """Orders of clusters, with the buffers of a worker."""
 
     #: Whether several workers can share one object.
     parallel = False
