@@ -115,8 +115,9 @@ def test_on_a_spanish_page_refusals_and_issues_are_said_in_spanish(browser: Brow
     page.get_by_label("Espesor", exact=True).fill("6mm")
     page.get_by_label("Espesor", exact=True).press("Tab")
     page.get_by_role("button", name="Ejecutar", exact=True).click()
-    expect(page.locator(".warnings")).to_contain_text("se supone", timeout=LONG)
-    expect(page.locator(".warnings [lang=es]").first).to_be_visible()
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    page.locator("#tab-issues").click()
+    expect(page.locator(".issue-list [lang=es]").first).to_contain_text("se supone")
     page.goto(f"{server.origin}/?lang=en")
     context.close()
 

@@ -33,6 +33,7 @@ def choose(page: Page, name: str) -> None:
 def test_a_published_experiment_and_one_on_the_open_part_run_grow_and_are_reported(own: Page) -> None:
     page = own
     opened(page, PLATE)
+    typed(page, "Thickness", "6")
     page.keyboard.press("5")
     lab = page.locator("#view-lab")
     choose(page, "machining_time")

@@ -177,7 +177,7 @@ def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
             {"Tool diameter": "16", "Depth": "2"},
             ["--process", "pocket", "--tool-diameter", "16", "--depth", "2", "--strategy", "zigzag"],
         ),
-        ("points.xml", "drill", {}, []),
+        ("points.xml", "drill", {"Depth": "3"}, ["--depth", "3"]),
     ],
 )
 def test_what_is_downloaded_is_what_the_command_line_writes(
