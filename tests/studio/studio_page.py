@@ -108,7 +108,7 @@ def at_rest(page: Page) -> None:
 
 
 def downloaded(page: Page, name: str) -> tuple[str, bytes]:
-    link, menu = page.get_by_role("link", name=name, exact=True), page.locator(".files .menu:not([open]) > summary")
+    link, menu = page.get_by_role("link", name=name, exact=True), page.locator(".more-files:not([open]) > summary")
     if menu.count() and not link.count():
         menu.click()
     with page.expect_download() as waiting:

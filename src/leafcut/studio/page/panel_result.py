@@ -426,7 +426,7 @@ class ResultPanel:
                     anchor = download(name, "button" if name == "report" else "button primary")
                     if name != "report":
                         self.mark.add_program(anchor, files[name])
-            with box("details", "menu"):
+            with box("details", "more-files"):
                 text("summary", w("file.more"), "button")
                 with box("div"):
                     for name in _MORE_FILES:

@@ -42,7 +42,7 @@
   const seen = (e) => e.getClientRects().length > 0;
   // A click beside an open menu, or on one of its links, closes it.
   document.addEventListener("click", (event) => {
-    for (const menu of document.querySelectorAll(".menu[open]")) {
+    for (const menu of document.querySelectorAll(".more-files[open]")) {
       if (!menu.contains(event.target) || event.target.closest("a")) menu.open = false;
     }
   });
