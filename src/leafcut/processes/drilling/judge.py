@@ -1,7 +1,6 @@
 """Check that a program drills each hole of the drawing once, in the right position and depth, with the right tool.
 
-The judge sees the part as read, the options, and the program as read back, never the plan or the post. It determines
-tools, depths and positions with its own code, so a planning error is not repeated here.
+The judge has code of its own for tools, depths and positions, so a planning error is not repeated here.
 """
 
 from __future__ import annotations
@@ -39,7 +38,6 @@ _BARE_POINT = 1.0
 _CENTRE_SHARE = 0.4
 #: Decimals and minimum of assumed tool diameters, mm.
 _DECIMALS, _THINNEST = 4, 1e-4
-#: Number of a tool missing in the library.
 _NO_NUMBER = -1
 #: Tolerance of equal library diameters and depths, mm; of countersink angles, rad.
 _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
@@ -54,7 +52,7 @@ _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIG
 
 
 class _Cut(NamedTuple):
-    """A hole, or a wide part of it, made by one tool: position and tip, mm; tool name; number of the hole."""
+    """A hole, or a wide part of it, made by one tool: position and tip, mm; number of the hole."""
 
     x: float
     y: float
@@ -64,7 +62,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A slot: its ends, bottom and maximum depth per pass, mm; tool name."""
+    """A slot: its ends, bottom and maximum depth per pass, mm."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -73,7 +71,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A position where the program plunges at feed: position and lowest tip, mm; tool and line."""
+    """A position where the program plunges at feed: position and lowest tip, mm."""
 
     x: float
     y: float
@@ -83,7 +81,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight sideways cut: start and end, mm; tool and line."""
+    """A straight sideways cut: start and end, mm."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -93,14 +91,9 @@ class _Pass(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DrillingRequest:
-    """The user's request.
+    """The user's request: part and surface as read, with the zero of the drawing.
 
-    Attributes
-    ----------
-    part, surface
-        As read, with the zero of the drawing; the surface is None for a flat part.
-    library
-        None if tools are assumed.
+    The surface is None for a flat part; the library is None if tools are assumed.
     """
 
     part: Part
@@ -173,12 +166,7 @@ class DrillingRequest:
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
     """Return the differences between a program and the drawing and options; empty if each hole is drilled once.
 
-    Parameters
-    ----------
-    text, path
-        The program and its motion (`proof.program.read_back`).
-    rounding
-        Rounding of written numbers, mm.
+    `rounding` is the rounding of written numbers, mm.
     """
     tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _assumed_tools(text)
@@ -263,7 +251,7 @@ def _tops(
         return (drawn if use_drawn else np.zeros(len(holes))), None
     if use_drawn and not request.options.through:
         return drawn, None
-    from leafcut.material.surface import rims_of  # imported here because it loads a kernel, and most plates are flat
+    from leafcut.material.surface import rims_of  # loads a kernel, and most plates are flat
 
     points, radii = request.points[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
     rims = rims_of(request.triangles, points, np.array(radii, dtype=np.float64))
@@ -286,12 +274,11 @@ def _cut_radius(tool: Tool, above: float) -> float:
 
 
 def _point_length(tool: Tool) -> float:
-    """Return the length of a tool's point, mm."""
     return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle) if tool.point_angle < math.pi else 0.0
 
 
 def _tool_name(request: DrillingRequest, tool: Tool) -> str:
-    """Return the name of a tool: its number in the library, or the kind and diameter stated in the program."""
+    """Return the number of a tool in the library, or the kind and diameter stated in the program."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -449,7 +436,7 @@ class _PointIndex:
             self._cells[math.floor(x), math.floor(y)].append(k)
 
     def near(self, x: float, y: float, tolerance: float) -> list[int]:
-        """Return the indices of the points within `tolerance` on each axis, mm."""
+        """Return the indices of the points within a tolerance on each axis, mm."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return []
         columns, rows = ({math.floor(value - tolerance), math.floor(value + tolerance)} for value in (x, y))
@@ -503,10 +490,7 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Return the differences between the sideways cuts and the slots.
-
-    Each slot must be cut once at its bottom. No pass may exceed the maximum depth of its tool, or cut elsewhere.
-    """
+    """Check that each slot is cut once at its bottom, never deeper per pass than its tool allows, and nowhere else."""
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)
     differences = []
@@ -548,7 +532,6 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
 
 
 def _connects_ends(slot: _SlotCut, motion: _Pass, tolerance: float) -> bool:
-    """Return whether a pass connects the ends of a slot."""
     forward = [math.dist(motion.start[:2], slot.ends[0]), math.dist(motion.end[:2], slot.ends[1])]
     backward = [math.dist(motion.start[:2], slot.ends[1]), math.dist(motion.end[:2], slot.ends[0])]
     return min(max(forward), max(backward)) <= math.sqrt(2.0) * tolerance

@@ -20,8 +20,6 @@ class DrillingDetail:
         Of the plate, mm; None if unknown.
     surface
         The part that contains the holes, if given; None for a plate.
-    fixtures
-        Boxes that stand on the part or hold it.
     """
 
     low_ways_saved_s: float | None = None

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -> Part:
     """Return the part with issues for missing work.
 
-    If the user requested drilling, contours are not missing work. If concentric circles were selected explicitly, the
-    others are not missing work.
+    Contours are not missing if the user requested drilling, nor other concentric circles if some were selected.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -73,10 +72,7 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
 def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
     """Return the plan, and the request for the judge with part and surface as read.
 
-    Parameters
-    ----------
-    everything
-        Contours and pockets are missing work, too, because the user did not explicitly request drilling.
+    With `everything`, contours and pockets are missing work, too: the user did not explicitly request drilling.
     """
     from leafcut.processes.placing import placed, placed_mesh, placing_words
     from leafcut.read import Match, read
@@ -172,13 +168,7 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
 
 
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
-    """Refuse a machine profile whose tool change features the controller does not support.
-
-    Raises
-    ------
-    OptionError
-        Names the key of the profile, and the reason.
-    """
+    """Refuse a machine profile whose tool change features the controller does not support (`OptionError`)."""
     for supported, reason in (
         (machine.tool_changer, "its tools are changed by hand"),
         (dialect.tool_change == "M6", f"{dialect.name} has no M6"),

@@ -87,13 +87,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
 
 
 def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> None:
-    """Refuse a part if neither the options nor its drawing give the depth of the holes.
-
-    Raises
-    ------
-    OptionError
-        Names the options to give.
-    """
+    """Refuse a part if neither the options nor its drawing give the depth of the holes (`OptionError`)."""
     if job.depth is None and job.thickness is None and not options.through and not part.has_hole_depths:
         raise OptionError(
             f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
@@ -102,13 +96,7 @@ def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> 
 
 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
-    """Return the depth rule of the options.
-
-    Raises
-    ------
-    PlanError
-        Depth and thickness contradict each other.
-    """
+    """Return the depth rule of the options; `PlanError` if depth and thickness contradict each other."""
     to_shoulder = options.depth_to == "shoulder"
     if job.depth is None:
         assert job.thickness is not None

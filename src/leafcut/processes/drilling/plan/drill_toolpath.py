@@ -21,7 +21,6 @@ from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.timing.travel import travel_heights, travel_metric
 
-#: Tolerance of equal heights, mm.
 _SAME_HEIGHT = 1e-6
 
 
@@ -33,10 +32,7 @@ def stages_of(
 ) -> tuple[Stage, ...]:
     """Return a stage for each operation; each starts where the previous one ends.
 
-    Parameters
-    ----------
-    first_nodes
-        Operation → choices to visit first.
+    `first_nodes` maps an operation to the choices to visit first.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -81,7 +77,7 @@ def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
 
 
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the holes or slots (indices into the part) in the order of `nodes`."""
+    """Return the holes or slots (indices into the part) in the order of their nodes."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
 
 
@@ -151,7 +147,6 @@ def _drill(
     relief: Relief | None,
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    # Difference between the bottoms of each hole and of the cycle, mm.
     offsets = (operation.bottoms(plan.tops, plan.deeper) - operation.cycle.bottom)[nodes]
     xy, bottoms = plan.part.hole_xy[targets], offsets.round(9).tolist()
     heights = _travel_heights(plan, machine, operation, xy, relief)
@@ -192,7 +187,7 @@ def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
 def _rout(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Rout slot by slot: plunge, cut back and forth along the slot in passes, and retract."""
+    """Rout slot by slot, back and forth along the slot in passes."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     position: Point | None = None

@@ -264,15 +264,6 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
 def _ground(
     part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
 ) -> Ground | None:
-    """Return the surface and the fixtures, or None for a flat part.
-
-    Raises
-    ------
-    PlanError
-        The part has slots.
-    OptionError
-        `--through` is combined with a thickness or a depth, or a fixture is invalid.
-    """
     if mesh is None:
         return None
     if part.slots:
@@ -287,7 +278,7 @@ def _ground(
 
 
 def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
-    """Return the radius of the widest tool of each hole, float64[n], mm."""
+    """Return the radius of the widest tool of each hole, mm."""
     radii = np.zeros(len(part.holes))
     for step, targets in work.items():
         if not step.slots:
@@ -388,7 +379,6 @@ def _add_wide_tools(
 def _wide_operation(
     step: Step, targets: list[int], tips: list[float], job: JobOptions, initial: bool
 ) -> DrillOperation:
-    """Return the operation that makes wide parts of holes in one plunge."""
     tool = step.tool
     dwell = tool.dwell or 0.0
     cycle = DrillCycle("G82" if dwell else "G81", job.retract_height, -min(tips), to_initial=initial, dwell=dwell)
@@ -398,7 +388,6 @@ def _wide_operation(
 def _check_flutes(
     operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64]
 ) -> None:
-    """Refuse a tool that is too short for its deepest hole."""
     for operation in operations:
         if operation.slots or operation.tips is not None:
             continue
@@ -411,13 +400,9 @@ def _check_flutes(
 
 
 def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
-    """Return the height of the top of each hole, float64[n], and a note if holes drawn elsewhere become Z0.
+    """Return the height of the top of each hole, and a note if holes drawn elsewhere become Z0.
 
-    Raises
-    ------
-    PlanError
-        Holes are drawn at several heights but one is requested, so some would be drilled too deep or not at all. Or
-        two holes at one position have different heights.
+    Holes drawn at several heights are refused if one is requested: some would be drilled too deep or not at all.
     """
     if options.hole_heights == "drawn":
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -440,7 +425,6 @@ def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[
 
 
 def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
-    """Return a note for every tap whose lead leaves incomplete threads at the exit."""
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
@@ -450,7 +434,7 @@ def _far_below(
 ) -> list[Issue]:  # fmt: skip
     """Return a warning if tools exit far below the part, with the greatest distance; a note for a board.
 
-    `underside` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
+    `underside` is −∞ if unknown.
     """
     farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for operation in operations:
@@ -483,7 +467,7 @@ def _deep_strokes(
 ) -> list[Issue]:  # fmt: skip
     """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards.
 
-    `underside` is the underside of the part at each hole, float64[n], mm; −∞ if unknown.
+    `underside` is −∞ if unknown.
     """
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
@@ -517,7 +501,6 @@ def _deep_strokes(
 
 
 def _check_zones(plan: DrillPlan) -> None:
-    """Refuse a hole or a slot in a keep-out zone: the tool would hit the obstacle there."""
     for operation in plan.operations:
         if operation.slots:
             slots = [plan.part.slots[t] for t in operation.targets]
@@ -638,7 +621,7 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 
 
 def _clean_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return the cycle with only its own parameters; raise `PlanError` if one is missing."""
+    """Return the cycle with only its own parameters; `PlanError` if one is missing."""
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError(f"{tool.label}: {cycle.name} needs a peck depth; set --peck, or peck in the library")
     if cycle.name == "G82" and not cycle.dwell:

@@ -29,7 +29,7 @@ BODY_CLEARANCE = 0.1
 FLUTE_LEVELS = 12
 #: Largest ratio between the lengths of fixture and part.
 MAX_LENGTH_RATIO = 50.0
-#: Units confused with mm, and the scale of the mesh in them; minimum share of a part's length covered by holes.
+#: Units confused with mm, and the scale of the mesh in them.
 OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
 _NEARLY = 0.5
 #: Largest plausible thickness of a part, in diameters of its holes.
@@ -61,10 +61,6 @@ class Ground:
         float64[k, 6]: boxes on the surface: lower corner, upper corner, mm.
     clearance
         Distance of travel moves from all of it, vertical and horizontal, mm.
-    fixture
-        The fixture as a mesh, or None.
-    issues
-        Issues of the fixture.
     """
 
     mesh: Mesh
@@ -141,10 +137,7 @@ class Ground:
 def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
     """Parse boxes ``x0 y0 z0 x1 y1 z1`` to float64[k, 6], lower corner first.
 
-    Raises
-    ------
-    OptionError
-        A box has not six numbers, or no volume.
+    `OptionError` if a box has not six numbers, or no volume.
     """
     boxes = []
     for text in texts:
@@ -224,13 +217,7 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, ground: Ground) -> None:
-    """Refuse a hole if the fixture's mesh is above the tip of the tool, within its radius.
-
-    Parameters
-    ----------
-    xy, tips
-        float64[n, 2], float64[n]: the holes, and the lowest point of the tool in each, mm.
-    """
+    """Refuse a hole if the fixture's mesh is above the tip of the tool, within its radius."""
     if ground.fixture is None or not len(xy):
         return
     hits = _points_below_mesh(ground.fixture.triangles, xy, tips, radius)
@@ -248,11 +235,6 @@ def check_bodies(
     """Refuse a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim of the hole.
 
     These are wider than the tool; between holes, the travel heights keep them clear (`Ground.relief`).
-
-    Parameters
-    ----------
-    xy, tops, tips
-        float64[n, 2], float64[n], float64[n]: the holes, and the heights of top and tip in each, mm.
     """
     triangles = ground.triangles
     for disc in discs_of(tool):
@@ -283,14 +265,8 @@ def check_beside(
     """Refuse a tool that is wider than a hole of a solid and would cut the surrounding material.
 
     The surface of a solid is the finished part: nothing above the top of a hole may be cut. A centre drill makes its
-    chamfer below the top, and needs clearance for its greater width above it.
-
-    Parameters
-    ----------
-    xy, widths
-        float64[n, 2], float64[n]: the holes, and their largest diameters, mm.
-    tops, tips
-        float64[n], float64[n]: the heights of top and tip in each hole, mm.
+    chamfer below the top, and needs clearance for its greater width above it. `widths` are the largest diameters of the
+    holes, mm.
     """
     cutter = cutter_of(tool)
     wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_CLEARANCE)
@@ -320,7 +296,7 @@ def check_beside(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of points, float64[n, 2], with a mesh above a height, float64[n], within a radius."""
+    """Return the indices of points with a mesh above their height within a radius."""
     import shapely  # as above
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -477,7 +453,6 @@ def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> 
 
 
 def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
-    """Refuse a surface that does not contain the holes, if it would in another unit."""
     if _contains_holes(part, mesh, 1.0):
         return
     message = _describe_lengths(part, mesh)
@@ -520,13 +495,11 @@ def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
 
 
 def _contains_holes(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether all holes are inside the bounding box of the surface, scaled by `factor`."""
     xy = part.hole_xy
     return bool(((xy >= mesh.low[:2] * factor) & (xy <= mesh.high[:2] * factor)).all())
 
 
 def _box_triangles(box: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the twelve triangles of a box, float64[12, 3, 3]."""
     corners = np.array([(x, y, z) for x in box[[0, 3]] for y in box[[1, 4]] for z in box[[2, 5]]])
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     triangles: NDArray[np.float64] = corners[np.array([(q[0], q[k], q[k + 1]) for q in quads for k in (1, 2)])]

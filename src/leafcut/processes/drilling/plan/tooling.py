@@ -133,13 +133,7 @@ class ToolChooser:
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
     def step_for_slot(self, slot: Slot) -> Step:
-        """Return the step that routes a slot with a slot mill of its width; drills cannot cut sideways.
-
-        Raises
-        ------
-        PlanError
-            The library has no slot mill of this width.
-        """
+        """Return the step that routes a slot with a slot mill of its width; `PlanError` if the library has none."""
         if self.library is None:
             assumed = self._assume(ToolKind.SLOT_MILL, slot.width)
             self._note_size(assumed, slot.width)
@@ -249,10 +243,7 @@ class ToolChooser:
         )
 
     def _assume(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return a tool of the catalogue size for a diameter with conservative cutting data (see the constants above).
-
-        Drill files of boards specify exact diameters, which are kept.
-        """
+        """Return a tool of the catalogue size for a diameter; drill files of boards specify exact diameters."""
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
@@ -269,12 +260,10 @@ class ToolChooser:
         return self._assumed[kind, diameter]
 
     def _note_size(self, tool: Tool, diameter: float) -> None:
-        """Record a diameter that differs from that of its assumed tool."""
         if abs(tool.diameter - diameter) > EQUAL:
             self._approximated.setdefault(tool, []).append(diameter)
 
     def _size_issue(self, tool: Tool, diameters: list[float]) -> Issue:
-        """Return an issue on the diameters that an assumed tool only approximates."""
         low, high = (f"{diameter:.5g}" for diameter in (min(diameters), max(diameters)))
         targets = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
         return Issue(
@@ -285,13 +274,7 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the speed of a tool (its own, or an assumed one), rpm, and its assumed feed, mm/s.
-
-        Raises
-        ------
-        PlanError
-            The spindle cannot reach a suitable speed, and no other speed is given.
-        """
+        """Return the speed of a tool (its own, or an assumed one), rpm, and its assumed feed, mm/s."""
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -306,7 +289,6 @@ class ToolChooser:
         return rpm, feed
 
     def _spindle_message(self, tool: Tool, rpm: float) -> str:
-        """Message for an unsuitable spindle: the required speed, its range, and the remedy."""
         machine = self.machine
         needs = (
             f"{tool.label} needs {rpm:.0f} rpm, but the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
@@ -339,5 +321,4 @@ class ToolChooser:
 
 
 def _rpm(surface_speed: float, diameter: float) -> float:
-    """Return the speed, rpm, for a surface speed, mm/s, at a diameter, mm."""
     return 60.0 * surface_speed / (math.pi * diameter)
