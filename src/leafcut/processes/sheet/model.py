@@ -9,13 +9,7 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """The cuts of a sheet in three orders.
-
-    Attributes
-    ----------
-    plans
-        The given order, the nearest-neighbour order (or None) and the written order, with times and costs.
-    """
+    """The cuts of a sheet: in the given order, in the nearest-neighbour order (or None), and in the written order."""
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 

@@ -60,10 +60,6 @@ class SheetWork:
         The order of the drawing, without chains, or the order of the plan file.
     nearest
         The nearest-neighbour order, without chains.
-    torch
-        Cutting data, and the capabilities of the controller.
-    head
-        Travel costs of the head.
     planned
         The plan file, if all its choices fit.
     order_fixed
@@ -192,7 +188,6 @@ def _less(plan: Plan, known: CutSequence, order: Order) -> Order:
     return other
 
 
-#: The passes, in sequence.
 PASSES: tuple[Pass, ...] = (
     slide,
     keep_off_heat,

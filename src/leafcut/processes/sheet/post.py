@@ -1,9 +1,4 @@
-"""The writer of cutting programs for a torch or a beam.
-
-    write_cut_program(plan, toolpath, dialect("qtplasmac"), PostOptions(), header=["sheet.dxf"])
-
-It writes the rows of a toolpath with the words in table ``[torch]`` of the dialect.
-"""
+"""The writer of cutting programs for a torch or a beam, with the words in table ``[torch]`` of the dialect."""
 
 from __future__ import annotations
 
@@ -30,16 +25,8 @@ def write_cut_program(
 ) -> str:
     """Return the program of a cut sheet.
 
-    Parameters
-    ----------
-    plan
-        The cutting plan; its cutting data are passed to the controller.
-    path
-        The cuts as a toolpath: mm, mm/s, s. Actions of the controller itself are omitted (`gcode.torch`).
-    dialect
-        Without a table for torches, M3 and M5 switch the torch like a spindle.
-    options, header
-        As in `post.writer.write_program`.
+    The cutting data of the plan are passed to the controller, and actions of the controller itself are omitted
+    (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle.
 
     Raises
     ------
@@ -58,15 +45,7 @@ def write_cut_program(
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
     """Refuse work that the dialect cannot express; also called before the search.
 
-    Parameters
-    ----------
-    marks, compensates
-        Whether the sheet has marks, and whether the controller compensates the kerf.
-
-    Raises
-    ------
-    PostError
-        A word is missing; the message names it, and the remedy.
+    The `PostError` names the missing word, and the remedy.
     """
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
@@ -115,7 +94,7 @@ class _TorchWriter(Writer):
     def _begin(self, header: Sequence[str]) -> None:
         super()._begin(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
-            self.out.say("G61")  # otherwise the default or an earlier program may leave rounded corners on
+            self.out.say("G61")  # an earlier program may leave rounded corners on
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "

@@ -204,12 +204,7 @@ def _given(
 def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
     """Return the cutting with chains if they save time.
 
-    Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are.
-
-    Raises
-    ------
-    PlanError
-        A bridge of the plan file does not fit.
+    Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are. `PlanError` if one does not fit.
     """
     from leafcut.order.solve import solve
 
@@ -236,7 +231,6 @@ def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float)
 
 
 def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
-    """Return the keep-out zones with the heights at which they may be crossed; None without zones."""
     settings = job.settings.job
     zones = parse_zones(settings.keep_out)
     if not len(zones):
@@ -326,10 +320,7 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
     """Return the process in the cut chart, and a warning if its power differs from the machine's power.
 
-    Raises
-    ------
-    OptionError
-        The machine cuts by another method, such as a diode instead of a CO2 laser.
+    `OptionError` if the machine cuts by another method, such as a diode instead of a CO2 laser.
     """
     from leafcut.read.cutchart import is_process
 
@@ -374,10 +365,7 @@ def _check_dialect(words: Dialect, process: str) -> None:
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
     """Return the probe for touching off before each pierce, or None.
 
-    Raises
-    ------
-    OptionError
-        A probe is wanted, but the machine or its controller has none.
+    `OptionError` if a probe is wanted, but the machine or its controller has none.
     """
     able = words.torch is not None and bool(words.torch.probe)
     probe = machine.probe

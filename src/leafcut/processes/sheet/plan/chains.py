@@ -58,7 +58,6 @@ NEW_PLACES = 16
 
 #: Steps of a chain: each bridge ends at the entry of a step, and the next bridge starts at its exit.
 Chain = tuple[CutStart, ...]
-#: Both ends of a bridge.
 Bridge = tuple[Point, Point]
 
 
@@ -74,10 +73,8 @@ class Bridges:
         Distance along the contour, float64[n], mm.
     arrive, leave
         End point of the arriving bridge, and start point of the next bridge, float64[n, 2], mm.
-    begin, end
-        Start and end positions of each bridge, int64[m].
-    length
-        Length of each bridge, float64[m], mm.
+    begin, end, length
+        Start and end positions of each bridge, int64[m], and its length, float64[m], mm.
     saving
         Time saved by each bridge, s, keyed by its positions; only bridges that save time.
     """
@@ -121,12 +118,7 @@ def chain_problem(
 ) -> tuple[RoutingProblem, Bridges] | None:
     """Return the problem of the chains of a block (`chain_blocks`), and its bridges; None if no bridge saves time.
 
-    Parameters
-    ----------
-    overhead
-        Time to lower and raise the head at each cut, s.
-    rapid
-        Velocity of rapids, mm/s.
+    `overhead` is the time to lower and raise the head at each cut, s; `rapid` is in mm/s.
     """
     rules, feed = cutting.rules, cutting.rules.data.feed
     # Time of a pierce and its leads, without travel.
@@ -431,10 +423,7 @@ def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tu
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
     """Return the chains that a plan file fixes; with `everything` all of its chains.
 
-    Raises
-    ------
-    PlanError
-        A bridge of the plan does not fit; the message names the cut.
+    `PlanError` names the cut if a bridge of the plan does not fit.
     """
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []

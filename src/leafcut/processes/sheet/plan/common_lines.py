@@ -400,7 +400,6 @@ class Grouper:
         return list({id(x): x for x in lists.values()}.values())
 
     def _merged(self, own: Sequence[int]) -> tuple[Point, ...]:
-        """Return the points of the line along consecutive gaps."""
         if self.slots[own[0]].between:
             return self.slots[own[0]].points
         ends = [p for n in own for p in (self.slots[n].begin, self.slots[n].end)]
@@ -469,7 +468,6 @@ class Grouper:
             left.remove(pair[0])
 
     def _joined(self, one: CommonLine, other: CommonLine, members: frozenset[int], around: Any) -> CommonLine:
-        """Return two lines joined at their common end."""
         first = one.points if _meet(one.points[-1], other.ends) else one.points[::-1]
         then = other.points if _meet(first[-1], other.ends[:1]) else other.points[::-1]
         points = (*first, *then[1:])

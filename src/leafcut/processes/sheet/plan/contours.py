@@ -44,8 +44,6 @@ class CutContour:
     ----------
     index
         Index in `Sheet.contours`.
-    source
-        The drawn contour.
     path
         Centreline of the kerf, counter-clockwise if closed.
     line

@@ -265,10 +265,7 @@ def _drawn(contour: CutContour) -> Polyline:
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
     """Return the programmed path for a controller that compensates, and the length of its lead-in, mm.
 
-    Raises
-    ------
-    PlanError
-        The start does not lie beside the drawn contour.
+    `PlanError` if the start does not lie beside the drawn contour.
     """
     half, here, travel = (
         contour.rules.half,

@@ -55,10 +55,6 @@ class CutRules:
         ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other way.
     lead_in, lead_out
         Wanted leads; they may be shortened for a contour.
-    hole_lead_out
-        Whether holes have a lead-out.
-    torch_off_in_overcut
-        Whether the torch is off during the overcut.
     once
         Without compensation: whether coincident edges are cut once even without the option for common lines.
     """

@@ -203,10 +203,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
     """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet.
 
-    Raises
-    ------
-    PlanError
-        The message has the first position, and the number of further conflicts.
+    The `PlanError` has the first position, and the number of further conflicts.
     """
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
@@ -295,12 +292,8 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
 
-    Parameters
-    ----------
-    members
-        Indices into `Cutting.contours`; they become the clusters, in this order.
-    first, last
-        Whether the route starts at the start point of the head, and ends at its end point.
+    The members are indices into `Cutting.contours` and become the clusters, in this order. `first` and `last`: whether
+    the route starts at the start point of the head, and ends at its end point.
 
     Raises
     ------

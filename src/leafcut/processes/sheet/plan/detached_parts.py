@@ -41,10 +41,9 @@ class HeadRoutes:
     ----------
     corners
         Corners of the route to each cut, by its position; the key of the route to the end is the number of cuts.
-    crossing
-        Positions of the cuts whose travel move still crosses a detached part.
-    close
-        The same for moves that cross no part, but pass within the radius of the head.
+    crossing, close
+        Positions of the cuts whose travel move still crosses a detached part, or only passes within the radius of the
+        head.
     moves
         Number of travel moves.
     radius
@@ -147,14 +146,8 @@ def cut_outlines_later(
 ) -> list[int]:
     """Return an order in which outlines are cut after the moves that cross their parts, if that costs less.
 
-    Parameters
-    ----------
-    pairs
-        Precedence pairs (before, after), as indices into `cuts`.
-    cost
-        Cost of a straight move, in seconds or mm.
-    late
-        Called between attempts; true ends them.
+    `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` is that of a straight move, in seconds
+    or mm. The search ends when `late` returns true between attempts.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}

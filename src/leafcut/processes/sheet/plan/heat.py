@@ -57,7 +57,6 @@ def spread_starts(
         before.setdefault(b, set()).add(a)
 
     def may_swap(first: CutStart, second: CutStart) -> bool:
-        """Return whether a cut and its successor may be swapped."""
         a, b = first.contour, second.contour
         return a not in before.get(b, ()) and band.get(a) == band.get(b)
 

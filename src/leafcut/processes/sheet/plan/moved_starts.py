@@ -131,7 +131,6 @@ class _Burnt:
         return self._lines[id(start)][1]
 
     def build(self) -> None:
-        """Build the indices of all lines and pierces."""
         nothing = shapely.LineString()
         burns = [self._burns(s) for s in self.order]
         self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]

@@ -175,7 +175,6 @@ def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
 
 
 def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
-    """Return the index of the piece around a contour, or None."""
     points = shapely.MultiPoint(held.path.flattened(FLATNESS))
     around = (k for k, path in enumerate(pieces) if shapely.Polygon(path.flattened(FLATNESS)).covers(points))
     return next(around, None)

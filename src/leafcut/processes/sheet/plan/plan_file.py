@@ -33,13 +33,7 @@ NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Refuse a plan for another drawing.
-
-    Raises
-    ------
-    PlanError
-        The drawings differ; the message has the first difference.
-    """
+    """Refuse a plan for another drawing; the `PlanError` has the first difference."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError(f"{plan.source}: the plan no longer fits the drawing: {reason}; make a new plan")
@@ -63,10 +57,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
     """Return the cutting restricted to the fixed choices of the plan, or with `everything`, to all of its choices.
 
-    Raises
-    ------
-    PlanError
-        The plan is for another drawing, or a fixed choice cannot be cut; the message names the cut.
+    `PlanError` if the plan is for another drawing, or if a fixed choice cannot be cut; the message names the cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
@@ -166,13 +157,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts that a fixed choice allows.
-
-    Raises
-    ------
-    PlanError
-        No start fits the fixed choice.
-    """
+    """Return the starts that a fixed choice allows; `PlanError` if there are none."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -212,19 +197,12 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
 
 
 def _is_like(start: CutStart, lead: Lead) -> bool:
-    """Return whether the lead-in of a start matches a fixed lead."""
     own = start.lead_in
     return own.style == lead.style and max(abs(own.length - lead.length), abs(own.angle - lead.angle)) < SAME
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return the positions at which a controller with kerf compensation can start.
-
-    Raises
-    ------
-    PlanError
-        No position is suitable, or compensation cannot start on the lead.
-    """
+    """Return the positions at which a controller with kerf compensation can start; `PlanError` if there are none."""
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(

@@ -177,13 +177,8 @@ def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]
     """Return the edge of the sheet from a layer with the name of a sheet; None if its outlines are parts.
 
     The edge encloses all other contours; a part that crosses it lies half off the sheet. An outline without contours
-    inside is a part. With some contours inside and others outside, it is ambiguous, and a wrong guess would cut each
-    part on the wrong side of its line.
-
-    Raises
-    ------
-    PlanError
-        The outline is ambiguous; the message lists the contours outside.
+    inside is a part. With some contours inside and others outside, it is ambiguous (`PlanError`), and a wrong guess
+    would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -482,12 +477,8 @@ def _at(places: Sequence[Any]) -> str:
 def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     """Return a sheet without the round holes that `options` excludes; their number is reported (L205).
 
-    Slots, windows, outlines of parts and marks of any size stay.
-
-    Raises
-    ------
-    PlanError
-        An excluded hole has contours inside, which would then lie in the metal of the part.
+    Slots, windows, outlines of parts and marks of any size stay. `PlanError` if an excluded hole has contours inside,
+    which would then lie in the metal of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
@@ -534,12 +525,7 @@ def _start_of(contour: Contour) -> str:
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
     """Return the sheet with the size in `options`, and keep-out zones, float64[k, 4], mm.
 
-    Raises
-    ------
-    OptionError
-        The size is invalid.
-    PlanError
-        A contour lies outside a sheet of that size.
+    `OptionError` if the size is invalid; `PlanError` if a contour lies outside a sheet of that size.
     """
     outline = sheet.outline
     if options.sheet_size:
@@ -558,13 +544,7 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Parse a size such as ``3000x1500`` into width and height, mm.
-
-    Raises
-    ------
-    OptionError
-        The text does not consist of two positive numbers.
-    """
+    """Parse a size such as ``3000x1500`` into width and height, mm; `OptionError` unless it is two positive numbers."""
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:

@@ -43,7 +43,7 @@ class CutStart:
     at
         Start position along the contour, mm. On open contours 0, or the length for the reverse direction.
     clockwise
-        Direction on closed contours; on open contours, whether the direction is reversed.
+        On open contours, whether the direction is reversed.
     entry, exit
         Points where the torch switches on, and where the next rapid starts.
     pierce
@@ -74,10 +74,7 @@ class CutStart:
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
     """Return all starts of all contours, contour by contour.
 
-    Raises
-    ------
-    PlanError
-        Some contours have no room for a lead; the message has their positions.
+    The `PlanError` has the positions of contours without room for a lead.
     """
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
@@ -303,12 +300,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
     """Return the starts of an outline with straight lead-ins from beyond the edge of the sheet.
 
-    They serve sheets that are too thick to pierce.
-
-    Raises
-    ------
-    PlanError
-        The edge of the sheet is unknown.
+    They serve sheets that are too thick to pierce. `PlanError` if the edge is unknown.
     """
     rules = contour.rules
     if scrap.sheet is None:

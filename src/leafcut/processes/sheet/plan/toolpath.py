@@ -76,8 +76,6 @@ def lay_cuts(
 
     Parameters
     ----------
-    end
-        End point of the head.
     corners
         Corners of the travel move before each cut, by its position; the key of the final move is the number of cuts.
     obstacles

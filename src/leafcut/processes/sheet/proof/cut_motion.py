@@ -187,12 +187,7 @@ def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int |
     """Return the motion of a cutting program, whatever modal state an earlier program left active.
 
     Feeds from the controller's material table follow the selected material. Material `material_number` is known: it has
-    the feed of the plan.
-
-    Raises
-    ------
-    ReadError
-        The controller does not accept the text, or the text selects another material.
+    the feed of the plan. `ReadError` if the controller does not accept the text, or the text selects another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

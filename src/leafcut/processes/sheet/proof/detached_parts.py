@@ -119,7 +119,6 @@ def _crosses(points: Points, edge: Points) -> bool:
 
 
 def _nears(points: Points, edge: Points, distance: float) -> bool:
-    """Return whether a move comes within a distance of an edge."""
     low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
     points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
     return bool((_distances(points, edge) < distance).any())

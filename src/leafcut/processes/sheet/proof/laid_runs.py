@@ -76,8 +76,6 @@ class LaidRuns:
         Metal of the finished parts, shrunk by `TOLERANCE`, and part numbers.
     sheet, zones
         Area of the sheet (None if unknown), and keep-out zones.
-    marks
-        Whether each run marks.
     lines
         Shapely lines along which each run burns.
     claims, of_target

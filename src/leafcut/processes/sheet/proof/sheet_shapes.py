@@ -41,8 +41,6 @@ class Target:
         Index in `Sheet.contours`.
     shape
         Shapely polygon of a closed contour to cut, else None.
-    edge
-        The drawn line.
     way
         Centreline of the kerf: a ring for a closed contour; the line itself for a mark or an open cut.
     corners
@@ -140,10 +138,7 @@ def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     """Return the faults of a sheet whose holes and notches were divided, compared with the sheet as `drawn`.
 
-    Parameters
-    ----------
-    half
-        Distance between the centreline of the kerf and the parts, mm.
+    `half` is the distance between the centreline of the kerf and the parts, mm.
     """
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):

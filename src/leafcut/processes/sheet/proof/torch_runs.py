@@ -44,9 +44,7 @@ class TorchRun:
     feed, height
         float64[n]: mm/s, and mm above the sheet at the end of the chord.
     row_line
-        int32[n]: program line.
-    lightings
-        All lightings without motion.
+        int32[n].
     """
 
     line: int
@@ -92,7 +90,6 @@ class _Collector:
     aside: float = 0.0
 
     def close(self) -> None:
-        """End the current run."""
         if self.lightings or any(self.burning):
             points, chord = compensated(np.array(self.points).reshape(-1, 2), np.array(self.side))
             self.runs.append(
@@ -110,7 +107,6 @@ class _Collector:
             column.clear()
 
     def light(self, row: Motion, place: NDArray[np.float64]) -> None:
-        """Add a switch of the torch, on or off."""
         self.lit = row if row.value != 0.0 else None
         self.resting = self.lit is not None
         if self.lit is not None:

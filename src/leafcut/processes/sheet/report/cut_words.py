@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return time and cost per part name, for a sheet and the batch; unnamed parts are omitted."""
+    """Return time and cost per part name; unnamed parts are omitted."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:

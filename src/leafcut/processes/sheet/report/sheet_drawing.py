@@ -59,8 +59,6 @@ class SheetScene:
         Whether rapids are coloured from first to last.
     kerf, true_kerf
         Width of the kerf in user units, and whether it is to scale.
-    missing
-        Issues about missing work.
     """
 
     frame: Frame
@@ -213,7 +211,6 @@ def _kind_at(cut: Cut, at: float) -> str:
 
 
 def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
-    """Return the SVG of a cut: path, dot at its start, and title."""
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
     for kind, low, high in stretches(cut):

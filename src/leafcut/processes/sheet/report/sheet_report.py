@@ -217,7 +217,6 @@ class SheetReport(PathReport[SheetDetail]):
         return [plan for plan in self.outcome.detail.plans if plan is not None]
 
     def _times(self) -> list[tuple[str, CutTimes]]:
-        """Return the times of a sheet in the known orders, by name."""
         norms = zip(self.order_names(), self.outcome.detail.norms, strict=True)
         return [(name, norm.sheet) for name, norm in norms if norm is not None]
 
