@@ -34,9 +34,9 @@ _ANGLE = 0.05
 
 
 class _Ways(NamedTuple):
-    """Straight moves: both ends, float64[n, 2], one height, float64[n], mm, and their rows.
+    """Straight moves: both ends, float64[n, 2], mm, and their rows.
 
-    The height is the highest of an original move, and the lowest of a new move.
+    `z` is the greatest height of an original move, and the lowest of a new move.
     """
 
     begin: NDArray[np.float64]

@@ -46,8 +46,6 @@ class Mark(NamedTuple):
         A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
     key
         Row number; minus 0.5 for barriers before a row.
-    line
-        Line number.
     place
         Position of the tool at the barrier, mm.
     exactly

@@ -42,14 +42,9 @@ _Item = TypeVar("_Item")
 
 
 class Explanation(NamedTuple):
-    """Explained differences.
+    """Explained differences in the order of their lines, and their minimum number `found`.
 
-    Attributes
-    ----------
-    differences, found
-        Differences in the order of their lines, and their minimum number.
-    phrases
-        Changes of work that is in both programs, in words.
+    `phrases` are changes of work that is in both programs, in words.
     """
 
     differences: list[Difference]

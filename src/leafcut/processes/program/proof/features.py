@@ -45,15 +45,10 @@ _ALL = slice(None)
 
 
 class States:
-    """Modal state at every row of a toolpath.
+    """Modal state at every row of a toolpath: `number`, int32[n], is its row of `table`.
 
-    Attributes
-    ----------
-    number
-        int32[n]: row of `table` for each row of the toolpath.
-    table
-        Column by name (see `EXACT` and `AMOUNT`), with one value per distinct state. `plane` is the plane of radius
-        compensation, or 0 without compensation.
+    `table` has a column by name (see `EXACT` and `AMOUNT`), with one value per distinct state. `plane` is the plane of
+    radius compensation, or 0 without compensation.
     """
 
     def __init__(self, number: Ints, table: dict[str, NDArray]) -> None:
@@ -132,8 +127,6 @@ class Features:
         float64[n]: mm/s, s.
     state, arc, cycle
         int32[n]: rows in `states` and in `tables`.
-    states, tables
-        Tables of states, arcs and cycles.
     group
         int64[n]: features of different groups are never equal.
     """

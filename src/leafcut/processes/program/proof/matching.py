@@ -61,8 +61,6 @@ class Pairing(NamedTuple):
         int64[n]: new feature for each original feature, or -1.
     missing, extra
         Unmatched features of the original and of the new program.
-    before, after
-        All features of the original and of the new program.
     """
 
     new_of: Indices

@@ -300,14 +300,9 @@ def detached_parts(
 def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:
     """Return the masks of visits that may detach a part, and that detach one for certain, bool[n] each.
 
-    An outline inside another outline through the material is scrap, unless other work starts inside it.
-
-    Parameters
-    ----------
-    outlines
-        Outlines at the lowest level of the visits that may cut through.
-    above
-        float64[n]: distance of each visit from the deepest cut, mm.
+    An outline inside another outline through the material is scrap, unless other work starts inside it. `outlines` are
+    those at the lowest level of the visits that may cut through; `above`, float64[n], is the distance of each visit
+    from the deepest cut, mm.
     """
     n = len(visits.first)
     # If several cuts form an outline, any of them may be the last.

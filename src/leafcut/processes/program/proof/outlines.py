@@ -54,12 +54,7 @@ class Line(NamedTuple):
 class Outline(NamedTuple):
     """An area, and the pieces of work that cut it, in ascending order.
 
-    Attributes
-    ----------
-    alone
-        Whether a single line certainly closes the area.
-    joined
-        Whether several lines enclose the area, or a single line with a tab.
+    `alone`: a single line certainly closes the area. `joined`: several lines enclose it, or a single line with a tab.
     """
 
     area: Any

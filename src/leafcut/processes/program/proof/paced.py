@@ -30,10 +30,7 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
     """Return the changed speeds of a program, by row of the original.
 
-    Raises
-    ------
-    VerifyError
-        The program follows a different path or does different work.
+    `VerifyError` if the program follows a different path or does different work.
     """
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
@@ -214,19 +211,10 @@ def made_rapid(
 def check_lowered(
     before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
 ) -> None:
-    """Check that a program differs only in lower moves, and that these stay clear of the material.
+    """Check that a program differs only in lower moves, and that these stay clear of the material; else `VerifyError`.
 
-    Parameters
-    ----------
-    loads
-        Loads of the program with lower heights.
-    bent_above
-        Lowered rapids in both X and Y must stay above this height plus the clearance, mm, if rapids are not straight.
-
-    Raises
-    ------
-    VerifyError
-        The program differs in other respects, or a move comes too close.
+    `loads` are those of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y must
+    stay above `bent_above` plus the clearance, mm.
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:

@@ -29,12 +29,12 @@ class ProgramWork:
 
     Attributes
     ----------
-    path, states
-        Rows, with expanded cycles if the other program has none, and their modal states.
+    path
+        With expanded cycles if the other program has none.
     source
         int64[n]: program row of each row of `path`.
     features
-        Features, without the dwells that belong to barriers.
+        Without the dwells that belong to barriers.
     travel
         int64[k]: rows of moves without cutting: rapids, and feed moves of a beam that is off.
     travel_from, drill_from
@@ -168,14 +168,9 @@ _STOPPING = (610, 611)
 def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
     """Return the rows of a toolpath that remain if every straight cut is a single row.
 
-    Feeds of no length are left out. Consecutive feeds with the same feed rate and in the same state become one, the
-    last, if all points between its ends are within `tolerance` and in order. Feeds under or directly after radius
-    compensation, in inverse time or with exact stops are unchanged.
-
-    Parameters
-    ----------
-    still, tolerance
-        mm; moves up to `still` have no length.
+    Feeds of no length (up to `still`, mm) are left out. Consecutive feeds with the same feed rate and in the same state
+    become one, the last, if all points between its ends are within `tolerance`, mm, and in order. Feeds under or
+    directly after radius compensation, in inverse time or with exact stops are unchanged.
     """
     before, end = path.before, path.end
     feeds = (path.kind == Kind.FEED) & np.isfinite(before).all(axis=1) & np.isfinite(end).all(axis=1)

@@ -265,12 +265,8 @@ def compare_rapids(
 ) -> tuple[list[Difference], int]:
     """Return the rapids of the new program that are lower than in the original or interrupt a cut, and their number.
 
-    Parameters
-    ----------
-    new_of, mark_of
-        New feature of each original feature, -1 if missing; new barrier by the key of the original barrier.
-    turned
-        Run of each feature if it is reversed, otherwise -1.
+    `new_of` and `mark_of` give the new feature of each original feature, -1 if missing, and the new barrier by the key
+    of the original. `turned` is the run of each feature if it is reversed, else -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))

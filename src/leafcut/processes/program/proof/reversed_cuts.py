@@ -41,8 +41,6 @@ class Turned(NamedTuple):
         Features run by run; a reversed run keeps its place in the order.
     run
         int64[n]: number of the run of each feature if it is reversible, else -1.
-    turned
-        bool[n]: whether the run is reversed.
     """
 
     work: ProgramWork

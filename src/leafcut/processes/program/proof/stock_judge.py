@@ -77,24 +77,12 @@ class StockJudge:
         given: bool,
         look: Heartbeat = unseen,
     ) -> StockJudge:  # fmt: skip
-        """Simulate the original and return its judge.
-
-        Raises
-        ------
-        PlanError
-            The program has too many pieces.
-        """
+        """Simulate the original and return its judge; `PlanError` if the program has too many pieces."""
         left, met, touched = _cut(original, cutters, bodies, stock, look)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, look: Heartbeat = unseen) -> None:
-        """Check that a program leaves the same stock, without deeper collisions than in the original.
-
-        Raises
-        ------
-        VerifyError
-            The stock differs, or a collision is deeper.
-        """
+        """Check that a program leaves the same stock without deeper collisions; else `VerifyError`."""
         left, met, _ = _cut(new, self.cutters, self.bodies, self.stock, look)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:

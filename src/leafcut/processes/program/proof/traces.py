@@ -35,7 +35,7 @@ class Arcs:
     Attributes
     ----------
     center
-        float64[m, 3]: centre, mm.
+        float64[m, 3], mm.
     axes
         int64[m, 3]: first, second and normal axis of the plane.
     start, sweep, radius, grows, level, rises
@@ -80,13 +80,11 @@ class Traces:
     feature
         int64[k]: feature of each piece.
     begin, end
-        float64[k, 2]: start and end, mm.
+        float64[k, 2], mm.
     bow
         float64[k]: maximum distance of the piece from the straight line between them, mm.
     arc, low, high
         int64[k]: row of `arcs`, or -1; float64[k]: parameter range of the arc.
-    arcs
-        All arcs.
     """
 
     feature: Indices
