@@ -36,9 +36,9 @@ _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsour
 
 @dataclass(frozen=True)
 class StatedPart:
-    """The file of the part in the header of a program, and its placement.
+    """The part named in the header of a program, turned so that axis `up` points up.
 
-    The part is turned so that axis `up` points up, its height `z` (mm) becomes Z0, and then `placing` is applied.
+    Its height `z` (mm) becomes Z0; then `placing` is applied.
     """
 
     name: str
@@ -79,12 +79,7 @@ def before_its_cuts(
     """Return the material before the cuts of a program, derived from the finished part; `cell` is in mm.
 
     Drilled holes are filled up to the surrounding surface. Areas milled sideways are filled up to the highest point of
-    the part.
-
-    Raises
-    ------
-    PlanError
-        The field would have too many cells.
+    the part. `PlanError` if the field would have too many cells.
     """
     from leafcut.material.cutting import cut
     from leafcut.material.height_field import HeightField

@@ -23,7 +23,7 @@ class StockProof:
     flat, unknown
         Tools treated as flat end mills, and tools left out because their shape is unknown.
     reason
-        Why no stock was compared, in words.
+        Why no stock was compared.
     """
 
     cells: int = 0
@@ -40,8 +40,6 @@ class AvoidedAreas:
 
     Attributes
     ----------
-    moves
-        Number of these moves.
     line
         Line of the first of them in the new program, or 0.
     below
@@ -73,8 +71,6 @@ class ProgramDetail:
 
     Attributes
     ----------
-    certificate
-        Proof that the new program does the same work.
     barriers
         Number of parts of the program that stay in place and that no work may pass.
     pieces, staying
@@ -83,10 +79,6 @@ class ProgramDetail:
         Effect of the new speeds, if requested.
     stock
         Comparison of the stock that both programs leave; None for a beam.
-    shown
-        Known stock and tools, for display.
-    avoided
-        New moves across areas that the original avoided.
     """
 
     certificate: Certificate

@@ -60,7 +60,7 @@ _KEPT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Paced:
-    """A program with new speeds and heights: its text, its interpretation, the changes and the issues."""
+    """A program with new speeds and heights."""
 
     text: str
     program: Program
@@ -172,7 +172,6 @@ class _Job:
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
-        """Return the loads of all pieces of a program."""
         look = self.run.start_step(what)
         return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
 
@@ -201,13 +200,7 @@ class _Job:
             yield Issue("L510", message, severity=Severity.NOTE)
 
     def read(self, text: str) -> Program:
-        """Interpret a new program.
-
-        Raises
-        ------
-        VerifyError
-            The program cannot be interpreted.
-        """
+        """Interpret a new program; `VerifyError` if that is not possible."""
         from leafcut.processes.program.reading import read_new
 
         try:
@@ -216,7 +209,6 @@ class _Job:
             raise VerifyError(f"the new program is not understood: {problem}") from None
 
     def seconds(self, program: Program) -> float:
-        """Return the machine time of a program, s."""
         from leafcut.timing.toolpath import measure
 
         return measure(program.path, self.run.machine).time_s
@@ -268,13 +260,7 @@ class _Job:
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
-        """Check that the new program differs only in lower moves, and that these stay clear of the material.
-
-        Raises
-        ------
-        VerifyError
-            The program differs in other respects, or a move comes too close.
-        """
+        """Check that the new program differs only in lower moves, clear of the material; else `VerifyError`."""
         from leafcut.processes.program.proof.paced import check_lowered
 
         bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
@@ -282,13 +268,7 @@ class _Job:
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:
-        """Check that a program leaves the same stock as the original, and hits no obstacle.
-
-        Raises
-        ------
-        VerifyError
-            The stock differs, or a move hits an obstacle.
-        """
+        """Check that a program leaves the same stock as the original and hits no obstacle; else `VerifyError`."""
         if differences := stock_differences(self.left, _left(new, self.cutters, self.stock), _TOLERANCE):
             first = differences[0]
             raise VerifyError(f"X{first.x:.3f} Y{first.y:.3f}: the new program leaves another height there")
@@ -334,7 +314,6 @@ class _Job:
         return Paced(text, new, change, (*issues, *kept, *_above(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
-        """Return the speed of each stretch."""
         look = self.run.start_step("choosing speeds")
         chords = self.chords(program, loads) if rules.air else ()
         return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
@@ -360,7 +339,6 @@ class _Job:
         return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
-        """Write a program with new speeds; return its text and its interpretation."""
         from leafcut.processes.program.post.pace_writer import with_pace
 
         text = signed(with_pace(program, pace, self.words.max_line, self.run.start_step("writing")))
@@ -407,12 +385,7 @@ class _Job:
         """Prove new speeds; return the speed of every piece, the changed stretches and the least clearance, mm.
 
         The new program follows the same path within all limits. Simulated from its text, it leaves the same stock, and
-        its new rapids stay clear of the material.
-
-        Raises
-        ------
-        VerifyError
-            One of these conditions is violated.
+        its new rapids stay clear of the material. Else `VerifyError`.
         """
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 
@@ -563,7 +536,6 @@ _KEPT_WORDS = {
 
 
 def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
-    """Format the reason why a tool keeps its feed."""
     reason = why.reason
     if reason == "chip":
         reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
@@ -571,13 +543,7 @@ def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
 
 
 def _spindle(run: Job) -> SpindleLoad | None:
-    """Return the limits of power and torque, or None without ``--material``.
-
-    Raises
-    ------
-    OptionError
-        The material is unknown.
-    """
+    """Return the limits of power and torque, or None without ``--material``; `OptionError` if it is unknown."""
     from leafcut.read.work_materials import load_material
 
     if "material" not in run.settings.given:
@@ -612,7 +578,6 @@ def _above(change: PaceChange) -> Iterator[Issue]:
 
 
 def _exceeded(tool: ToolPace) -> list[str]:
-    """Return the names of the limits that a tool exceeds."""
     over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
     return over + (["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else [])
 
@@ -635,7 +600,6 @@ def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
 
 
 def _left(program: Program, cutters: Mapping[int, Cutter], stock: StockBefore) -> HeightField:
-    """Return the stock that a program leaves."""
     from leafcut.material.cutting import cut
     from leafcut.material.straight_moves import straight_moves
 

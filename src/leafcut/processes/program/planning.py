@@ -49,12 +49,6 @@ class ForeignWork:
 
     Attributes
     ----------
-    source, read
-        Name and content of the program.
-    sequence
-        Its sections, and the blocks that stay.
-    obstacles
-        Keep-out zones, or None.
     judge, stock
         Judge of the remaining stock, or None; and its resolution, or the reason why there is no judge.
     stands
@@ -90,13 +84,6 @@ class ForeignWork:
 
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     """Plan a program: each section becomes a stage.
-
-    Parameters
-    ----------
-    source, data
-        Name and bytes of the program.
-    process
-        ``drill``, ``mill``, ``laser``, ``plasma``, or ``auto`` to detect it from the program.
 
     Raises
     ------
@@ -155,7 +142,6 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 
 
 def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
-    """Refuse a dangerous program if `--strict` asks for it."""
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
     if job.settings.read.strict and worst:
         more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
@@ -163,7 +149,6 @@ def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
-    """Return a warning about materials that the program uses but does not define."""
     from leafcut.processes.program.simulate import run_of_controller
 
     return run_of_controller(read.program, read.words, job.settings.job.clearance_height)[1]
@@ -206,8 +191,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
     """Return a stage for each section.
 
-    A section follows the previous section directly if no move in between has a known position. `start` is the position
-    of the tool before the first section, or None.
+    A section follows the previous section directly if no move in between has a known position.
     """
     from leafcut.processes.program.plan.resequencing import build_problem
 
@@ -252,7 +236,6 @@ def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | No
 
 
 def _offers(job: Job, sequence: Sequence) -> list[Issue]:
-    """Return a note on the tool changes that ``--merge-tools`` would save."""
     changes = sequence.mergeable
     if not changes or job.settings.job.keep_order:
         return []

@@ -165,7 +165,7 @@ class ForeignProgram(Process):
         return with_pieces_kept(plan, order, refused, trial)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Return the program with new heights and feeds, if requested, and with a comment on newly crossed areas."""
+        """Return the program with new heights and feeds, if requested, and a comment on newly crossed areas."""
         from leafcut.processes.program.finishing import finished
 
         return finished(plan, best)

@@ -35,7 +35,7 @@ _MOST_TRIALS = 6
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A reordered program: its interpretation, its proof, new heights and feeds, new dangers, newly crossed areas."""
+    """A reordered program; `avoided` are newly crossed areas."""
 
     program: Program
     certificate: Certificate | None = None
@@ -128,12 +128,8 @@ def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
 def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
     """Return the order with more pieces at their original place; no other piece passes them.
 
-    These are the pieces at fault, or else their sections, or else all. The last resort is the unchanged program.
-
-    Raises
-    ------
-    VerifyError
-        The unchanged program cannot be proved.
+    These are the pieces at fault, or else their sections, or else all. The last resort is the unchanged program;
+    `VerifyError` if that cannot be proved either.
     """
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
@@ -169,7 +165,6 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
 
 
 def _in_order(plan: Plan, order: Order) -> str:
-    """Return the text with the sections in the given order."""
     from leafcut.processes.program.plan.resequencing import piece_order
     from leafcut.processes.program.post.rewriter import rewrite
 

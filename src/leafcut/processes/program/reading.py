@@ -41,12 +41,9 @@ BELOW_SURFACE = ("L801", "L802")
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program with the dialect and machine that it was read for, and the issues.
+    """A program with the dialect and machine that it was read for.
 
-    Attributes
-    ----------
-    limits
-        Machine whose limits are checked, if `machine` is assumed and only used for times.
+    `limits` is the machine whose limits are checked, if `machine` is assumed and only used for times.
     """
 
     program: Program
@@ -64,12 +61,8 @@ class ProgramRead:
     def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
         """Return the dangers of the program, worst first, one issue per kind.
 
-        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning.
-
-        Parameters
-        ----------
-        simulated
-            Code of a danger → rows of the path checked by a stock simulation.
+        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` has the rows of
+        the path checked by a stock simulation, by the code of the danger.
         """
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
@@ -87,13 +80,7 @@ class ProgramRead:
 
 
 def read_new(run: Job, words: Dialect, text: str) -> Program:
-    """Interpret a newly written program for the machine of the run.
-
-    Raises
-    ------
-    ReadError
-        The program cannot be read.
-    """
+    """Interpret a newly written program for the machine of the run."""
     look = run.start_step("verifying")
     return read_foreign(
         text, "the new program", run.settings, run.machine, words, look, process="mill", choose=False
@@ -231,7 +218,6 @@ def _process(read: ProgramRead, process: str) -> str:
 
 
 def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
-    """Return the named machine with the other settings unchanged, and its dialect."""
     from leafcut.gcode.dialects import dialect
 
     machine = machine_of(settings.but(replace(settings.machine, machine=name)))

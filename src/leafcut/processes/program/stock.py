@@ -61,7 +61,7 @@ TOLERANCE = 0.01
 
 
 class _Cuts(NamedTuple):
-    """A program, its tools and their shapes, and its moves with undivided cuts."""
+    """A program with its tools and shapes, and its moves with undivided cuts."""
 
     source: str
     read: ProgramRead
@@ -177,7 +177,6 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
 
 
 def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
-    """Return a program with the shapes of its tools."""
     from leafcut.processes.program.reading import read_foreign
 
     source = str(program)
@@ -201,7 +200,6 @@ def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, 
 
 
 def _pieces(one: _Cuts, cell: float) -> StraightMoves:
-    """Divide the moves of a program into pieces for a cell size, mm."""
     from leafcut.material.straight_moves import straight_moves
 
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
@@ -209,7 +207,6 @@ def _pieces(one: _Cuts, cell: float) -> StraightMoves:
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:
-    """Return the issue that a full block is assumed, with the option that describes the stock."""
     words = "the stock was assumed: a full block around the cuts, with its top at Z0"
     if stated is None:
         return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]
@@ -221,13 +218,7 @@ def _assumed_block(stated: StatedPart | None) -> list[Issue]:
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:
-    """Return the smallest block around the cuts of all programs below Z0.
-
-    Raises
-    ------
-    PlanError
-        A program cuts nothing below Z0, so the top of the stock is unknown.
-    """
+    """Return the smallest block around the cuts of all programs below Z0; `PlanError` if one has none there."""
     blocks = []
     for one in programs:
         block = block_around(one.whole, one.cutters)
@@ -250,7 +241,6 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
 
 
 def _told_of_stock(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
-    """Return the issues about the stock, and about cells too coarse for a tool."""
     found = told_of(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"

@@ -49,11 +49,6 @@ if TYPE_CHECKING:
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     """Return the block of ``--workpiece``, or the box around the solid of its file.
 
-    Parameters
-    ----------
-    which
-        The solid in a STEP file, and its orientation.
-
     Raises
     ------
     OptionError
@@ -85,13 +80,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
 
 
 def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
-    """Return the material before the first cut as a height field.
-
-    Raises
-    ------
-    PlanError
-        There are too many cells.
-    """
+    """Return the material before the first cut as a height field; `PlanError` if it has too many cells."""
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
     from leafcut.material.mesh_field import field_of_mesh
@@ -122,13 +111,7 @@ def told_of(
 
 
 def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
-    """Return the solid of ``--workpiece``, or None for a block.
-
-    Raises
-    ------
-    ReadError
-        The file contains no closed solid.
-    """
+    """Return the solid of ``--workpiece``, or None for a block; `ReadError` if the file contains no closed solid."""
     return solid_file(text, which) if _is_file(text) else None
 
 
@@ -137,13 +120,7 @@ def _is_file(text: str) -> bool:
 
 
 def solid_file(path: str, which: ChosenSolid) -> Mesh:
-    """Return the closed solid in a file, in mm.
-
-    Raises
-    ------
-    ReadError
-        The file contains no closed solid.
-    """
+    """Return the solid in a file, in mm; `ReadError` if the file contains no closed solid."""
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
@@ -164,14 +141,9 @@ def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 def tools_of(
     program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
 ) -> dict[int, Tool]:
-    """Return the cutting tools of a program by number, in the order of use.
+    """Return the cutting tools of a program by number, in the order of use; `OptionError` if a shape is unknown.
 
     Without `by_options`, error messages mention no option.
-
-    Raises
-    ------
-    OptionError
-        The shape of a tool is unknown.
     """
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
@@ -293,13 +265,7 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Refuse a block if a cut below its top is far outside, since the material must be larger.
-
-    Raises
-    ------
-    OptionError
-        A cut is far outside the block.
-    """
+    """Refuse a block (`OptionError`) if a cut below its top is far outside, since the material must be larger."""
     found = beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
@@ -311,7 +277,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 
 
 class Beyond(NamedTuple):
-    """A cut that reaches far outside a block: line, axis, coordinate of the cut and of the block edge, mm."""
+    """A cut that reaches far outside a block: coordinates of the cut (`place`) and of the block edge, mm."""
 
     line: int
     axis: str

@@ -43,9 +43,7 @@ class _AtHeight:
     stated
         Rows that state the height.
     ways
-        Rows of the travel moves at this height.
-    contacts
-        Heights at which these moves would touch the material.
+        Rows of the travel moves at this height, which touch the material at the heights `contacts`.
     planes
         Lower limits of the height, such as R planes.
     returns
@@ -63,12 +61,8 @@ class LowWays:
     """Heights in a program that can be lowered while every move keeps its clearance from the material.
 
     If the controller rounds corners without a limit, retracts keep an extra height, since the sideways move may start
-    early. Moves over a named obstacle keep their height.
-
-    Parameters
-    ----------
-    top
-        Highest point of the material, mm; the limit for rapids that are not straight.
+    early. Moves over a named obstacle keep their height. `top` is the highest point of the material, mm: the limit for
+    rapids that are not straight.
     """
 
     #: Lines of moves that keep their height only because of a named obstacle.
@@ -393,7 +387,6 @@ class LowWays:
         return [Lowered(self._block(rows[0]), "R", lowest)]
 
     def _plane_may_change(self, rows: list[int]) -> bool:
-        """Return whether the R plane stated at the first of these holes can be changed."""
         cycles = [self.path.cycles[int(self.path.ref[row])] for row in rows]
         plane = cycles[0].r_plane
         if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):

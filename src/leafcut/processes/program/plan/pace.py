@@ -63,14 +63,8 @@ def plan_pace(
     """Return the changed speeds of a program by stretch.
 
     Straight cuts are divided where their speed changes; an arc has one speed. Plunges into the material and finishing
-    cuts are not raised; ramps are raised only if the tool library states a plunge feed.
-
-    Parameters
-    ----------
-    top
-        Highest point of the material, mm.
-    chords
-        Rows of arcs that may be replaced by a rapid along their chord (`arcs_in_air`).
+    cuts are not raised; ramps are raised only if the tool library states a plunge feed. `top` is the highest point of
+    the material, mm; `chords` are the rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
     """
     limits = limits_of(loads, tools, rules) if rules.feeds else {}
     speed = _in_material(loads, limits, cutters, rules, machine)
@@ -267,11 +261,10 @@ def _stepped(factor: Floats) -> Floats:
 
 
 def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
-    """Reduce raised speeds that the machine cannot reach within their stretch.
+    """Reduce raised speeds that the machine cannot reach within their stretch, by v² changing by at most 2as.
 
-    The speeds at the ends of pieces follow from v² changing by at most 2as, forwards and backwards. Raised stretches
-    that do not reach their speed are lowered in steps. Speeds below the feed of the program stay, since limits take
-    priority.
+    Raised stretches that do not reach their speed are lowered in steps. Speeds below the feed of the program stay,
+    since limits take priority.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length
@@ -353,7 +346,6 @@ def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[
 
 
 def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
-    """Return the stretches with a new speed in the intervals `free`."""
     for low, high in free:
         cut_up: list[PaceStretch] = []
         before = 0.0

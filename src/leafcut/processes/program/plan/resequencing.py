@@ -1,11 +1,7 @@
 """Find the parts of a foreign program that can be reordered, and those that must stay.
 
-    find_sequence(program) -> Sequence          pieces
-    build_problem(section, metric, start, end)  the routing problem of one section
-    piece_order(section, nodes)                 order of pieces from its solution
-
 A piece of work extends from the rapid to its start point to the next such rapid. Pieces with the same tool, offset,
-spindle speed and clearance height can be reordered. Exceptions are pieces whose cuts touch, and work that must precede
+spindle speed and clearance height can be reordered, except pieces whose cuts touch, and work that must precede
 the cut that detaches its part. All other blocks keep their place and their text.
 """
 
@@ -52,8 +48,6 @@ def find_sequence(
         Allow open cuts at one depth to start at either end (`reversing`).
     mix_operations
         Allow work of different CAM operations to be mixed (`sections.operations`).
-    look
-        Callback for progress and cancellation.
 
     Raises
     ------

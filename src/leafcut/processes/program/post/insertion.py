@@ -51,12 +51,8 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
     """Insert words into a line; if it gets too long for the controller, write modal words in a block before it.
 
-    Parameters
-    ----------
-    longest
-        Maximum length of a line without its line ending, characters.
-    was
-        Length of the original line, which is always permitted.
+    `longest` is the maximum length of a line without its line ending, characters; `was` is the length of the original
+    line, which is always permitted.
 
     Raises
     ------

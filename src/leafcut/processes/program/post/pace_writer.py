@@ -37,13 +37,7 @@ _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
 def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat = unseen) -> str:
-    """Return the text of a program with new speeds.
-
-    Raises
-    ------
-    PostError
-        A line would be longer than `longest`.
-    """
+    """Return the text of a program with new speeds; `PostError` if a line would be longer than `longest`."""
     return _PaceWriter(program, pace, longest).text(look)
 
 
@@ -59,13 +53,7 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
 
 
 def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
-    """Return the text of a program with changed cycle returns (G98, G99).
-
-    Raises
-    ------
-    PostError
-        A line would be longer than `longest`.
-    """
+    """Return the text with changed cycle returns (G98, G99); `PostError` if a line would be longer than `longest`."""
     lines = list(program.lines)
     for block, code in returns:
         at = int(program.line[block]) - 1
@@ -85,7 +73,6 @@ class _PaceWriter:
         self.end = line_end(program.lines)
 
     def text(self, look: Heartbeat) -> str:
-        """Return the text of the whole program."""
         program = self.program
         rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
         edited = dict(zip(program.blocks_of(rows).tolist(), rows.tolist(), strict=True))

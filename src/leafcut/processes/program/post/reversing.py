@@ -36,14 +36,8 @@ def reverse_stroke(
 ) -> tuple[list[str], Modal]:
     """Return the lines of the reversed cut, and the modal state after them.
 
-    Parameters
-    ----------
-    lines
-        All lines of the cut, including comments.
-    offset
-        Number of program lines before them.
-    spelled
-        Function that writes a feed or a speed as the program does.
+    `lines` are all lines of the cut, including comments, and `offset` is the number of program lines before them.
+    `spelled` writes a feed or a speed as the program does.
     """
     writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
     new = [*writer.lead(), *writer.body(), *writer.tail()]
@@ -81,7 +75,7 @@ class _BlockWriter:
         return self._upto(block) - 1
 
     def lead(self) -> list[str]:
-        """Return the lines before the cut, which now lead to its former end."""
+        """Return the lines that now lead to the former end of the cut."""
         lines = self.lines[: self._upto(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._own(block)] = replace_words(lines[self._own(block)], self._axes(len(self.stroke.rows)))
@@ -97,7 +91,7 @@ class _BlockWriter:
         return found
 
     def tail(self) -> list[str]:
-        """Return the lines after the cut, which now retract at its former start."""
+        """Return the lines that now retract at the former start of the cut."""
         lines = self.lines[self._upto(self.stroke.tail - 1) :]
         begin = self._upto(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):

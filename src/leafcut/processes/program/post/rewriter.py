@@ -1,7 +1,5 @@
 """Write a foreign program with its pieces of work in a new order.
 
-    rewrite(program, sequence, orders) -> str
-
 Blocks that stay are copied byte for byte. A moved piece keeps its text. Its first block gains the modal words that its
 old predecessor left active and its new predecessor does not; if the heights differ, a rapid is inserted before it.
 Between pieces, the tool is never lower than the clearance height of the section.
@@ -42,7 +40,6 @@ from leafcut.processes.program.post.source_positions import Original
 _TOLERANCE = 1e-6
 #: An arc without a centre is an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
-#: A number; an expression does not match.
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
 #: Modal groups that the first piece of a section may state again.
 _ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
@@ -69,12 +66,8 @@ def rewrite(
     ----------
     orders
         A permutation of the pieces of each section, integers; ~k is piece k, reversed.
-    renumber
-        Write new N-numbers.
     longest
         Maximum length of a line with inserted words, unless the original line is longer.
-    look
-        Callback for progress and cancellation.
     obstacles
         Rapids pass over these, or around them if the tool cannot be lifted.
 
@@ -208,10 +201,7 @@ class _Rewriter:
         return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _piece(self, piece: PieceOfWork, floor: float, turned: bool, anew: frozenset[str]) -> None:
-        """Write a piece, reversed if `turned`.
-
-        The tool arrives no lower than `floor`. The piece states the modal groups `anew` even if they are active.
-        """
+        """Write a piece; the tool arrives no lower than `floor`. Groups `anew` are stated even if they are active."""
         self.look()
         program = self.program
         block, row = self.original.arrival(piece)
@@ -261,7 +251,6 @@ class _Rewriter:
         return floor
 
     def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
-        """Return the lines of a reversed piece, and the modal state after them."""
         stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError(f"line {piece.line}: the piece of work there cannot be reversed")
@@ -310,7 +299,6 @@ class _Rewriter:
             self.initial = self.place[2]
 
     def _after_piece(self, piece: PieceOfWork) -> None:
-        """Update position, height and stated groups after a piece."""
         program, path = self.program, self.program.path
         height = self.place[2]
         for block in range(piece.begin, piece.end):
@@ -487,7 +475,6 @@ class _Rewriter:
         return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
 
     def _same_series(self, need: Modal, block: int) -> bool:
-        """Return whether the block continues the active series of cycles."""
         have = self.have
         same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
         initial = self.original.initial_before(block)
@@ -575,9 +562,7 @@ class Territory:
 
 
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
-    """Return the order as an array.
-
-    ~k is piece k, reversed.
+    """Return the order as an array; ~k is piece k, reversed.
 
     Raises
     ------

@@ -59,12 +59,7 @@ class Precedence(NamedTuple):
 class _Work:
     """Input of the order rules for pieces of work; the pieces of several sections are concatenated.
 
-    Attributes
-    ----------
-    owner
-        int64[m]: piece of each feature.
-    section
-        int64[n]: section number of each piece.
+    `owner`, int64[m], is the piece of each feature; `section`, int64[n], the section number of each piece.
     """
 
     def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]]) -> None:
@@ -88,7 +83,6 @@ class _Work:
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
 
     def visits(self) -> Visits:
-        """Return the pieces as visits."""
         visits = visits_of(self.features, self.traces, self.owner, len(self.pieces), KEEP)
         entries = np.array([piece.entry for piece in self.pieces], dtype=np.float64)
         return replace(visits, start=entries, bottom=np.array([piece.bottom for piece in self.pieces]))
@@ -168,10 +162,7 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, ...]:
-    """Return the pieces with marks on those that detach a part.
-
-    The deepest sideways cut of the mill counts as the underside of the material.
-    """
+    """Mark the pieces that detach a part; the deepest sideways cut of the mill counts as the underside."""
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
         return pieces

@@ -102,12 +102,7 @@ def count_pieces(sequence: Sequence) -> int:
 def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
     """Return the reasons why pieces stay, grouped, most frequent first.
 
-    Parameters
-    ----------
-    refused
-        Reason why a piece could not be written in a new order, by section and piece number.
-    keep_order
-        Whether the user asked to keep the order.
+    `refused`: reason why a piece could not be written in a new order, by section and piece number.
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):

@@ -236,7 +236,6 @@ class Finder:
         return alone and not cycles
 
     def _only_speed(self, block: int) -> bool:
-        """Return whether a block only sets the spindle speed."""
         words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
         path = self.program.path
         alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
@@ -495,7 +494,6 @@ class Finder:
         return any(block in self.barriers for block in range(begin, end + 1))
 
     def _why_stays(self, begin: int, end: int) -> Stay:
-        """Return why the piece of work in blocks begin … end - 1 stays."""
         program = self.program
         cuts = [b for b in range(begin, end) if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]]
         holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)

@@ -75,13 +75,12 @@ class _Merger:
         self.reader = BlockReader(program)
 
     def join_all(self) -> None:
-        """Merge every section that can be merged into an earlier one."""
         at = 1
         while at < len(self.items):
             at += not self.join(at)
 
     def join(self, at: int) -> bool:
-        """Merge the section at this index into an earlier one; return whether that was possible."""
+        """Merge a section into an earlier one; return whether that was possible."""
         later, change = self.items[at], self.items[at - 1]
         if not isinstance(later, Section) or not isinstance(change, Kept) or at < 2:
             return False

@@ -60,12 +60,8 @@ class Rows:
 
     Attributes
     ----------
-    path
-        The rows.
     before
         float64[n, 3]: tool position before the row, mm.
-    block
-        int32[n]: block of the row.
     cut, travel
         bool[n]: the row cuts; the row moves sideways without cutting (a canned cycle does both).
     sideways
