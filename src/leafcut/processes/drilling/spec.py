@@ -131,12 +131,8 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
 def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     """Return operation → the nodes of its routing problem to visit first, in order; {} without a file.
 
-    Raises
-    ------
-    ReadError
-        The file is not an order file.
-    PlanError
-        The order belongs to another drawing, or names an unknown hole or a hole twice.
+    `ReadError` if it is no order file; `PlanError` if it is for another drawing, or names an unknown hole or a hole
+    twice.
     """
     from leafcut.read.order_file import drawing_of, load_order
 

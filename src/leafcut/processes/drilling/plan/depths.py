@@ -40,10 +40,8 @@ class DepthRule:
     def tip_depth(self, tool: Tool) -> float:
         """Return the depth of the tip of `tool` below the surface, mm.
 
-        Raises
-        ------
-        PlanError
-            A tap or a reamer would hit the cone left by the drill's point, or a blind hole would break through.
+        `PlanError` if a tap or a reamer would hit the cone left by the drill's point, or a blind hole would break
+        through.
         """
         if tool.kind is ToolKind.CENTRE_DRILL:
             return centre_depth(tool)
@@ -72,8 +70,7 @@ def centre_depth(tool: Tool) -> float:
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     """Return a note if the lead of the tap leaves incomplete threads at the exit of a through hole.
 
-    The tap must not go deeper automatically: the space below the plate is unknown, and a tap that hits the table
-    breaks.
+    A tap must not go deeper automatically: the space below is unknown, and a tap that hits the table breaks.
     """
     lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
     if not rule.through or rule.break_through >= lead:

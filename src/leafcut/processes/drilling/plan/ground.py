@@ -160,10 +160,7 @@ def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     """Return the mesh of a fixture, replaced by its bounding box if it is not closed, and issues.
 
-    Raises
-    ------
-    PlanError
-        The fixture is far from the surface, or its size is implausible: its unit or its zero must differ.
+    `PlanError` if it is far from the surface or its size is implausible: its unit or its zero must differ.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))

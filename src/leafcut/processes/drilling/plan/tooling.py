@@ -111,10 +111,7 @@ class ToolChooser:
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
         """Return the steps that make a hole, in order.
 
-        Raises
-        ------
-        PlanError
-            The library has neither a recipe nor a drill for it, or lacks a requested centre drill.
+        `PlanError` if the library has neither a recipe nor a drill for it, or lacks a requested centre drill.
         """
         if hole.diameter <= 0:
             self._bare_points += 1
