@@ -1,8 +1,7 @@
-"""Passes that adapt an order of cuts to effects between cuts, and the motion of an order.
+"""Passes that adapt an order of cuts to effects between cuts, which the search treats as independent.
 
-The search treats cuts as independent. Whether leads meet, a pierce lies in a kerf, metal is hot or a part is detached
-depends on the earlier cuts. `PASSES` lists the passes in sequence. Each does a bounded amount of work and stops at the
-time limit of the job. Every pass returns a valid order: each contour is cut once, and precedence holds (`CutSequence`).
+`PASSES` lists the passes in sequence. Each does a bounded amount of work, stops at the time limit of the job, and
+returns a valid order (`CutSequence`).
 """
 
 from __future__ import annotations
@@ -56,18 +55,14 @@ class SheetWork:
         The sheet before holes and notches were divided, for the judge.
     cutting
         The cuts to be ordered, chains included.
-    given
-        The order of the drawing, without chains, or the order of the plan file.
-    nearest
-        The nearest-neighbour order, without chains.
+    given, nearest
+        The order of the drawing or of the plan file, and the nearest-neighbour order, both without chains.
     planned
         The plan file, if all its choices fit.
     order_fixed
         Whether heat, or bands with a plan file, rule out a comparison with the given order.
     parts
         Parts that the head may hit if it stays down between cuts; None if it retracts.
-    obstacles
-        Keep-out zones: crossed at the clearance height, or avoided if the head does not retract.
     motions
         Cache of recent orders with their motion, for comparisons between passes.
     """

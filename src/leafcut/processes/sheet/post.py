@@ -23,15 +23,10 @@ _SAME_FEED = 1e-3
 def write_cut_program(
     plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
 ) -> str:
-    """Return the program of a cut sheet.
+    """Return the program of a cut sheet; `PostError` if the controller lacks a word that the toolpath needs.
 
     The cutting data of the plan are passed to the controller, and actions of the controller itself are omitted
     (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle.
-
-    Raises
-    ------
-    PostError
-        The controller lacks a word that the toolpath needs.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())

@@ -1,13 +1,12 @@
-"""Chains: several closed cuts with one pierce, with bridges between them on which the torch stays on.
+"""Chains: several closed cuts with one pierce, with straight bridges through the scrap on which the torch stays on.
 
-A bridge is straight and runs through the scrap. Two contours can be bridged if they border on the same scrap: two
-outlines directly on the sheet or in the same hole, or an outline and the hole around it, which comes last and detaches
-the scrap. A bridge leaves one kerf directly and ends at the other, and touches no part, clamp or third kerf.
+Two contours can be bridged if they border on the same scrap: two outlines directly on the sheet or in the same hole, or
+an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, clamp or third
+kerf.
 
-The order of the contours and their starting points form a routing problem: clusters are contours, nodes are positions
-on them. A move costs either a bridge, or the time to retract, travel and pierce again. The positions are then chosen
-again for the best order, so that bridges on a contour are far enough apart. If two bridges cross, the better bridge
-stays. In the order of all cuts, a chain is one cluster.
+The chains are a routing problem: clusters are contours, nodes are positions on them, and a move costs either a bridge,
+or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If two bridges
+cross, the better one stays.
 """
 
 from __future__ import annotations
@@ -100,7 +99,7 @@ def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequen
     """Return the contours eligible for chains, in blocks of neighbours small enough for one search.
 
     Eligible are closed contours except small holes, contours of the chains `taken`, and contours fixed by a plan file.
-    Each block, and so each chain, lies within one of `bands` (`cutting.bands`).
+    Each block lies within one of `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}

@@ -36,18 +36,11 @@ MOST = 0.5
 
 @dataclass(frozen=True)
 class EdgeGap:
-    """The gap between two edges.
+    """The gap between the edges of two contours (`parts`, in ascending order).
 
-    Attributes
-    ----------
-    parts
-        Indices of the two contours, in ascending order.
-    begin, end
-        Ends of the centreline, where the edges face each other, mm.
-    width, normal
-        Width, mm, and unit vector across the gap.
-    between
-        Centreline points between `begin` and `end`: chords of a curved edge, which has `width` 0 and no `normal`.
+    `begin` and `end` are the ends of the centreline, where the edges face each other, mm; `width` is in mm and `normal`
+    the unit vector across. `between` are further centreline points: chords of a curved edge, which has `width` 0 and no
+    `normal`.
     """
 
     parts: tuple[int, int]
@@ -177,12 +170,8 @@ def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float
 def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
     """Return the warning about coincident edges that are cut twice.
 
-    Edges a kerf apart cause no warning: without common lines, separate cuts are normal.
-
-    Raises
-    ------
-    PlanError
-        A contour shares more than half of its path with another contour.
+    Edges a kerf apart are normal without common lines. `PlanError` if a contour shares more than half of its path with
+    another contour.
     """
     cut = [c for c in contours if c.has_leads]
     lines: Any = np.array([c.line for c in cut], dtype=object)

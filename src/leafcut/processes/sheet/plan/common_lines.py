@@ -1,11 +1,7 @@
 """Common lines: one cut between straight edges a kerf apart, or along coincident edges.
 
-Parts that share edges form a group. Its common lines are cut first: open cuts that start in the scrap next to the group
-and end in another of its kerfs. The cut around the whole group comes last and detaches all parts, so no part moves
-before the other cuts of the group are done.
-
-A common line is half a kerf from both parts, where their torch paths coincide. It reaches from kerf to kerf: to the
-centreline of the path around the group, or of another common line.
+The common lines of a group of parts are cut first: open cuts that start in the scrap next to the group and end in
+another of its kerfs. The cut around the whole group comes last and detaches all parts.
 """
 
 from __future__ import annotations
@@ -259,16 +255,8 @@ class CommonLine:
 class CommonCutGroup:
     """Parts with common lines.
 
-    Attributes
-    ----------
-    members
-        Indices of the outlines.
-    parts
-        Part numbers.
-    shape, path
-        Edge of the parts including the gaps between them, and the torch path around it.
-    lines
-        Common lines in a feasible order; `order` has the precedence pairs (before, after).
+    `members` are the indices of the outlines; `shape` and `path` the edge of the parts including the gaps between them,
+    and the torch path around it. `lines` are in a feasible order; `order` has the precedence pairs (before, after).
     """
 
     members: frozenset[int]

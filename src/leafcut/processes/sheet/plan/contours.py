@@ -231,8 +231,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and the issues of the others.
 
-    Holes too small for the kerf or the pierce are reported and not cut. Notches of an outline with mouths narrower than
-    the kerf are reported; the rest of the outline is cut.
+    Holes too small for the kerf or the pierce, and notches with mouths narrower than the kerf, are not cut.
     """
     kept: list[CutContour] = []
     remarks: list[tuple[str, Issue]] = []

@@ -29,16 +29,9 @@ def cut_norm(
 ) -> CutMeasures:
     """Return times, lengths, costs and consumption of the cuts of a plan.
 
-    Parameters
-    ----------
-    seconds
-        Times of each cut, s: cutting, piercing, and rapids including the retract.
-    whole
-        Time of the program, s; moves before the first and after the last cut count as rapids of the sheet.
-    corners
-        Corners of the travel move before each cut, by its position.
-    shop_rate
-        Cost of machine and operator per hour.
+    `seconds` are the times of each cut: cutting, piercing, and rapids including the retract. `whole` is the time of the
+    program; moves before the first and after the last cut count as rapids of the sheet. `corners` are those of the
+    travel move before each cut, by its position. `shop_rate` is the cost of machine and operator per hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]

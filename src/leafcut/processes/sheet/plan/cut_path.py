@@ -1,9 +1,8 @@
 """The path of a cut from its chosen start: lead-in, contours, bridges, overcut, lead-out, and its speeds.
 
-A controller with kerf compensation (G41, G42) offsets the path by half a kerf itself. The program then contains the
-drawn contour, and lead arcs with the same centre and half a kerf more radius. Compensation starts on the straight
-run-in: LinuxCNC moves along the tangent to the circle of radius half a kerf around the end of the run-in, so the torch
-must start on that tangent.
+For a controller with kerf compensation (G41, G42), the program contains the drawn contour, and lead arcs with half a
+kerf more radius. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the circle of radius
+half a kerf around the end of the run-in, so the torch must start on that tangent.
 """
 
 from __future__ import annotations
@@ -230,7 +229,7 @@ def by_path_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list
     """Return the contours, with kerf compensation in the program where the controller cannot do it, and a note.
 
     This applies where run-in and arc do not fit, as in small holes, and where a concave arc is tighter, or a notch
-    narrower, than the kerf. There the controller would stop with the torch on, or cut into the part.
+    narrower, than the kerf.
     """
     made = [
         replace(c, rules=c.rules.by_path()) if c.has_leads and not _suits_the_controller(k, c, scrap) else c

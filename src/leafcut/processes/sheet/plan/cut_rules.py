@@ -106,15 +106,10 @@ class CutRules:
 def resolve_rules(
     data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf
 ) -> CutRules:
-    """Return the rules of a sheet.
+    """Return the rules of a sheet; `OptionError` if two options exclude each other.
 
     `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches`: whether the
     controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
-
-    Raises
-    ------
-    OptionError
-        Two options exclude each other.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN

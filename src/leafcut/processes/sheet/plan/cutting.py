@@ -1,7 +1,6 @@
 """A sheet as a routing problem: cuts are tasks, their starts are choices, inner contours precede outer contours.
 
-The choices of a cut differ in starting point and direction. They affect the travel to and from the cut, but hardly the
-cutting time.
+The choices affect the travel to and from a cut, but hardly the cutting time.
 """
 
 from __future__ import annotations
@@ -62,14 +61,8 @@ class HeadTravel:
 class Cutting:
     """The tasks of a sheet with their choices and precedence.
 
-    Attributes
-    ----------
-    starts
-        All starts, grouped by contour. The first contour of a chain holds all starts of the chain.
-    order
-        Additional precedence pairs (before, after) of contours, from a plan file or from common lines.
-    fixed
-        Choices fixed by a plan file, by contour.
+    `starts` are grouped by contour; the first contour of a chain holds all starts of the chain. `order` has additional
+    precedence pairs (before, after) of contours, and `fixed` the choices of a plan file by contour.
     """
 
     sheet: Sheet
@@ -140,10 +133,7 @@ class Cutting:
 class CutSequence:
     """Cuts of a sheet in order, each given by its start.
 
-    Raises
-    ------
-    PlanError
-        A contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
+    `PlanError` if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
     """
 
     cutting: Cutting
@@ -175,10 +165,7 @@ class CutSequence:
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     """Return the cuts of a sheet with all their starts.
 
-    Raises
-    ------
-    PlanError
-        A kerf would touch another part or a clamp, or no lead fits; the message names the part and the position.
+    The `PlanError` names the part and the position if a kerf would touch another part or a clamp, or no lead fits.
     """
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
@@ -293,12 +280,8 @@ def build_problem(
     """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
 
     The members are indices into `Cutting.contours` and become the clusters, in this order. `first` and `last`: whether
-    the route starts at the start point of the head, and ends at its end point.
-
-    Raises
-    ------
-    PlanError
-        The precedence contains a cycle.
+    the route starts at the start point of the head, and ends at its end point. `PlanError` if the precedence has a
+    cycle.
     """
     check_order(cutting)
     nodes = cutting.starts_of(members)

@@ -1,10 +1,8 @@
 """Travel moves with the head down, routed around detached parts, which may tip up and be hit.
 
-A part is detached once its outline is cut without micro-joints. A move that would cross such a part, or pass within the
-radius of the head, is routed around its corners. Within that radius of its two fixed ends, the move may be closer. If
-no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases are
-counted. `cut_outlines_later` postpones the outline of a part until after the moves that cross it, if that costs less
-than the detours.
+A part is detached once its outline is cut without micro-joints. A move is routed around it at the radius of the head.
+If no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases
+are counted. `cut_outlines_later` postpones an outline until after the moves that cross its part.
 """
 
 from __future__ import annotations
@@ -37,17 +35,9 @@ HeadRoute = tuple[tuple[Point, ...], float]
 class HeadRoutes:
     """Routes of the head.
 
-    Attributes
-    ----------
-    corners
-        Corners of the route to each cut, by its position; the key of the route to the end is the number of cuts.
-    crossing, close
-        Positions of the cuts whose travel move still crosses a detached part, or only passes within the radius of the
-        head.
-    moves
-        Number of travel moves.
-    radius
-        Radius of the head, mm.
+    `corners` are those of the route to each cut, by its position; the key of the route to the end is the number of
+    cuts. `crossing` and `close` are the positions of the cuts whose travel move still crosses a detached part, or only
+    passes within the radius of the head, mm. `moves` is the number of travel moves.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)

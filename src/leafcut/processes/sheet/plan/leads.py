@@ -46,14 +46,8 @@ def lead_shape(lead: Lead) -> Points:
 def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
     """Return the points of a lead at n positions, float64[n, k, 2]; with `out`, as a lead-out.
 
-    Parameters
-    ----------
-    shape
-        Result of `lead_shape`.
-    at, travel
-        Points where the lead meets the contour, and unit vectors of travel there: float64[n, 2].
-    left
-        Whether the scrap is to the left of travel.
+    `shape` is a result of `lead_shape`. `at` and `travel` are the points where the lead meets the contour, and unit
+    vectors of travel there: float64[n, 2]. `left`: the scrap is to the left of travel.
     """
     u, v = shape[:, 0], shape[:, 1]
     if out:

@@ -1,7 +1,6 @@
 """Moves the starts of cuts in a fixed order: to shorten travel, pierce solid metal, and keep leads apart.
 
-The search chooses the start of each cut independently. But a pierce in an earlier kerf hits no metal, and the arc goes
-out where a lead runs into another kerf.
+The search chooses the start of each cut independently of the kerfs of earlier cuts.
 """
 
 from __future__ import annotations
@@ -40,10 +39,9 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Return the cuts with their starts moved along the contours until travel gets no shorter.
+    """Return the cuts with their starts moved along the contours until travel gets no shorter, or `late` returns true.
 
-    Starts move individually, with the previous and the next cut fixed. Leads keep their shape and must fit. Starts
-    fixed by a plan file stay. The search stops when `late` returns true.
+    Starts move individually, with the previous and the next cut fixed. Starts fixed by a plan file stay.
 
     Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
     order).

@@ -1,7 +1,7 @@
 """Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, closed notches.
 
-A slot one to two kerfs wide has no room for a pierce off its edge, so it is cut once along its centreline. A hole that
-the kerf divides is cut in pieces. If the kerf closes the mouth of a notch, its chamber is cut as a hole.
+A slot one to two kerfs wide has no room for a pierce off its edge. A hole that the kerf divides is cut in pieces; if
+the kerf closes the mouth of a notch, its chamber is cut as a hole.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Builds a sheet from the strokes of a drawing: joins, cleans and checks outlines, assigns holes and marks to parts.
 
-Unsafe outlines are refused with their positions: open outlines, self-intersections, overlapping parts, and parts beyond
-the edge of the sheet. Repairs are reported.
+Unsafe outlines are refused with their positions; repairs are reported.
 """
 
 from __future__ import annotations
@@ -47,14 +46,9 @@ _SLACK = 1e-6
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
-    """Return the sheet of a drawing: contours joined, cleaned, checked and nested.
+    """Return the sheet of a drawing: contours joined, cleaned, checked and nested, in O(n log n).
 
-    O(n log n); thousands of contours take about a second.
-
-    Parameters
-    ----------
-    concentric
-        The circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+    `concentric` are the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
 
     Raises
     ------
@@ -408,8 +402,8 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
     """Refuse outlines around parts on layers named for drawing frames, unless `options` list that layer for cutting.
 
-    Cut as a part, the frame would turn the parts inside into holes, cut on the wrong side of their lines. An outline
-    around a single outline may be a part with a window, so it only causes a warning (L422).
+    Cut as a part, a frame would turn the parts inside into holes. An outline around a single outline may be a part with
+    a window, so it only causes a warning (L422).
     """
     chosen = matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}

@@ -38,8 +38,6 @@ class CutStart:
 
     Attributes
     ----------
-    contour
-        Index of the contour.
     at
         Start position along the contour, mm. On open contours 0, or the length for the reverse direction.
     clockwise

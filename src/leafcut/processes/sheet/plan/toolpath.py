@@ -74,17 +74,9 @@ def lay_cuts(
 ) -> tuple[Toolpath, list[slice]]:
     """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
 
-    Parameters
-    ----------
-    corners
-        Corners of the travel move before each cut, by its position; the key of the final move is the number of cuts.
-    obstacles
-        Keep-out zones. A head that keeps its height goes around them; other heads cross them at the clearance height.
-
-    Raises
-    ------
-    PlanError
-        The travel height is not above the pierce height, or no path leads around an obstacle.
+    `corners` are those of the travel move before each cut, by its position; the key of the final move is the number of
+    cuts. A head that keeps its height goes around `obstacles`; other heads cross them at the clearance height.
+    `PlanError` if the travel height is not above the pierce height, or no path leads around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):

@@ -1,7 +1,6 @@
 """Compares a cutting program read back with the plan: the moves, and the state of the torch at each move.
 
-The writer omits actions that the controller performs itself. The judge knows these by its own rules, independently of
-the writer.
+Actions of the controller itself are known here by rules independent of the writer.
 """
 
 from __future__ import annotations

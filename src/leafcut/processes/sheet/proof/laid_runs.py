@@ -28,20 +28,10 @@ MOST = 0.5
 class Asked:
     """The user's request, in addition to the plan.
 
-    Attributes
-    ----------
-    half
-        Half of the compensated kerf, mm.
-    joints, joint_width
-        Maximum number of micro-joints of an outline, and their maximum width, mm.
-    safe_height
-        Minimum height of rapids, mm.
-    probe
-        Touches off on the sheet before each pierce.
-    power
-        Beam power for cutting; lower power means marking. None: the largest power in the program.
-    material_number
-        Number in the controller's material table; None: the program states the material.
+    `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are maxima for the micro-joints of an
+    outline; `safe_height` is the minimum height of rapids, mm. `power` is that for cutting, and lower power means
+    marking; None: the largest in the program. `material_number` is that of the controller's table; None: the program
+    states the material.
     """
 
     half: float
@@ -74,12 +64,12 @@ class LaidRuns:
         Contours to cut or mark, in the order of the sheet.
     parts, numbers
         Metal of the finished parts, shrunk by `TOLERANCE`, and part numbers.
-    sheet, zones
-        Area of the sheet (None if unknown), and keep-out zones.
+    sheet
+        Area of the sheet; None if unknown.
     lines
         Shapely lines along which each run burns.
-    claims, of_target
-        All claims, and the claims by index of the contour.
+    of_target
+        Claims by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: Asked) -> None:

@@ -1,8 +1,7 @@
 """The proof of a cutting program: the effect of its text on the sheet, compared with the drawing.
 
-The proof uses no planning code. It interprets the text like the controller, matches the runs of the torch with the
-drawing, and computes conflicts with shapely. From the plan it takes only the user's request: feeds, directions, and
-the data of the chart.
+The proof uses no planning code. From the plan it takes only the user's request: feeds, directions, and the data of the
+chart.
 """
 
 from __future__ import annotations

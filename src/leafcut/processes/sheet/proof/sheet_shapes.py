@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-For each contour: the centreline of the kerf. For each part: the metal that no kerf may touch. For divided holes and
-notches: a check that their pieces respect the drawing, and cover the whole area that the kerf reaches.
+For each contour, the centreline of the kerf; for each part, the metal that no kerf may touch; for divided holes and
+notches, a check that their pieces respect the drawing, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -35,19 +35,10 @@ SAME_PLACE = 1e-6
 class Target:
     """A contour that must be cut or marked.
 
-    Attributes
-    ----------
-    index
-        Index in `Sheet.contours`.
-    shape
-        Shapely polygon of a closed contour to cut, else None.
-    way
-        Centreline of the kerf: a ring for a closed contour; the line itself for a mark or an open cut.
-    corners
-        Corners of the drawn line, float64[k, 2]; the kerf may turn around them or loop.
-    may_stay
-        Whether the contour may stay uncut: a hole two kerfs wide within the tolerance, where rounding decides whether a
-        pierce fits.
+    `index` is that in `Sheet.contours`. `shape` is the polygon of a closed contour to cut, else None. `way` is the
+    centreline of the kerf: a ring, or the line itself for a mark or an open cut. At the `corners` of the drawn line,
+    float64[k, 2], the kerf may turn or loop. `may_stay`: a hole two kerfs wide within the tolerance may stay uncut,
+    since rounding decides whether a pierce fits.
     """
 
     index: int

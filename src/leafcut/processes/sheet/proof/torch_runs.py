@@ -33,18 +33,8 @@ class Lighting:
 class TorchRun:
     """One run, as chords.
 
-    Attributes
-    ----------
-    line
-        Program line at the start.
-    points
-        float64[n + 1, 2], mm.
-    burning
-        bool[n]: whether the torch is on along the chord.
-    feed, height
-        float64[n]: mm/s, and mm above the sheet at the end of the chord.
-    row_line
-        int32[n].
+    `points` are float64[n + 1, 2], mm; `burning` (torch on), `feed` (mm/s), `height` (mm above the sheet at the end)
+    and `row_line` have one value per chord. `line` is the program line at the start.
     """
 
     line: int

@@ -51,14 +51,8 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data shared by all drawings of a sheet.
 
-    Attributes
-    ----------
-    every
-        Interval of the numbered cuts.
-    many
-        Whether rapids are coloured from first to last.
-    kerf, true_kerf
-        Width of the kerf in user units, and whether it is to scale.
+    `every` is the interval of the numbered cuts. `many`: rapids are coloured from first to last. `kerf` is a width in
+    user units; `true_kerf`: it is to scale.
     """
 
     frame: Frame
@@ -183,8 +177,7 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
     """Return the stretches of the path of a cut: ("kerf", "lead", "bridge", "dark" or "mark", from, to), mm, in order.
 
-    Stretches with the torch off are ``dark``: micro-joints, and overcuts without arc. Corner loops lie in the scrap and
-    are drawn as leads.
+    Micro-joints, and overcuts without arc, are ``dark``. Corner loops in the scrap are drawn as leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
