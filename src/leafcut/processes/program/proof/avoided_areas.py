@@ -1,7 +1,6 @@
 """Find new moves across areas that the original avoided, where an unknown obstacle such as a clamp may stand.
 
-A point that the original tool reached is clear down to that height. Rapids of the new program that pass elsewhere, or
-lower, may hit an obstacle.
+A point that the original tool reached is clear down to that height; elsewhere or lower, there may be an obstacle.
 """
 
 from __future__ import annotations

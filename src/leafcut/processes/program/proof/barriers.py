@@ -47,9 +47,7 @@ class Mark(NamedTuple):
     key
         Row number; minus 0.5 for barriers before a row.
     place
-        Position of the tool at the barrier, mm.
-    exactly
-        Whether the tool must be at the same position, since the block may move from there.
+        Position of the tool, mm; `exactly` if the block may move from there, so that it must be the same.
     said
         Text for messages.
     unsure
@@ -198,9 +196,9 @@ def with_dwells(
 ) -> tuple[list[Mark], Mask]:
     """Return the marks including dwells that belong to barriers, and the mask of the features that are such dwells.
 
-    A dwell before the first work of a stage belongs to the barrier, as for spindle run-up after a tool change. So does
-    a dwell after the last work and a rapid (drilling cycles end with one). A dwell that leads into a cut without a
-    rapid, such as a pierce delay, belongs to that cut.
+    A dwell before the first work of a stage belongs to the barrier, and a dwell after the last work and a rapid
+    (drilling cycles end with one). A dwell that leads into a cut without a rapid, such as a pierce delay, belongs to
+    that cut.
 
     `travel` and `across` are the rows of all rapids, and of rapids in x or y, int64[k].
     """
@@ -260,8 +258,6 @@ class ComparisonGroups(NamedTuple):
         Number of features up to the end of each group except the last, for each program.
     mark_of
         New mark by the key of the equal original mark.
-    differences
-        Barriers that differ.
     states
         Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
     implied
@@ -279,8 +275,8 @@ class ComparisonGroups(NamedTuple):
 def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     """Match the barriers of both programs; return the groups of work between them, and the differences.
 
-    Both programs must have the same marks in the same order. If the new program has fewer tool changes, whole tool
-    changes may be missing; the work on both sides of them then forms one group.
+    Both programs must have the same marks in the same order. Only whole tool changes may be missing in the new program;
+    the work on both sides of them then forms one group.
     """
     if _tool_changes(after) >= _tool_changes(before):
         return _aligned(before, after)

@@ -36,12 +36,8 @@ _Pair = tuple[int, int, str]
 class ChangedOrder:
     """Checks of the order of the work in a new program.
 
-    Parameters
-    ----------
-    new_of
-        int64[n]: index of each feature in the new program, -1 if it is missing.
-    flat
-        Whether the tool is a beam or a pen, which does no roughing.
+    `new_of`, int64[n], is the index of each feature in the new program, -1 if it is missing. `flat`: the tool is a beam
+    or a pen, which does no roughing.
     """
 
     def __init__(

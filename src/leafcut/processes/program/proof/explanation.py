@@ -1,7 +1,6 @@
 """Explain unmatched features in the terms of a machinist: each change once, without its consequences.
 
-A changed feed word that affects all cuts up to the next feed word is one difference. A cut that only starts at the
-changed end of its predecessor is not a difference.
+A changed feed word is one difference, and a cut that only starts at the changed end of its predecessor is none.
 """
 
 from __future__ import annotations

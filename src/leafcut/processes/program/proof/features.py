@@ -1,7 +1,6 @@
 """Features: the holes, cuts and dwells of a toolpath as columns, with all values that the proof compares.
 
-A million features must fit into memory. Rarely changing states (`States`) and the data of arcs and cycles are therefore
-kept in tables, and features store row numbers of these tables.
+A million features must fit into memory, so rarely changing values are kept in tables.
 """
 
 from __future__ import annotations

@@ -55,12 +55,8 @@ class Feature(NamedTuple):
 class Pairing(NamedTuple):
     """Matched features of two programs.
 
-    Attributes
-    ----------
-    new_of
-        int64[n]: new feature for each original feature, or -1.
-    missing, extra
-        Unmatched features of the original and of the new program.
+    `new_of`, int64[n], is the new feature for each original feature, or -1. `missing` and `extra` are the unmatched
+    features of the original and of the new program.
     """
 
     new_of: Indices

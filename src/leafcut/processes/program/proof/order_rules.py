@@ -1,8 +1,7 @@
 """Order rules: find the pieces of work whose order matters, for the planner and for the proof.
 
-Rules that depend on unknown facts, such as tool width or material thickness, have two sets of thresholds. The planner
-uses `KEEP` and gets every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order matters for
-certain, since the author of the new program may know more.
+Rules that depend on unknown facts, such as tool width, have two sets of thresholds. The planner uses `KEEP` and gets
+every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order matters for certain.
 """
 
 from __future__ import annotations

@@ -137,10 +137,7 @@ def check_limits(
 ) -> Floats:  # fmt: skip
     """Check new speeds against the loads, and return the speed of every piece, mm/s.
 
-    Raises
-    ------
-    VerifyError
-        A rapid comes too close to the material, or a feed exceeds a limit of its tool.
+    `VerifyError` if a rapid comes too close to the material, or a feed exceeds a limit of its tool.
     """
     speed = speeds_on(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip

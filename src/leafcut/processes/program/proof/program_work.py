@@ -39,8 +39,6 @@ class ProgramWork:
         int64[k]: rows of moves without cutting: rapids, and feed moves of a beam that is off.
     travel_from, drill_from
         float64[k, 3], float64[d, 3]: positions before the rows of `travel`, and before the drilling cycles, mm.
-    marks, walls
-        Barriers, single and grouped.
     dark_rapids
         See `Program`.
     """
@@ -58,21 +56,10 @@ class ProgramWork:
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool, straight: float | None = None) -> ProgramWork:
-    """Return the work of a program.
+    """Return the work of a program; `PlanError` if a cycle has more pecks than any machine would drill.
 
-    Parameters
-    ----------
-    written_out
-        Expand drilling cycles into single moves.
-    beam
-        Count feed moves with the beam off as travel.
-    straight
-        Tolerance in mm for merging the feed moves of a straight cut into one feature; None: do not merge.
-
-    Raises
-    ------
-    PlanError
-        A cycle has more pecks than any machine would drill.
+    `written_out` expands drilling cycles into single moves; with `beam`, feed moves with the beam off are travel.
+    `straight` is the tolerance in mm for merging the feed moves of a straight cut into one feature; None: do not merge.
     """
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))

@@ -178,16 +178,9 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 class AllowedHeights:
     """Minimum heights that the original permits at each feature, mm; infinite permits only unknown heights.
 
-    Attributes
-    ----------
-    leave, arrive
-        float64[m]: height of departure after the feature, and of arrival before it.
-    follows
-        bool[m]: the feature has no rapid before it.
-    down_here, down_there
-        float64[m]: height of descents after the feature, and before it.
-    first
-        bool[m]: the feature is the first after a barrier.
+    `leave` and `arrive` are those of the departure after the feature and of the arrival before it; `down_here` and
+    `down_there` those of descents. `follows`: the feature has no rapid before it. `first`: it is the first after a
+    barrier.
     """
 
     leave: Floats

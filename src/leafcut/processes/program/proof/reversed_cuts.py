@@ -1,8 +1,7 @@
 """Compare programs with reversed cuts: normalize the direction of every open cut at one level.
 
-With permission of the user, an open cut may start at its former end. Before the comparison, every reversible run of
-cuts is brought into one direction. The conditions are checked again here, from the motion alone. The cut lies at one
-level, does not close or cross itself, has no lead-in or lead-out, and the tool arrives and leaves by rapids.
+The conditions are checked again here, from the motion alone: a cut lies at one level, does not close or cross itself,
+has no lead-in or lead-out, and the tool arrives and leaves by rapids.
 """
 
 from __future__ import annotations
@@ -35,12 +34,8 @@ _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plan
 class Turned(NamedTuple):
     """The work with its open cuts in the reference direction.
 
-    Attributes
-    ----------
-    work
-        Features run by run; a reversed run keeps its place in the order.
-    run
-        int64[n]: number of the run of each feature if it is reversible, else -1.
+    The features are sorted run by run; a reversed run keeps its place in the order. `run`, int64[n], is the number of
+    the run of each feature if it is reversible, else -1.
     """
 
     work: ProgramWork

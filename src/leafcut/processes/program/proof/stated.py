@@ -1,7 +1,6 @@
 """Check that the new program states the modes of a safe-start line: G90, G17, G40, G94 and others.
 
-A mode that is not stated keeps the last state of the machine. Both programs are read from the initial state of the
-controller, so the compared motion does not show a missing word.
+A mode that is not stated keeps the last state of the machine, which the compared motion does not show.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""The second proof of a reordered program: it leaves the same stock, as a height field.
+"""The second proof of a reordered program: it leaves the same stock, as a height field, with no worse collisions.
 
-It shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts. This
-proof compares the remaining stock, and the collisions of rapids, shanks and holders.
+It shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
 """
 
 from __future__ import annotations
@@ -49,8 +48,6 @@ class StockJudge:
     ----------
     tools
         Tools of the original by number, if their shape is known or assumed to be flat.
-    stock
-        Material before the first cut.
     given
         Whether the user described the stock; otherwise it is a block around the cuts.
     left, met

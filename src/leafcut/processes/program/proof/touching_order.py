@@ -26,10 +26,9 @@ Reach = NDArray[np.float32]
 def inverted(traces: Traces, rank: Indices, tolerance: float) -> tuple[Indices, bool]:
     """Return the pairs of touching features in changed order, int64[k, 2], and whether the search is complete.
 
-    The originally earlier feature comes first. The search is incomplete if too many cuts overlap. `rank` is the
-    position of each feature in the new program, int64[n], -1 if it is missing. The pieces are split into smaller and
-    smaller cells. A cell whose pieces keep their order needs no comparison, so an unchanged program costs almost
-    nothing.
+    The originally earlier feature comes first. `rank` is the position of each feature in the new program, int64[n], -1
+    if it is missing. The pieces are split into smaller and smaller cells; a cell whose pieces keep their order needs no
+    comparison.
     """
     kept = rank[traces.feature] >= 0
     if not kept.all():

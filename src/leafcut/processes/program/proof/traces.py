@@ -32,14 +32,8 @@ _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
 class Arcs:
     """Arcs as curves with parameter s = 0 … 1, one row each.
 
-    Attributes
-    ----------
-    center
-        float64[m, 3], mm.
-    axes
-        int64[m, 3]: first, second and normal axis of the plane.
-    start, sweep, radius, grows, level, rises
-        float64[m]: angle (rad) and radius (mm) at the start and their changes; the same for the normal axis (mm).
+    `center`, float64[m, 3], is in mm; `axes`, int64[m, 3], are the first, second and normal axis of the plane. Further
+    columns: angle (rad) and radius (mm) at the start and their changes, and the same for the normal axis (mm).
     """
 
     center: Floats
@@ -75,16 +69,8 @@ class Arcs:
 class Traces:
     """Pieces in the order of their features.
 
-    Attributes
-    ----------
-    feature
-        int64[k]: feature of each piece.
-    begin, end
-        float64[k, 2], mm.
-    bow
-        float64[k]: maximum distance of the piece from the straight line between them, mm.
-    arc, low, high
-        int64[k]: row of `arcs`, or -1; float64[k]: parameter range of the arc.
+    `begin` and `end` are float64[k, 2], mm; `bow` is the maximum distance of the piece from the straight line between
+    them, mm. `arc` is the row of `arcs`, or -1; `low` and `high` are its parameter range.
     """
 
     feature: Indices
