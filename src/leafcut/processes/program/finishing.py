@@ -23,12 +23,8 @@ if TYPE_CHECKING:
 def finished(plan: Plan, best: Candidate) -> Candidate:
     """Return the proved program with new heights and feeds, if requested.
 
-    A comment warns of new moves across areas that the original avoided.
-
-    Raises
-    ------
-    OptionError, PlanError
-        The heights or feeds cannot be chosen.
+    A comment warns of new moves across areas that the original avoided. `OptionError` or `PlanError` if the heights or
+    feeds cannot be chosen.
     """
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))

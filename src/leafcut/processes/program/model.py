@@ -38,12 +38,8 @@ class StockProof:
 class AvoidedAreas:
     """New moves across areas that the original avoided at their height.
 
-    Attributes
-    ----------
-    line
-        Line of the first of them in the new program, or 0.
-    below
-        Greatest height at which the original crosses, mm, if all of these moves are lower; None otherwise.
+    `line` is that of the first in the new program, or 0. `below` is the greatest height at which the original crosses,
+    mm, if all of these moves are lower; None otherwise.
     """
 
     moves: int = 0

@@ -77,10 +77,7 @@ def wants_pace(run: Job) -> bool:
 def check_library(run: Job, program: Program, source: str, process: str) -> list[Issue]:
     """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
 
-    Raises
-    ------
-    OptionError
-        A diameter differs, and the options ask for new speeds or heights, which depend on the tool shapes.
+    `OptionError` if the options ask for new speeds or heights, which depend on the tool shapes.
     """
     others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
     if wants_pace(run) and others:

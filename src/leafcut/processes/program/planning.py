@@ -47,16 +47,9 @@ _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 class ForeignWork:
     """A foreign program, ready to be reordered.
 
-    Attributes
-    ----------
-    judge, stock
-        Judge of the remaining stock, or None; and its resolution, or the reason why there is no judge.
-    stands
-        Position of the tool before its first move, if the user states it.
-    dangers, codes
-        Dangers of the original program, and the codes of those found without the stock.
-    before, after
-        Other issues, reported before and after the dangers.
+    `stock` is the resolution of the `judge`, or the reason why there is none. `stands` is the position of the tool
+    before its first move, if the user states it. `codes` are those of the `dangers` found without the stock. `before`
+    and `after` are other issues, reported before and after the dangers.
     """
 
     source: str
@@ -85,10 +78,8 @@ class ForeignWork:
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     """Plan a program: each section becomes a stage.
 
-    Raises
-    ------
-    ReadError, OptionError, PlanError, VerifyError
-        The program cannot be read or planned with these options, or ``--strict`` refuses its dangers.
+    `ReadError`, `OptionError`, `PlanError` or `VerifyError` if the program cannot be read or planned, or ``--strict``
+    refuses its dangers.
     """
     from leafcut.gcode.dialects import dialect
 

@@ -61,12 +61,7 @@ def measured(plan: Plan, program: Program) -> Measure:
 def rewritten(plan: Plan, order: Order) -> Candidate:
     """Return the program with its sections in the given order, without a proof.
 
-    Raises
-    ------
-    PostError
-        The program cannot be written in its original order either.
-    OrderRefused
-        A section cannot be written in this order.
+    `OrderRefused` if a section cannot be written in this order; `PostError` if not even the original order can be.
     """
     work: ForeignWork = plan.work
     text = work.text
@@ -79,12 +74,8 @@ def rewritten(plan: Plan, order: Order) -> Candidate:
 def proved(plan: Plan, best: Candidate) -> Candidate:
     """Prove a program, and add comments that state the proof.
 
-    It must do the same work as the original, hit no obstacle, and leave the same stock.
-
-    Raises
-    ------
-    OrderRefused
-        The program fails a check; the error has the first difference, and the pieces and sections at fault.
+    It must do the same work as the original, hit no obstacle, and leave the same stock. Otherwise `OrderRefused` has
+    the first difference, and the pieces and sections at fault.
     """
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 

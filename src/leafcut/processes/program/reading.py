@@ -88,15 +88,7 @@ def read_new(run: Job, words: Dialect, text: str) -> Program:
 
 
 def refuse_other_languages(text: str, source: str) -> None:
-    """Refuse drawings and unsupported languages, with the name of the format.
-
-    Raises
-    ------
-    ReadError
-        The program is for a lathe or a printer, or in the language of Heidenhain or Siemens.
-    OptionError
-        The file is a drawing.
-    """
+    """Refuse drawings (`OptionError`) and unsupported languages (`ReadError`), with the name of the format."""
     from leafcut.gcode.languages import other_language
     from leafcut.read.registry import format_name
 
@@ -125,12 +117,8 @@ def read_foreign(
     since their safety depends on the corner rounding of the real controller. A beam program on a spindle machine is
     timed without spindle start.
 
-    Raises
-    ------
-    ReadError
-        The program is in another language, or is invalid.
-    OptionError
-        ``--units`` is invalid, or the program states its own units.
+    `ReadError` if the program is in another language, or is invalid; `OptionError` if ``--units`` is invalid, or the
+    program states its own units.
     """
     if words.language != "g-code":
         return _own(text, source, settings, machine, words)

@@ -86,12 +86,8 @@ def cut_stock(
 ) -> StockCut:
     """Simulate the material removal of a program; with `same_as`, compare the remaining stock with another program.
 
-    Raises
-    ------
-    ReadError, OptionError
-        A program cannot be read, the stock is not a block, or a tool shape is unknown.
-    PlanError
-        The program is for a beam or never touches the stock, or there are too many cells or moves.
+    `ReadError` or `OptionError` if a program cannot be read, the stock is not a block, or a tool shape is unknown;
+    `PlanError` if the program is for a beam or never touches the stock, or there are too many cells or moves.
     """
     from leafcut.gcode import dialects
 
@@ -154,8 +150,7 @@ def cut_stock(
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
     """Return the dangers of a program that the simulation does not check.
 
-    An assumed block ends at the cuts, so the simulation cannot check rapids beside it or their clearance. It supports
-    only one origin of the coordinates.
+    An assumed block ends at the cuts, so rapids beside it are not checked.
     """
     path = one.read.program.path
     if any(

@@ -45,13 +45,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
     counts as a flat end mill; cuts of tools of unknown diameter are left out. A beam program has no judge.
-
-    Raises
-    ------
-    OptionError
-        The given stock is not a block, or is never touched.
-    PlanError
-        The stock has too many cells.
+    `OptionError` if the given stock is not a block, or is never touched; `PlanError` if it has too many cells.
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.program.proof.stock_judge import StockJudge

@@ -49,12 +49,8 @@ if TYPE_CHECKING:
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     """Return the block of ``--workpiece``, or the box around the solid of its file.
 
-    Raises
-    ------
-    OptionError
-        The option is neither six lengths, lower corner first, nor the path of an STL or STEP file.
-    ReadError
-        The file contains no closed solid.
+    `OptionError` unless it is six lengths, lower corner first, or the path of an STL or STEP file; `ReadError` if the
+    file contains no closed solid.
     """
     if _is_file(text):
         from leafcut.material.mesh_field import block_of_mesh
@@ -194,8 +190,7 @@ def known_tools(
 ) -> tuple[dict[int, Tool], dict[int, int]]:
     """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
 
-    Both are by number, in the order of use. With `flat`, a tool of which only the diameter is known counts as a flat
-    end mill.
+    Both are by number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end mill.
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
 

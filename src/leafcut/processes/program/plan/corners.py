@@ -34,7 +34,7 @@ class RapidCorners:
     """Find the rapid corners that a controller may round by more than the clearance from the material.
 
     The rounding is as long as the stopping distance of the slower move, v²/2a. A corner with a cut is therefore
-    harmless, since cuts are slow; between two rapids, one of them has to be slow at the corner.
+    harmless; between two rapids, one of them has to be slow at the corner.
     """
 
     #: Speed at which the rounding of a corner stays within `_ROUNDED`, mm/s.

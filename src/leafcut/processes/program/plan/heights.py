@@ -211,8 +211,7 @@ class LowWays:
     def initials(self) -> list[Lowered]:
         """Return the initial heights (G98) of drilling series that can be lowered, by the words that state them.
 
-        All moves at an initial height stay clear, between the holes and after the last. The height is never below an R
-        plane of the series.
+        All moves at an initial height stay clear; it is never below an R plane of the series.
         """
         found: list[Lowered] = []
         path = self.path

@@ -198,17 +198,10 @@ def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
 class KeptFeed(NamedTuple):
     """Why a tool keeps its feed.
 
-    Attributes
-    ----------
-    reason
-        Limit with the largest share of the cutting time, as in `_bounds`. Further values: ``machine`` (maximum feed),
-        ``lines`` (lines cannot be changed), ``short`` (a higher feed saves no time).
-    line
-        First line with this reason; the line of the worst cut for a chip limit not stated in the library.
-    share
-        Share of the cutting time of the tool.
-    width
-        Width of the cut at that line, mm.
+    `reason` is the limit with the largest share of the cutting time, as in `_bounds`, or ``machine`` (maximum feed),
+    ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time). `line` is the first with this
+    reason, or that of the worst cut for a chip limit not stated in the library. `share` is its part of the cutting
+    time; `width` is that of the cut at that line, mm.
     """
 
     reason: str
@@ -263,8 +256,7 @@ def _stepped(factor: Floats) -> Floats:
 def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
     """Reduce raised speeds that the machine cannot reach within their stretch, by v² changing by at most 2as.
 
-    Raised stretches that do not reach their speed are lowered in steps. Speeds below the feed of the program stay,
-    since limits take priority.
+    Raised stretches that do not reach their speed are lowered in steps; limits below the feed of the program stay.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length

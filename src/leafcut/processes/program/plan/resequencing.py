@@ -1,8 +1,7 @@
 """Find the parts of a foreign program that can be reordered, and those that must stay.
 
-A piece of work extends from the rapid to its start point to the next such rapid. Pieces with the same tool, offset,
-spindle speed and clearance height can be reordered, except pieces whose cuts touch, and work that must precede
-the cut that detaches its part. All other blocks keep their place and their text.
+A piece of work extends from the rapid to its start point to the next such rapid. All blocks outside pieces keep their
+place and their text.
 """
 
 from __future__ import annotations
@@ -41,18 +40,13 @@ def find_sequence(
     Parameters
     ----------
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects the process from the program.
+        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects it. `PlanError` if it is unknown.
     merge_tools
         Merge sections with the same tool if nothing between them forbids it, to save tool changes.
     allow_reverse
         Allow open cuts at one depth to start at either end (`reversing`).
     mix_operations
         Allow work of different CAM operations to be mixed (`sections.operations`).
-
-    Raises
-    ------
-    PlanError
-        The process is unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")

@@ -1,9 +1,8 @@
-"""Find reversible cuts: open cuts at one depth, uniform from start to end.
+"""Find reversible cuts: open cuts at one depth, uniform from start to end; the user has to permit reversal.
 
-A program does not state where climb milling is required or why a lead-in exists, so the user has to permit reversal.
-Cuts with a recognizable direction are not reversed. These have a different feed or kind of move at an end, are closed
-or cross themselves, or dwell, switch or retract within the cut. A dwell of a mill at one end moves to the other end.
-A dwell of a beam is a pierce, so the cut stays.
+Not reversed are cuts with a different feed or kind of move at an end, that are closed or cross themselves, or dwell,
+switch or retract within the cut. A dwell of a mill at one end moves to the other end; a dwell of a beam is a pierce, so
+the cut stays.
 """
 
 from __future__ import annotations

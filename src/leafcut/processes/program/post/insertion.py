@@ -51,13 +51,8 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
     """Insert words into a line; if it gets too long for the controller, write modal words in a block before it.
 
-    `longest` is the maximum length of a line without its line ending, characters; `was` is the length of the original
-    line, which is always permitted.
-
-    Raises
-    ------
-    PostError
-        The line is still too long, since motion words cannot stand alone.
+    `longest` is the maximum length of a line without its line ending; the length `was` of the original line is always
+    permitted. `PostError` if the line is still too long, since motion words cannot stand alone.
 
     >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
     ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
@@ -126,12 +121,8 @@ def format_length(mm: float, unit: float | None) -> str:
 def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[str]:
     """Renumber lines with the start and step of the program; `lines` are (text, whether the line is new).
 
-    Original lines without a number stay without; new lines get a number.
-
-    Raises
-    ------
-    PostError
-        The program jumps to a number or has too many lines, or a line would be longer than `longest` characters.
+    Original lines without a number stay without; new lines get a number. `PostError` if the program jumps to a number
+    or has too many lines, or a line would be longer than `longest` characters.
     """
     found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
     if not found:

@@ -1,7 +1,6 @@
 """Write an open cut in reverse, with the words and numbers of its own lines.
 
-The tool now plunges where the cut ended. Every block runs back to its start, and arcs change direction about the same
-centre. Coordinates are copied as text from the original.
+Every block runs back to its start, and arcs change direction about the same centre. Coordinates are copied as text.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Write a foreign program with its pieces of work in a new order.
 
-Blocks that stay are copied byte for byte. A moved piece keeps its text. Its first block gains the modal words that its
-old predecessor left active and its new predecessor does not; if the heights differ, a rapid is inserted before it.
-Between pieces, the tool is never lower than the clearance height of the section.
+Blocks that stay and pieces keep their text. The first block of a piece gains the modal words that its new predecessor
+does not leave active; if the heights differ, a rapid is inserted before it.
 """
 
 from __future__ import annotations
@@ -74,9 +73,8 @@ def rewrite(
     Raises
     ------
     PostError
-        An order is not a permutation or breaks a precedence. Blocks after a section rely on a state of its last piece
-        that no word restores. The program jumps to N-numbers that would change. A line would be longer than `longest`.
-        No rapid leads over or around an obstacle.
+        An order is invalid, blocks after a section rely on a state of its last piece that no word restores, the program
+        jumps to N-numbers that would change, a line gets too long, or no rapid leads past an obstacle.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -174,8 +172,7 @@ class _Rewriter:
     def _section(self, section: Section, order: NDArray[np.int64]) -> None:
         """Write the pieces of a section in the given order.
 
-        The tool arrives at the new first piece no lower than the original at its first piece. The same applies to the
-        original first piece if other work precedes the section.
+        The tool arrives at the new first piece no lower than the original at its first piece.
         """
         pieces = section.pieces
         entry = self.original.crossing(pieces[0])
@@ -503,8 +500,8 @@ class Territory:
     """Assigns the lines of a program to its pieces.
 
     Comments directly before the first block of a piece belong to it, unless a blank line separates them and more
-    comments follow. The first piece of a section gets as many lines above it as the second piece; comments farther up
-    belong to the section.
+    comments follow. The first piece gets as many lines above it as the second; comments farther up belong to the
+    section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
@@ -564,10 +561,7 @@ class Territory:
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
     """Return the order as an array; ~k is piece k, reversed.
 
-    Raises
-    ------
-    PostError
-        The order does not have each piece of the section once, breaks a precedence, or reverses a piece that cannot be.
+    `PostError` if it is no permutation of the pieces, breaks a precedence, or reverses a piece that cannot be.
     """
     given = np.asarray(order, dtype=np.int64)
     chosen = np.where(given < 0, ~given, given)

@@ -1,7 +1,7 @@
 """Find the reasons why pieces of work keep their place, with the line of each.
 
 A piece cannot move if every other piece has to come before or after it. The reason is the rule without which it could
-move; if no single rule suffices, a combination of rules is the reason.
+move, or else a combination of rules.
 """
 
 from __future__ import annotations

@@ -471,8 +471,7 @@ class Finder:
     def stays(self, kept: Kept) -> Iterator[Stay]:
         """Yield the reason for every piece of work in blocks that stay.
 
-        A piece extends from one travel move to the next. Travel moves that cannot start a piece are skipped, unless a
-        barrier lies in between.
+        Travel moves that cannot start a piece are skipped, unless a barrier lies in between.
         """
         begin = way = -1
         worked = False
@@ -521,14 +520,8 @@ def group_by_height(
 ) -> list[tuple[list[int], int, float]]:
     """Return groups of at least two members that can be reordered: (first piece of each member, end, clearance).
 
-    A member extends to the next member, or to the piece `end`, and moves as a whole.
-
-    Parameters
-    ----------
-    heights
-        `heights[i]` is the travel height from piece i to i + 1, mm.
-    places
-        Start points of the pieces, mm.
+    A member extends to the next member, or to the piece `end`, and moves as a whole. `heights[i]` is the travel height
+    from piece i to i + 1, mm; `places` are the start points, mm.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]

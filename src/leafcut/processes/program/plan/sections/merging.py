@@ -36,8 +36,7 @@ _STATED_BY = {
 def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> Sequence:
     """Merge later sections into earlier sections with the same tool, and drop the tool change before them.
 
-    A section must not move past a stop, a change of offset, an unknown block, fixed work, or touching work of another
-    tool.
+    No section moves past a stop, a change of offset, an unknown block, fixed work, or touching work of another tool.
     """
     merger = _Merger(program, sequence, rows, look)
     merger.join_all()

@@ -1,7 +1,7 @@
 """Find the CAM operations in a program by its comments, and divide sections at them.
 
-A comment line between two pieces of work starts an operation unless it labels a single piece. A label recurs (apart
-from its numbers) with one or two pieces each, or is one of several consecutive comments with one piece each.
+A comment line between two pieces starts an operation unless it labels a single piece: it then recurs (apart from its
+numbers) with one or two pieces each, or is one of several consecutive comments with one piece each.
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
     """Divide the sections at CAM operations, and before the cuts that detach parts.
 
     Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for
-    lasers and torches, and with `mix_operations`. Each piece that can no longer move gets a reason
-    (`leafcut.processes.program.plan.precedence.staying`).
+    lasers and torches, and with `mix_operations`.
     """
     items: list[Kept | Section] = []
     for item in sequence.items:

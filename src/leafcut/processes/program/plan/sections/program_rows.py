@@ -223,8 +223,7 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
 def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
     """Add fixed blocks and repeated lines to the barriers, except calls that can move as a whole.
 
-    These are M98 or M97 calls of plain words without parameters that leave the spindle state unchanged. The piece of
-    work provides the modes and the tool position that they rely on.
+    These are M98 or M97 calls of plain words without parameters that leave the spindle state unchanged.
     """
     free: set[int] = set()
     held: dict[int, str] = {}
