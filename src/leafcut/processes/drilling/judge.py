@@ -164,10 +164,7 @@ class DrillingRequest:
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return the differences between a program and the drawing and options; empty if each hole is drilled once.
-
-    `rounding` is the rounding of written numbers, mm.
-    """
+    """Return the differences between a program and the request; `rounding` is that of written numbers, mm."""
     tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _assumed_tools(text)
     plunges, passes, differences = _read_motions(path, names)
@@ -312,8 +309,7 @@ class _ToolsUsed:
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
     """Return the tools that make a hole, in order: those of a recipe, else the nearest drill.
 
-    A recipe for the layer precedes one for all layers. If the library has no tool for a hole, the result is a tool that
-    matches no program, so the hole is reported as missing.
+    If the library has none, the result matches no program, so the hole is reported as missing.
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
@@ -391,10 +387,7 @@ def _assumed_tools(text: str) -> dict[int, str]:
 def _read_motions(
     path: Toolpath, names: Mapping[int, str] | None
 ) -> tuple[list[_Plunge], list[_Pass], list[Difference]]:
-    """Return the plunges at feed, the sideways cuts, and motions foreign to drilling programs.
-
-    A pecked hole counts once: each of its feed moves ends deeper than those before.
-    """
+    """Return the plunges at feed (once per pecked hole), the sideways cuts, and motions foreign to drilling."""
     plunges: list[_Plunge] = []
     passes: list[_Pass] = []
     foreign: list[Difference] = []

@@ -12,14 +12,9 @@ from leafcut.model.shown_stock import FixtureBox
 class DrillingDetail:
     """Drilling results beyond the general outcome.
 
-    Attributes
-    ----------
-    low_ways_saved_s
-        Time saved against the same order with all travel moves above the highest point, s; None for a flat part.
-    thickness
-        Of the plate, mm; None if unknown.
-    surface
-        The part that contains the holes, if given; None for a plate.
+    `low_ways_saved_s` is the time saved against the same order with all travel moves above the highest point, s; None
+    for a flat part. `thickness` (mm) is None if unknown. `surface` is the part that contains the holes; None for a
+    plate.
     """
 
     low_ways_saved_s: float | None = None

@@ -144,12 +144,8 @@ def plan_drilling(
     once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh`, each hole starts on it,
     and travel moves are as low as it allows; they also pass over a `fixture`.
 
-    Raises
-    ------
-    PlanError
-        No tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
-    OptionError
-        Options contradict each other, or an option is invalid.
+    `PlanError` if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other;
+    `OptionError` if options are invalid or contradict each other.
     """
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
@@ -432,10 +428,7 @@ def _far_below(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning if tools exit far below the part, with the greatest distance; a note for a board.
-
-    `underside` is −∞ if unknown.
-    """
+    """Return a warning if tools exit far below the part (`underside`, −∞ if unknown), or a note for a board."""
     farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for operation in operations:
         if operation.slots:
@@ -465,10 +458,7 @@ def _deep_strokes(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards.
-
-    `underside` is −∞ if unknown.
-    """
+    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
@@ -559,10 +549,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Return the steps sorted so that each follows its predecessors: each tool is used once.
-
-    Among the available steps: by kind (centre drills first), then by diameter.
-    """
+    """Return the steps sorted by kind (centre drills first), then by diameter, each after its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):

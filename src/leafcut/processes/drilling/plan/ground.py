@@ -53,14 +53,8 @@ class Tops(NamedTuple):
 class Ground:
     """The part and the fixtures below the tool.
 
-    Attributes
-    ----------
-    mesh
-        The surface, placed like the drawing.
-    fixtures
-        float64[k, 6]: boxes on the surface: lower corner, upper corner, mm.
-    clearance
-        Distance of travel moves from all of it, vertical and horizontal, mm.
+    `mesh` is placed like the drawing. `fixtures`, float64[k, 6], are boxes on it: lower corner, upper corner, mm.
+    `clearance` is the distance of travel moves from all of it, vertical and horizontal, mm.
     """
 
     mesh: Mesh
@@ -135,10 +129,7 @@ class Ground:
 
 
 def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
-    """Parse boxes ``x0 y0 z0 x1 y1 z1`` to float64[k, 6], lower corner first.
-
-    `OptionError` if a box has not six numbers, or no volume.
-    """
+    """Parse ``x0 y0 z0 x1 y1 z1`` to boxes, float64[k, 6], lower corner first; else `OptionError`."""
     boxes = []
     for text in texts:
         parts = text.replace(",", " ").split()
@@ -333,20 +324,12 @@ def tops_of(
 ) -> Tops:
     """Return the top of each hole, and the underside of the part there.
 
-    Parameters
-    ----------
-    radius
-        float64[n]: radius of the widest tool of each hole, mm. The highest point within it is the top.
-    cut_radius
-        Function from the height of the surface above the top of each hole, float64[n], to the widest radius cut, mm.
-        The part must cover this radius.
-    drawn
-        Each hole starts at its drawn height; the surface is only compared.
+    `radius`, float64[n], is that of the widest tool of each hole, mm; the highest point within it is the top.
+    `cut_radius` is the function from the height of the surface above the top of each hole, float64[n], to the widest
+    radius cut, mm, which the part must cover. If `drawn`, each hole starts at its drawn height, and the surface is only
+    compared.
 
-    Raises
-    ------
-    PlanError
-        A hole is beside the surface or under a fixture, or the surface has another unit than the drawing.
+    `PlanError` if a hole is beside the surface or under a fixture, or the surface has another unit than the drawing.
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)

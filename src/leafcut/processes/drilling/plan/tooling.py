@@ -109,10 +109,7 @@ class ToolChooser:
         return step
 
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
-        """Return the steps that make a hole, in order.
-
-        `PlanError` if the library has neither a recipe nor a drill for it, or lacks a requested centre drill.
-        """
+        """Return the steps that make a hole, in order; `PlanError` if the library lacks a tool for it."""
         if hole.diameter <= 0:
             self._bare_points += 1
         diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
@@ -304,10 +301,7 @@ class ToolChooser:
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return the right speed of a tool that turns much faster, as an addition to its issue; else "".
-
-        A given speed, or one from the library, is not assumed; but the feed assumed for it is.
-        """
+        """Return the right speed of a tool that turns much faster, as an addition to its issue; else ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
