@@ -49,22 +49,11 @@ MOST_KEPT = 4
 class SheetWork:
     """Data of a sheet, independent of the order of its cuts.
 
-    Attributes
-    ----------
-    drawn
-        The sheet before holes and notches were divided, for the judge.
-    cutting
-        The cuts to be ordered, chains included.
-    given, nearest
-        The order of the drawing or of the plan file, and the nearest-neighbour order, both without chains.
-    planned
-        The plan file, if all its choices fit.
-    order_fixed
-        Whether heat, or bands with a plan file, rule out a comparison with the given order.
-    parts
-        Parts that the head may hit if it stays down between cuts; None if it retracts.
-    motions
-        Cache of recent orders with their motion, for comparisons between passes.
+    `drawn` is the sheet before holes and notches were divided, for the judge. `cutting` includes chains; `given` (the
+    order of the drawing or of the plan file) and `nearest` do not. `planned` is the plan file, if all its choices fit.
+    `order_fixed`: heat, or bands with a plan file, rule out a comparison with the given order. `parts` are those that
+    the head may hit if it stays down between cuts; None if it retracts. `motions` caches recent orders with their
+    motion.
     """
 
     drawn: Sheet
@@ -110,10 +99,7 @@ def pierce_in_metal(plan: Plan, order: Order) -> Order:
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without these starts, whichever gives the faster order.
-
-    The nearest-neighbour order is compared first. The first search without improvement is the last.
-    """
+    """Move starts whose leads meet, or search again without them, whichever gives the faster order."""
     before, best = cuts_of(plan, order).starts, _apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
@@ -144,7 +130,7 @@ def _apart(plan: Plan, order: Order) -> Order:
 def detach_later(plan: Plan, order: Order) -> Order:
     """Cut outlines after the travel moves over their parts, for a head that stays down.
 
-    Orders are compared by the number of moves across detached parts, then by moves close to them, then by time.
+    Orders are compared by the moves across detached parts, then by moves close to them, then by time.
     """
     work, cuts, objective = plan.work, cuts_of(plan, order), plan.job.settings.solve.objective
     if work.parts is None or work.order_fixed or work.planned is not None:

@@ -38,10 +38,7 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Refuse work that the dialect cannot express; also called before the search.
-
-    The `PostError` names the missing word, and the remedy.
-    """
+    """Refuse work that the dialect cannot express, before the search (`PostError` with word and remedy)."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(

@@ -202,10 +202,7 @@ def _given(
 
 
 def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Return the cutting with chains if they save time.
-
-    Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are. `PlanError` if one does not fit.
-    """
+    """Return the cutting with chains if they save time; those of a plan file are kept, or raise `PlanError`."""
     from leafcut.order.solve import solve
 
     settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.job.keep_order
@@ -318,10 +315,7 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, and a warning if its power differs from the machine's power.
-
-    `OptionError` if the machine cuts by another method, such as a diode instead of a CO2 laser.
-    """
+    """Return the process in the cut chart, and a warning on other power; `OptionError` for another method."""
     from leafcut.read.cutchart import is_process
 
     own = machine.cut_process.lower() or str(machine.head.method)
@@ -363,10 +357,7 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
-    """Return the probe for touching off before each pierce, or None.
-
-    `OptionError` if a probe is wanted, but the machine or its controller has none.
-    """
+    """Return the probe for touching off before each pierce, or None; `OptionError` if one is wanted but missing."""
     able = words.torch is not None and bool(words.torch.probe)
     probe = machine.probe
     if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):

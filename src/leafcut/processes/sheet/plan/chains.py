@@ -64,18 +64,10 @@ Bridge = tuple[Point, Point]
 class Bridges:
     """Positions on contours, and the bridges between them, in columns.
 
-    Attributes
-    ----------
-    contour
-        Contour index of each position, int64[n].
-    at
-        Distance along the contour, float64[n], mm.
-    arrive, leave
-        End point of the arriving bridge, and start point of the next bridge, float64[n, 2], mm.
-    begin, end, length
-        Start and end positions of each bridge, int64[m], and its length, float64[m], mm.
-    saving
-        Time saved by each bridge, s, keyed by its positions; only bridges that save time.
+    `contour`, int64[n], and `at`, float64[n], mm, are the contour index and the distance along it of each position;
+    `arrive` and `leave`, float64[n, 2], mm, the end of the arriving bridge and the start of the next. `begin` and
+    `end`, int64[m], are the positions of each bridge, `length` is in mm. `saving` is the time saved, s, by the
+    positions of a bridge; only bridges that save time.
     """
 
     contour: Indices
@@ -166,10 +158,7 @@ def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None
 
 
 def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Return the positions on the contours, in a given order, that maximise the saving without sharp bridge angles.
-
-    Exact, by dynamic programming over the position and the bridge that led to it.
-    """
+    """Return the positions that maximise the saving without sharp bridge angles, by dynamic programming."""
     out: dict[int, list[int]] = {}
     for a, b in bridges.saving:
         out.setdefault(a, []).append(b)
@@ -244,10 +233,7 @@ def _short_enough(run: list[int]) -> Iterable[list[int]]:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return the scrap region next to a contour: the index of the hole around it, or -1 for the sheet.
-
-    A notch closed by the kerf of its outline is a separate region: -2 minus the index of the outline.
-    """
+    """Return the scrap next to a contour: its hole, -1 for the sheet, or -2 minus the outline of a closed notch."""
     if contour.hole:
         return contour.index
     return -2 - contour.notch_of if contour.notch_of >= 0 else contour.source.parent
@@ -293,10 +279,7 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
 
 
 def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return which straight lines (float64[n, 2, 2]) from a kerf leave it directly and stay away from it, bool[n].
-
-    `kerf_line` is the centreline of that kerf, a shapely line.
-    """
+    """Return which lines (float64[n, 2, 2]) leave a kerf (centreline `kerf_line`) at once and stay away, bool[n]."""
     step = lines[:, 1] - lines[:, 0]
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
@@ -420,10 +403,7 @@ def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tu
 
 
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
-    """Return the chains that a plan file fixes; with `everything` all of its chains.
-
-    `PlanError` names the cut if a bridge of the plan does not fit.
-    """
+    """Return the chains that a plan file fixes, or all of its chains; `PlanError` if a bridge does not fit."""
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
     if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):

@@ -347,10 +347,7 @@ class Grouper:
         return True
 
     def _up_to_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a gap shortened by half a kerf at each end where both edges bend.
-
-        The path around the group then passes through the point where the paths of the two parts meet.
-        """
+        """Return a gap shortened by half a kerf where both edges bend, so that the path meets those of both parts."""
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
         ends = []

@@ -156,7 +156,6 @@ def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tu
 
 
 def _from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
-    """Return the stretch of a closed path that starts at `at` and has the given length, mm."""
     if clockwise:
         return path.reversed().piece(path.length - at, path.length - at + length)
     return path.piece(at, at + length)
@@ -262,10 +261,7 @@ def _drawn(contour: CutContour) -> Polyline:
 
 
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
-    """Return the programmed path for a controller that compensates, and the length of its lead-in, mm.
-
-    `PlanError` if the start does not lie beside the drawn contour.
-    """
+    """Return the path for a controller that compensates, and the length of its lead-in, mm; or `PlanError`."""
     half, here, travel = (
         contour.rules.half,
         contour.path.point_at(start.at),

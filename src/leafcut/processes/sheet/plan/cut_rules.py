@@ -43,20 +43,10 @@ NARROWEST_HOLE = 1.5
 class CutRules:
     """Rules of a sheet for planning: mm, s, mm/s, rad.
 
-    Attributes
-    ----------
-    kind
-        A `CutMethod`.
-    data
-        The row of the chart.
-    half
-        Distance between path and part: half a kerf, or 0 without compensation.
-    outline_direction
-        ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other way.
-    lead_in, lead_out
-        Wanted leads; they may be shortened for a contour.
-    once
-        Without compensation: whether coincident edges are cut once even without the option for common lines.
+    `kind` is a `CutMethod`, `data` a row of the chart. `half` is the distance between path and part: half a kerf, or 0
+    without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other
+    way. The leads may be shortened for a contour. `once`, without compensation: coincident edges are cut once even
+    without the option for common lines.
     """
 
     kind: str

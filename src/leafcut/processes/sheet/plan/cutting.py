@@ -131,7 +131,7 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class CutSequence:
-    """Cuts of a sheet in order, each given by its start.
+    """Cuts of a sheet in order.
 
     `PlanError` if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
     """
@@ -163,10 +163,7 @@ class CutSequence:
 
 
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
-    """Return the cuts of a sheet with all their starts.
-
-    The `PlanError` names the part and the position if a kerf would touch another part or a clamp, or no lead fits.
-    """
+    """Return the cuts of a sheet with all their starts; `PlanError` if a kerf or a lead does not fit."""
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_room(contours, scrap)
@@ -188,10 +185,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
-    """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet.
-
-    The `PlanError` has the first position, and the number of further conflicts.
-    """
+    """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet (`PlanError`)."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []

@@ -48,7 +48,7 @@ def spread_starts(
 ) -> CutSequence:
     """Return the cuts with fewer starts closer than `apart` mm, by small changes of the order and of the starts.
 
-    Precedence, choices of a plan file and bands (`cutting.bands`) are kept. The search stops when `late` returns true.
+    Precedence, fixed choices and bands (`cutting.bands`) are kept. The search stops when `late` returns true.
     """
     cutting, order = cuts.cutting, list(cuts.starts)
     band = {k: number for number, members in enumerate(bands) for k in members}

@@ -174,10 +174,7 @@ def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with new starts where leads would run into the kerfs of other leads.
-
-    The cheapest start without conflicts is taken. A start without an alternative, or fixed by a plan file, stays.
-    """
+    """Return the cuts with new starts where leads would run into other kerfs; the cheapest free start is taken."""
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
         extras = [_extras(cutting, s) for s in order]

@@ -57,7 +57,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
     """Return the cutting restricted to the fixed choices of the plan, or with `everything`, to all of its choices.
 
-    `PlanError` if the plan is for another drawing, or if a fixed choice cannot be cut; the message names the cut.
+    `PlanError` if the drawing differs, or a fixed choice cannot be cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
@@ -83,10 +83,7 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 
 
 def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after): a contour fixed as ahead comes before all later rows of the plan.
-
-    Pairs up to the next such row suffice, since that row precedes the rest. So their number grows only linearly.
-    """
+    """Return precedence pairs: a contour fixed as ahead comes before all rows up to the next such row of the plan."""
     pairs: list[tuple[int, int]] = []
     first = None
     for k in rows:

@@ -23,10 +23,7 @@ SMALLER = 0.02
 
 
 class Scrap:
-    """The metal between the parts.
-
-    The parts are shrunk by `SMALLER` mm, so that a kerf along the edge of its own part causes no conflict.
-    """
+    """The metal between the parts, which are shrunk so that a kerf along its own part causes no conflict."""
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
         self.rules = rules
@@ -48,10 +45,7 @@ class Scrap:
         self._bridge_tree: Any = None
 
     def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
-        """Return the scrap with bridges (shapely lines) as obstacles for other cuts.
-
-        `owners` are the contours (indices in `Sheet.contours`) that each bridge connects, int64[n, 2].
-        """
+        """Return the scrap with bridges of contours (`owners`, int64[n, 2]) as obstacles for other cuts."""
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
         other._bridge_tree = shapely.STRtree(lines)  # noqa: SLF001  # of its own class

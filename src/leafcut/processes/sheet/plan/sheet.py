@@ -49,12 +49,8 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     """Return the sheet of a drawing: contours joined, cleaned, checked and nested, in O(n log n).
 
     `concentric` are the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
-
-    Raises
-    ------
-    PlanError
-        The sheet has no cuts or marks; an outline is open (unless `options.open_paths` allows it) or crosses itself;
-        parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
+    `PlanError` if the sheet has no cuts or marks; an outline is open (unless `options.open_paths` allows it) or crosses
+    itself; parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)

@@ -36,18 +36,10 @@ Place = tuple[float, bool]
 class CutStart:
     """One choice of a cutting task: where and how the cut starts.
 
-    Attributes
-    ----------
-    at
-        Start position along the contour, mm. On open contours 0, or the length for the reverse direction.
-    clockwise
-        On open contours, whether the direction is reversed.
-    entry, exit
-        Points where the torch switches on, and where the next rapid starts.
-    pierce
-        False for a start in the air, beyond the edge of the sheet.
-    then
-        The further contours of a chain, in order. Each bridge ends at an `entry`, and the next starts at its `exit`.
+    `at` is the start position along the contour, mm: on open contours 0, or the length for the reverse direction
+    (`clockwise`). The torch switches on at `entry`, and the next rapid starts at `exit`. `pierce` is false for a start
+    in the air, beyond the edge of the sheet. `then` are the further contours of a chain: each bridge ends at an
+    `entry`, and the next starts at its `exit`.
     """
 
     contour: int
@@ -70,10 +62,7 @@ class CutStart:
 
 
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
-    """Return all starts of all contours, contour by contour.
-
-    The `PlanError` has the positions of contours without room for a lead.
-    """
+    """Return all starts, contour by contour; `PlanError` if some contours have no room for a lead."""
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
     stuck: list[CutContour] = []
@@ -191,10 +180,7 @@ def _even_places(length: float, count: int) -> list[float]:
 
 
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
-    """Return the leads to try, the wanted lead first; None stands for a lead from the centre of a hole.
-
-    The lead from the centre comes first for small holes, and last for other holes.
-    """
+    """Return the leads to try, in order; None stands for the lead from the centre, first for small holes."""
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
     if not contour.hole or rules.lead_in.run_in > 0.0:
@@ -210,10 +196,7 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return the starts at `places` where a lead fits: the first of `leads` that fits at enough places.
-
-    With `splash`, the area around the pierce must be free too.
-    """
+    """Return the starts with the first lead that fits at enough places; with `splash`, the pierce needs room."""
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
     for wanted in leads:
@@ -296,10 +279,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return the starts of an outline with straight lead-ins from beyond the edge of the sheet.
-
-    They serve sheets that are too thick to pierce. `PlanError` if the edge is unknown.
-    """
+    """Return the starts with leads from beyond the edge of the sheet (`PlanError` if unknown), which need no pierce."""
     rules = contour.rules
     if scrap.sheet is None:
         raise PlanError(
@@ -342,10 +322,7 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start with the same leads at position `at` of the contour; None if they do not fit there.
-
-    `wanted` is called first, since it is faster.
-    """
+    """Return a start with the same leads at another position; None if they do not fit, or if not `wanted`."""
     if not contour.may_start(at):
         return None
     place, rules = (at, like.clockwise), contour.rules

@@ -32,24 +32,12 @@ TORCH_ON = 1.0
 class TorchSetup:
     """Cutting data, and the capabilities of a torch or beam and its controller.
 
-    Attributes
-    ----------
-    clearance
-        Height for travel between cuts, mm above the sheet (Z0).
-    safe_z
-        Height in machine coordinates at the start and the end, mm, if known.
-    switches
-        Whether the controller can switch the torch off, and hold its height, in motion. Otherwise the head stops.
-    moves_z
-        Whether programs move Z. Otherwise the head keeps its height during travel.
-    power, mark_power
-        Beam power for cutting and for marking. A marking tool is spindle 1.
-    tolerance
-        Tolerance of rounded corners, mm (G64 P); 0: exact corners.
-    probe
-        Touches off on the sheet before each pierce; None: the top of the sheet is at Z0.
-    mark_tool
-        Number of the marking tool; the torch is tool 0. None: marks need no tool change.
+    `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` the height in machine
+    coordinates at the start and the end, mm, if known. `switches`: the controller can switch the torch off, and hold
+    its height, in motion; otherwise the head stops. `moves_z`: programs move Z; otherwise the head keeps its height
+    during travel. A marking tool is spindle 1. `tolerance` is that of rounded corners, mm (G64 P); 0: exact corners.
+    Without `probe`, the top of the sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0);
+    None: marks need no tool change.
     """
 
     data: CutData
@@ -217,10 +205,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Return an open path without segments so short that a program could round them to a point.
-
-    Both ends of the path stay. The segment after a removed segment starts at the start of the removed segment.
-    """
+    """Return an open path without inner segments so short that a program could round them to a point."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path

@@ -54,10 +54,7 @@ _NAMES = (
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return the differences between a program read back and the planned moves and states of the torch.
-
-    Actions of the controller itself are ignored: heights, probing and pierce delays.
-    """
+    """Return the differences from the planned moves and torch states; actions of the controller are ignored."""
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch

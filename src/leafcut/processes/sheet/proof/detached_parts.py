@@ -22,10 +22,7 @@ _LEEWAY = 0.2
 
 
 def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
-    """Return the moves over detached parts that the plan does not report; none if the head retracts.
-
-    `nozzle` is the diameter of the head above the sheet, mm.
-    """
+    """Return the moves over detached parts that the plan does not report; `nozzle` is the head's diameter, mm."""
     told, close = laid.plan.crossings, laid.plan.close
     if dialect.moves_z or told is None:
         return []
@@ -85,10 +82,7 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
 
 
 def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
-    """Return pairs of a run and the closed outline that it detaches, float64[n, 2].
-
-    Common lines detach no part; the cut around their group does (`common_lines`).
-    """
+    """Return the runs and the outlines that they detach, float64[n, 2]; common lines detach no part."""
     common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
@@ -136,7 +130,6 @@ def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
 
 
 def _distances(points: Points, edge: Points) -> Points:
-    """Return the distances of points from an edge, float64[n]."""
     begin, step = edge[:-1], np.diff(edge, axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-18)
     away = points[:, None] - begin

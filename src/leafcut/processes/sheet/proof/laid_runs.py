@@ -58,18 +58,9 @@ class Claim:
 class LaidRuns:
     """The runs of a program matched with the shapes of a sheet.
 
-    Attributes
-    ----------
-    targets
-        Contours to cut or mark, in the order of the sheet.
-    parts, numbers
-        Metal of the finished parts, shrunk by `TOLERANCE`, and part numbers.
-    sheet
-        Area of the sheet; None if unknown.
-    lines
-        Shapely lines along which each run burns.
-    of_target
-        Claims by index of the contour.
+    `targets` are contours to cut or mark, in the order of the sheet. `parts` is the metal of the finished parts, shrunk
+    by `TOLERANCE`. `sheet` is an area; None if unknown. `lines` are shapely lines along which each run burns.
+    `of_target` has the claims by index of the contour.
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: Asked) -> None:

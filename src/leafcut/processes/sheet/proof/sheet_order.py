@@ -52,10 +52,7 @@ def disordered(laid: LaidRuns) -> list[Difference]:
 
 
 def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
-    """Return the contours within the outer edge of an outline's kerf: in a notch, detached if the kerf closes it.
-
-    Contours `known` to lie inside are skipped.
-    """
+    """Return the contours in notches that the kerf of an outline closes, without those `known` to lie inside."""
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(edges.query(shapely.box(*around.way.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist())
     if all(laid.targets[number].index == around.index for number in near - known):

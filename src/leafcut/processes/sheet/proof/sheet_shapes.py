@@ -127,10 +127,7 @@ def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 
 
 def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
-    """Return the faults of a sheet whose holes and notches were divided, compared with the sheet as `drawn`.
-
-    `half` is the distance between the centreline of the kerf and the parts, mm.
-    """
+    """Return the faults of divided holes and notches; `half` is from the centreline of the kerf to a part, mm."""
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):
         return []

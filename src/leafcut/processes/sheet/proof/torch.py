@@ -50,10 +50,7 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return the lightings with the wrong tool for cutting or marking, or before the tool's offset is active.
-
-    The offset becomes active with the next move that has both X and Y; until then, the previous offset applies.
-    """
+    """Return the lightings with the wrong tool, or before its offset is active (with the next move in X and Y)."""
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
         return []
@@ -80,10 +77,7 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return the pierces without touching off just before, and other faults of probing.
-
-    Without a `probe`, Z0 must not change.
-    """
+    """Return the pierces without touching off, and other faults of probing; without `probe`, Z0 must not change."""
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
     for number, row in enumerate(path):

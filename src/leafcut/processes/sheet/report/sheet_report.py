@@ -73,10 +73,7 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the three measures with the lengths of the plans: along the cuts, and between them in X and Y.
-
-        A plain `Measure` includes retracts and descents of the torch, which some controllers do without the program.
-        """
+        """Return the three measures with lengths along the cuts, and between them in X and Y, without retracts."""
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = outcome.nearest if outcome.nearest is None or nearest is None else _of_sheet(outcome.nearest, nearest)
         return _of_sheet(outcome.before, before), near, _of_sheet(outcome.after, after)
@@ -398,7 +395,6 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 
 def _data(plan: CutPlan) -> PageRow:
-    """Return the cutting data with their source and the confidence in them."""
     # A word or two, in some charts with the reason after a comma.
     confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
     return {
