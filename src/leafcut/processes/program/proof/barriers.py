@@ -38,20 +38,10 @@ _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 class Mark(NamedTuple):
     """A barrier, or a dwell that belongs to one.
 
-    Attributes
-    ----------
-    what
-        All values that must be equal in both programs.
-    kind
-        A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
-    key
-        Row number; minus 0.5 for barriers before a row.
-    place
-        Position of the tool, mm; `exactly` if the block may move from there, so that it must be the same.
-    said
-        Text for messages.
-    unsure
-        Whether the height of the tool is unknown and not at machine zero.
+    `what` has all values that must be equal in both programs. `kind` is a `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
+    `key` is the row number, minus 0.5 for barriers before a row. `place` is the position of the tool, mm; `exactly`:
+    the block may move from there, so it must be the same. `said` is text for messages. `unsure`: the height of the tool
+    is unknown and not at machine zero.
     """
 
     what: tuple[object, ...]
@@ -84,10 +74,7 @@ class Wall:
 
 
 def barriers_of(program: Program, path: Toolpath, source: Indices, states: States, before: Floats) -> list[Mark]:
-    """Return the barriers of a program in order.
-
-    `path` may have expanded cycles; `source` gives the program row of each of its rows.
-    """
+    """Return the barriers in order; `path` may have expanded cycles, `source` are the program rows of its rows."""
     kind = path.kind
     frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
@@ -252,16 +239,10 @@ def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
 class ComparisonGroups(NamedTuple):
     """Groups of work between matching barriers, and the differences of the barriers.
 
-    Attributes
-    ----------
-    before, after
-        Number of features up to the end of each group except the last, for each program.
-    mark_of
-        New mark by the key of the equal original mark.
-    states
-        Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
-    implied
-        Patterns for messages of `matching.changes` that follow from removed or added tool changes and work offsets.
+    `before` and `after` are the numbers of features up to the end of each group except the last. `mark_of` is the new
+    mark by the key of the equal original mark. `states` are barriers that differ only in the machine state, with the
+    changes in the words of `matching.changes`; `implied` are patterns for those messages that follow from removed or
+    added tool changes and work offsets.
     """
 
     before: list[int]

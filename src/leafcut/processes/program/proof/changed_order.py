@@ -72,10 +72,7 @@ class ChangedOrder:
             yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
 
     def inside(self) -> Iterator[Difference]:
-        """Yield work whose order relative to a closed cut or an outline with tabs around it has changed.
-
-        With a beam, inner work may be cut earlier than in the original, but not later.
-        """
+        """Yield work whose order to a closed cut or tabbed outline around it changed (beams: only if cut later)."""
         if self.unchanged or not len(self.traces.feature):
             return
         n = int(self.run[-1]) + 1

@@ -61,10 +61,7 @@ class _Changed(NamedTuple):
 
 
 def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explanation:
-    """Explain each unmatched feature: done elsewhere, changed, moved, missing or new.
-
-    Changes that match one of the patterns `implied` are reported elsewhere.
-    """
+    """Explain each unmatched feature: done elsewhere, changed, moved, missing or new; `implied` ones are left out."""
     known = re.compile("|".join(implied) or r"(?!)")
     elsewhere, missing, extra = _done_elsewhere(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
@@ -175,7 +172,6 @@ def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]
 
 
 def _stretches(features: list[Feature]) -> Iterator[Stretch]:
-    """Yield groups of features without a move between them."""
     return _grouped(sorted(features, key=lambda f: f.number), _goes_on)
 
 

@@ -81,10 +81,7 @@ class States:
 
 
 def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
-    """Return the distinct values of a column, and the index of the value of each row.
-
-    Fast if few rows differ from the previous row.
-    """
+    """Return the distinct values of a column and the index of each row; fast if few rows differ from the previous."""
     if not len(column):
         return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
     begins = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1])
@@ -95,12 +92,7 @@ def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
 class Tables(NamedTuple):
     """Data of arcs and cycles, one row each; the first row of each table is all zeros, for other features.
 
-    Attributes
-    ----------
-    center, plane, turns
-        Arcs: float64[a, 3] in mm, int64[a], int64[a].
-    r_plane, peck
-        Cycles: float64[c], mm.
+    Columns of arcs are `center` (float64[a, 3], mm), `plane` and `turns`; those of cycles, `r_plane` and `peck` (mm).
     """
 
     center: Floats

@@ -96,10 +96,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Match equal numbers: from both ends while they agree, then first with first.
-
-    If a feature is missing, the features before and after it are still matched with themselves.
-    """
+    """Match equal numbers from both ends while they agree, then first with first, so that neighbours stay matched."""
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
     head = int(differs[0]) if len(differs) else min(n, m)
@@ -194,10 +191,7 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the grid cells in x, y (and z) within `tolerance` of a feature, starting with its own cell.
-
-    Unknown coordinates get a cell index far away.
-    """
+    """Yield the grid cells in x, y (and z) near a feature, its own first; unknown coordinates get a far cell."""
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
     own = tuple(math.floor(v / size) if math.isfinite(v) else _FAR for v in at)

@@ -164,10 +164,7 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield pairs of cuts at one depth that run side by side within a finishing allowance, int64[k, 2].
-
-    Pairs of closed cuts are exempt, since they belong to different parts.
-    """
+    """Yield pairs of cuts at one depth, not both closed, within a finishing allowance of each other, int64[k, 2]."""
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
 
@@ -245,10 +242,7 @@ def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indi
 
 
 def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
-    """Return the signed offset of a row to the left of the previous row, mm, seen along +x or +y.
-
-    NaN if the two cuts are not parallel rows.
-    """
+    """Return the signed offset of a row to the left of the previous row, mm, along +x or +y; NaN if not parallel."""
     along, other = row[1] - row[0], follower[1] - follower[0]
     length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
     along = along / length

@@ -64,10 +64,7 @@ class Outline(NamedTuple):
 
 
 def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> list[Line]:
-    """Return the lines of all pieces of work, arcs as chords; holes and dwells become lines of zero length.
-
-    `owner` numbers the piece of each feature; features with -1 are left out.
-    """
+    """Return the lines of all pieces (`owner`, -1 to leave out); holes and dwells become lines of zero length."""
     traces = traces.pick(np.flatnonzero(owner[traces.feature] >= 0)).flattened(sagitta)
     waits = features.kind[traces.feature] == Kind.DWELL
     cuts = traces.pick(~waits)

@@ -28,10 +28,7 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return the changed speeds of a program, by row of the original.
-
-    `VerifyError` if the program follows a different path or does different work.
-    """
+    """Return the changed speeds by row of the original; `VerifyError` if the path or the work differs."""
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
     count = len(after)
@@ -135,10 +132,7 @@ def check_limits(
     loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
     cutters: Mapping[int, Cutter],
 ) -> Floats:  # fmt: skip
-    """Check new speeds against the loads, and return the speed of every piece, mm/s.
-
-    `VerifyError` if a rapid comes too close to the material, or a feed exceeds a limit of its tool.
-    """
+    """Check new speeds against the loads; return the speed of every piece, mm/s, or raise `VerifyError`."""
     speed = speeds_on(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))

@@ -27,20 +27,10 @@ STILL = 1e-6
 class ProgramWork:
     """One of the two compared programs.
 
-    Attributes
-    ----------
-    path
-        With expanded cycles if the other program has none.
-    source
-        int64[n]: program row of each row of `path`.
-    features
-        Without the dwells that belong to barriers.
-    travel
-        int64[k]: rows of moves without cutting: rapids, and feed moves of a beam that is off.
-    travel_from, drill_from
-        float64[k, 3], float64[d, 3]: positions before the rows of `travel`, and before the drilling cycles, mm.
-    dark_rapids
-        See `Program`.
+    `path` has expanded cycles if the other program has none; `source`, int64[n], is the program row of each of its
+    rows. `features` lack the dwells that belong to barriers. `travel`, int64[k], are the rows of moves without cutting:
+    rapids, and feed moves of a beam that is off. `travel_from` and `drill_from` are the positions before these rows and
+    before the drilling cycles, mm. For `dark_rapids` see `Program`.
     """
 
     path: Toolpath
@@ -109,10 +99,7 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether a program switches its spindle off between two cuts without a barrier, as for a beam.
-
-    Feed moves with the beam off then count as travel.
-    """
+    """Return whether the spindle is off between two cuts without a barrier; dark feed moves then count as travel."""
     path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW

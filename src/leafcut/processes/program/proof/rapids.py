@@ -153,10 +153,7 @@ def _least(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order, including those inside drilling cycles: key, row, start and end.
-
-    A cycle first moves above its hole, then down to the R plane.
-    """
+    """Return all rapids in order, including those to the R planes of cycles: key, row, start and end."""
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     over, level = path.end[drill].copy(), work.drill_from.copy()
@@ -233,10 +230,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the heights with the higher limit at both ends of each reversed run.
-
-    Reversal exchanges the start and the end of the run.
-    """
+    """Return the heights with the higher limit at both ends of each reversed run, whose ends are exchanged."""
     if not (turned >= 0).any():
         return heights
     arrive, leave = heights.arrive.copy(), heights.leave.copy()

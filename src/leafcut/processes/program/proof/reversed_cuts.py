@@ -139,10 +139,7 @@ def _is_simple(cuts: Features) -> bool:
 
 
 def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
-    """Reverse each cut of a run in place, and move plunge and retract to the other end.
-
-    Changes: kind, start and end of `new`.
-    """
+    """Reverse each cut of a run in `new` (kind, start and end), and move plunge and retract to the other end."""
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))

@@ -135,7 +135,6 @@ def _relying(
 
 
 def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, mode: _Mode) -> int:
-    """Return the number of counted cuts before row `end` that rely on a mode."""
     kinds = [kind for kind in mode.kinds if kind in _CUTS]
     if Kind.FEED in kinds:
         return int((np.isin(work.path.kind, kinds) & (work.source < end) & counted).sum())

@@ -44,14 +44,9 @@ class _Met:
 class StockJudge:
     """Compares the stock that programs leave, and their collisions, with the original.
 
-    Attributes
-    ----------
-    tools
-        Tools of the original by number, if their shape is known or assumed to be flat.
-    given
-        Whether the user described the stock; otherwise it is a block around the cuts.
-    left, met
-        Stock that the original leaves, and its collisions by tool and kind.
+    `tools` are those of the original by number, if their shape is known or assumed to be flat. `given`: the user
+    described the stock, which otherwise is a block around the cuts. `left` and `met` are the stock that the original
+    leaves, and its collisions by tool and kind.
     """
 
     tools: Mapping[int, Tool]

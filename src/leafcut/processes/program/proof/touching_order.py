@@ -62,10 +62,7 @@ def _unique(found: list[Indices]) -> Indices:
 
 
 def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
-    """Return the lower and upper bounds of every piece along four directions, float32[k, 4] each.
-
-    These are x, y, and the directions along and across the prevailing direction, to separate hatch lines.
-    """
+    """Return the bounds along x, y and along and across the prevailing direction, float32[k, 4] each."""
     along = traces.end - traces.begin
     angle = np.arctan2(along[:, 1], along[:, 0]) % math.pi
     length = np.hypot(*along.T)
@@ -100,10 +97,7 @@ def _with_inversions(entry: Indices, cell: Indices, place: Indices) -> tuple[Ind
 
 
 def _split(entry: Indices, cell: Indices, low: Reach, high: Reach) -> tuple[Mask, Mask, tuple[Indices, Indices]]:
-    """Return the masks of entries in small cells and in cells that cannot be split, and the other cells in halves.
-
-    Every cell is split along the direction that puts the fewest pieces on both sides.
-    """
+    """Return the masks of entries in small cells and in unsplittable cells, and the other cells in halves."""
     begins = np.flatnonzero(np.diff(cell, prepend=-1))
     size = np.diff(np.append(begins, len(cell)))
     middle = 0.5 * (low[entry] + high[entry])

@@ -119,10 +119,7 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features.
-
-    A feature with unknown end has no trace; with unknown start, its trace is a point.
-    """
+    """Return the traces of features; none for an unknown end, a point for an unknown start."""
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
@@ -204,10 +201,7 @@ def _from_line(point: Floats, begin: Floats, end: Floats) -> Floats:
 
 
 def touching(one: Traces, other: Traces, tolerance: float) -> NDArray[np.bool_]:
-    """Return the mask of pairs of pieces within `tolerance` of each other, bool[k].
-
-    Arcs are bisected until the result is certain.
-    """
+    """Return the mask of pairs of pieces within `tolerance`; arcs are bisected until the result is certain."""
     touches = np.zeros(len(one.feature), dtype=bool)
     pair = np.arange(len(touches))
     for halving in range(_MOST_HALVINGS):
