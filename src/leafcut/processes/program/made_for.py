@@ -36,10 +36,7 @@ _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsour
 
 @dataclass(frozen=True)
 class StatedPart:
-    """The part named in the header of a program, turned so that axis `up` points up.
-
-    Its height `z` (mm) becomes Z0; then `placing` is applied.
-    """
+    """The part in the header of a program: axis `up` points up, `z` (mm) becomes Z0, then `placing` is applied."""
 
     name: str
     placing: ReadOptions
@@ -48,10 +45,7 @@ class StatedPart:
 
 
 def stated_part(program: Program) -> StatedPart | None:
-    """Return the part named in the leafcut header of a program, or None.
-
-    Part names in the comments of other CAM programs are ignored.
-    """
+    """Return the part named in the leafcut header of a program, or None; comments of other CAM programs are ignored."""
     header = list(program.lines[:_FIRST_LINES])
     for before, source, line in zip(header, header[1:], header[2:], strict=False):
         found = _STATED.search(line.strip())

@@ -14,16 +14,9 @@ from leafcut.model.shown_stock import ShownStock
 class StockProof:
     """Comparison of the stock that both programs leave.
 
-    Attributes
-    ----------
-    cells, cell
-        Number of compared cells and their side, mm; 0 without a comparison.
-    given
-        Whether the user described the stock; otherwise it is a block around the cuts.
-    flat, unknown
-        Tools treated as flat end mills, and tools left out because their shape is unknown.
-    reason
-        Why no stock was compared.
+    `cells` and `cell` are the number of compared cells and their side, mm; 0 without a comparison. `given`: the user
+    described the stock, which otherwise is a block around the cuts. `flat` and `unknown` are tools treated as flat end
+    mills, and those left out because their shape is unknown. `reason`: why no stock was compared.
     """
 
     cells: int = 0
@@ -65,16 +58,9 @@ class AvoidedAreas:
 class ProgramDetail:
     """A program in a new order.
 
-    Attributes
-    ----------
-    barriers
-        Number of parts of the program that stay in place and that no work may pass.
-    pieces, staying
-        Number of pieces of work (holes, cuts …), and the reasons why some keep their place.
-    pace
-        Effect of the new speeds, if requested.
-    stock
-        Comparison of the stock that both programs leave; None for a beam.
+    `barriers` is the number of parts of the program that stay in place and that no work may pass; `pieces` is the
+    number of pieces of work (holes, cuts …), and `staying` has the reasons why some keep their place. `pace` is None
+    unless new speeds were requested; `stock` is None for a beam.
     """
 
     certificate: Certificate

@@ -98,14 +98,9 @@ def with_new_pace(
 ) -> Paced:  # fmt: skip
     """Return a program with the requested heights and speeds, as far as they save time and can be proved.
 
-    `original` is the program in its original order; the new program has to leave the same stock.
-
-    Raises
-    ------
-    OptionError
-        A tool shape is unknown, an option needs ``--workpiece``, or the program drives a beam.
-    PlanError
-        The simulation has too many cells or pieces.
+    `original` is the program in its original order; the new program has to leave the same stock. `OptionError` if a
+    tool shape is unknown, an option needs ``--workpiece``, or the program drives a beam; `PlanError` if the simulation
+    has too many cells or pieces.
     """
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     asked = _asked(run)
@@ -213,10 +208,7 @@ class _Job:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lowered(self, found: Paced) -> Paced:
-        """Return a program with lower retracts, cycle returns and R planes, or unchanged if none can be proved.
-
-        First, cycles stay at their R planes; then R planes and retracts are lowered; last, the initial heights.
-        """
+        """Return a program with lower retracts, cycle returns and R planes, or unchanged if none can be proved."""
         from leafcut.processes.program.plan.heights import LowWays
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns
 
@@ -342,10 +334,7 @@ class _Job:
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Remove raised speeds that cost time, since a divided cut changes the look-ahead at its corners.
-
-        Return the remaining pace, the text of the program and its interpretation.
-        """
+        """Remove raised speeds that cost time (a divided cut changes the look-ahead); return pace, text and program."""
         from leafcut.processes.program.proof.paced import stretches_of
         from leafcut.timing.toolpath import clock
 
@@ -381,8 +370,7 @@ class _Job:
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
         """Prove new speeds; return the speed of every piece, the changed stretches and the least clearance, mm.
 
-        The new program follows the same path within all limits. Simulated from its text, it leaves the same stock, and
-        its new rapids stay clear of the material. Else `VerifyError`.
+        The path and the stock stay the same, and new rapids stay clear of the material; else `VerifyError`.
         """
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 

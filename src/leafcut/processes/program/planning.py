@@ -180,10 +180,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
-    """Return a stage for each section.
-
-    A section follows the previous section directly if no move in between has a known position.
-    """
+    """Return a stage for each section, following the previous one if no move in between has a known position."""
     from leafcut.processes.program.plan.resequencing import build_problem
 
     stages: list[Stage] = []

@@ -45,10 +45,7 @@ class Rewritten:
 
 
 def measured(plan: Plan, program: Program) -> Measure:
-    """Return the time and lengths of a program; moves with the beam off count as travel.
-
-    The time on GRBL depends on the sent lines.
-    """
+    """Return the time and lengths of a program (on GRBL by the sent lines); moves with the beam off count as travel."""
     from leafcut.processes.program.plan.sections.program_rows import dark_rows
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure
@@ -224,10 +221,7 @@ def _section_at(work: ForeignWork, line: int) -> int:
 
 
 def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
-    """Insert comments near the top of a program, below the percent sign and the program number.
-
-    They use the line ending of the program.
-    """
+    """Insert comments near the top of a program, below the percent sign and the program number."""
     from leafcut.post.comments import comment_lines
 
     lines = text.splitlines(keepends=True)

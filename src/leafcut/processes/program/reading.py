@@ -41,10 +41,7 @@ BELOW_SURFACE = ("L801", "L802")
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program with the dialect and machine that it was read for.
-
-    `limits` is the machine whose limits are checked, if `machine` is assumed and only used for times.
-    """
+    """A program as read for a dialect and machine; `limits` are checked instead if the machine is assumed."""
 
     program: Program
     words: Dialect
@@ -168,7 +165,6 @@ _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
 def _reads(text: str, source: str, settings: Settings, machine: str, look: Heartbeat) -> bool:
-    """Return whether a program can be read for another machine."""
     try:
         _read(text, source, settings, *_other_machine(settings, machine), look)
     except ReadError:

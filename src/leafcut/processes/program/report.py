@@ -101,10 +101,7 @@ def stock_words(stock: StockProof) -> str:
 
 
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
-    """Return the number of fixed pieces, the number of pieces, and a text for each reason.
-
-    Reasons beyond `most` share one text; 0 lists all.
-    """
+    """Return the numbers of fixed pieces and of all, and texts for reasons (one for those beyond `most`; 0: all)."""
     if not detail.staying:
         return []
     stay = sum(group.count for group in detail.staying)

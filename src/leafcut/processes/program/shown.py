@@ -26,10 +26,7 @@ def shown_stock(
 ) -> ShownStock:
     """Return the known stock and tools of a program; for `by_options` see `tools_of`.
 
-    Raises
-    ------
-    ReadError, OptionError
-        The tool library cannot be read, or ``--workpiece`` is not a block.
+    `ReadError` or `OptionError` if the tool library or ``--workpiece`` is unusable.
     """
     if process in BEAMS:
         return CUT_THROUGH

@@ -148,10 +148,7 @@ def cut_stock(
 
 
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers of a program that the simulation does not check.
-
-    An assumed block ends at the cuts, so rapids beside it are not checked.
-    """
+    """Return the dangers that the simulation does not check; rapids beside an assumed block are among them."""
     path = one.read.program.path
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
@@ -253,10 +250,7 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
 
 
 def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
-    """Return one danger per tool for its shank or holder in the material, with the first line and the count.
-
-    A pocket too deep for its tool would otherwise give one issue per cut.
-    """
+    """Return one danger per tool for its shank or holder in the material, with the first line and the count."""
     groups: dict[tuple[int, Body], list[BodyCut]] = {}
     for one in collisions:
         groups.setdefault((one.tool, one.body), []).append(one)

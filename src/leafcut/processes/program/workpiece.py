@@ -47,10 +47,9 @@ if TYPE_CHECKING:
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
-    """Return the block of ``--workpiece``, or the box around the solid of its file.
+    """Return the block of ``--workpiece``, or the box around the solid of its STL or STEP file.
 
-    `OptionError` unless it is six lengths, lower corner first, or the path of an STL or STEP file; `ReadError` if the
-    file contains no closed solid.
+    `OptionError` unless it is six lengths, lower corner first, or such a path; `ReadError` without a closed solid.
     """
     if _is_file(text):
         from leafcut.material.mesh_field import block_of_mesh

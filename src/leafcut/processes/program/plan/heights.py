@@ -36,18 +36,10 @@ _KEEP_INITIAL = ("G76", "G87", "G88")
 
 @dataclass
 class _AtHeight:
-    """Rows and limits of one height, mm.
+    """Rows that state a height, rows of the travel moves at it (`ways`), and its limits, mm.
 
-    Attributes
-    ----------
-    stated
-        Rows that state the height.
-    ways
-        Rows of the travel moves at this height, which touch the material at the heights `contacts`.
-    planes
-        Lower limits of the height, such as R planes.
-    returns
-        Whether a cycle retracts to this height.
+    `contacts` are the heights at which the moves touch the material; `planes` are other lower limits, such as R planes.
+    `returns`: a cycle retracts to this height.
     """
 
     stated: list[int]
@@ -247,10 +239,7 @@ class LowWays:
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
     def _at_height(self, first: int) -> _AtHeight | None:
-        """Collect the cycles and travel moves at the height stated by a row, or return None if it must stay.
-
-        The collection ends at the next vertical move.
-        """
+        """Collect the cycles and travel moves at a stated height, up to the next vertical one; None if it must stay."""
         path, high = self.path, float(self.path.end[first, 2])
         there = _AtHeight([first], [], [], [])
         row, last, goes_on = self.next(first), first, True

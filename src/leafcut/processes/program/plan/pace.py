@@ -170,10 +170,7 @@ def _in_material(
 def _bounds(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return the feed factor that each limit allows for every piece, float64[m]; below 1 the feed has to drop.
-
-    `mine` are the cuts of the tool.
-    """
+    """Return the feed factor that each limit allows for every piece of a tool (`mine`); below 1, the feed drops."""
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
@@ -303,10 +300,7 @@ def _runs(speeds: Floats) -> list[PaceStretch]:
 
 
 def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Reset raised stretches that save almost no time, and merge slowed stretches of similar speed.
-
-    A merged stretch takes the lowest of its speeds.
-    """
+    """Reset raised stretches that save almost no time, and merge slowed ones of similar speed, at the lowest speed."""
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []

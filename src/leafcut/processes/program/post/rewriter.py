@@ -190,10 +190,7 @@ class _Rewriter:
                 floor = max(floor, self.original.departure(pieces[-1]))
 
     def _anew(self, section: Section) -> frozenset[str]:
-        """Return the modal groups that a new first piece of a section has to state if it relies on them.
-
-        These are the feed, and all groups in `_ANEW` that the section states.
-        """
+        """Return the modal groups that a new first piece states: the feed, and those of `_ANEW` in the section."""
         pieces = section.pieces
         return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
@@ -319,10 +316,7 @@ class _Rewriter:
     def _missing(
         self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words for the start and the end of a block that set the modal state on which it relies.
-
-        Groups in `anew` are stated even if they are active.
-        """
+        """Return the words at the start and end of a block that set the modal state it needs, `anew` in any case."""
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []

@@ -43,10 +43,7 @@ class Original:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is work between the last stop or tool change and a block.
-
-        A dwell after a sideways rapid counts as work.
-        """
+        """Return whether there is work, or a dwell after a sideways rapid, after the last stop or tool change."""
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
         waited = False
@@ -58,10 +55,7 @@ class Original:
         return False
 
     def departure(self, piece: PieceOfWork) -> float:
-        """Return the height of the travel move after a piece in the original, mm, or minus infinity.
-
-        If the tool retracts for a stop there, the approach height of the piece is the upper limit.
-        """
+        """Return the height of the travel move after a piece, mm, or −∞; before a stop, at most its approach height."""
         path, first = self.program.path, self.program.first
         row = int(first[piece.end])
         if row < len(path) and path.kind[row] == Kind.DRILL:

@@ -273,10 +273,7 @@ def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen)
 
 
 def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
-    """Return the pairs with low ≤ before < high that are not implied by others.
-
-    `pairs` are sorted by ascending `after`, then by descending `before`.
-    """
+    """Return the pairs with low ≤ before < high not implied by others; `pairs` are sorted by after, then by −before."""
     # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}
     kept = []

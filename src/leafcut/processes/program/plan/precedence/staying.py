@@ -46,10 +46,7 @@ _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
 def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
-    """Return the reason why each piece of a section cannot move, or None if it can.
-
-    `apart` are the first pieces of operations that are not mixed.
-    """
+    """Return why each piece cannot move, or None; `apart` are the first pieces of operations that are not mixed."""
     n = len(section.pieces)
     ties = dict(section.ties)
     operations = divided_at(list(apart), n)

@@ -182,10 +182,7 @@ class Finder:
         return _Start(block, row, height if not math.isnan(height) else -math.inf)
 
     def _top(self, begin: int, end: int) -> float:
-        """Return the height of the highest sideways cut in a run, below the rapids.
-
-        A travel move below this height is not retracted.
-        """
+        """Return the height of the highest sideways cut in a run; a travel move below it is not retracted."""
         if self.beam:
             return -math.inf
         rows = slice(int(self.first[begin]), int(self.first[end]))
@@ -469,10 +466,7 @@ class Finder:
         return int(self.program.line[block])
 
     def stays(self, kept: Kept) -> Iterator[Stay]:
-        """Yield the reason for every piece of work in blocks that stay.
-
-        Travel moves that cannot start a piece are skipped, unless a barrier lies in between.
-        """
+        """Yield the reason for every piece of work in blocks that stay."""
         begin = way = -1
         worked = False
         for block in range(kept.begin, kept.end):

@@ -50,7 +50,6 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
 
 
 def _part(section: Section, low: int, high: int) -> Section:
-    """Return a section of the pieces low … high - 1."""
     if high - low == len(section.pieces):
         return section
     pairs = section.precedence

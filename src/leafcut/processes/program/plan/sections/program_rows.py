@@ -92,10 +92,7 @@ class Rows:
 
 
 def read_rows(program: Program, process: str) -> Rows:
-    """Classify the rows of a program for a process.
-
-    For a beam, "retracted" means off: a feed move after M5 is a travel move like a rapid.
-    """
+    """Classify the rows of a program; for a beam, a feed move after M5 is a travel move like a rapid."""
     path = program.path
     before = path.before
     block = program.blocks_of(np.arange(len(path))).astype(np.int32)
@@ -152,10 +149,7 @@ def _beam(program: Program) -> NDArray[np.bool_]:
 
 
 def known_process(program: Program) -> str:
-    """Detect the process from the spindle words and the Z moves of the program.
-
-    A beam is switched on before each cut; a spindle is on before the first move.
-    """
+    """Detect the process: a beam is switched on before each cut, a spindle before the first move."""
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     before = path.before
