@@ -82,7 +82,7 @@ def _free(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
 
 
 def _with_air(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
-    """Divide a piece at the ends of air cuts, given in mm from its start."""
+    """Divide a piece at the ends of air cuts, mm from its start."""
     parts, at = [], 0.0
     for start, end in free.tolist():
         parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]

@@ -45,16 +45,8 @@ NEARLY = 1.05
 
 @dataclass(frozen=True, eq=False)
 class ClearedPocket:
-    """A pocket cleared by every strategy.
-
-    Attributes
-    ----------
-    plan
-        The results of all strategies, and the chosen one.
-    clearings
-        Strategy → cleared regions, for strategies with a path.
-    even
-        The same at a constant feed, if the feeds of `clearings` follow the load.
+    """A pocket cleared by every strategy. `clearings` maps strategies with a path to the cleared regions; `even` is
+    the same at a constant feed, if the feeds of `clearings` follow the load.
     """
 
     plan: PocketPlan
@@ -121,10 +113,7 @@ def _tried(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result of a strategy, and its regions at a constant feed and at load-dependent feeds.
-
-    A refused strategy has no regions.
-    """
+    """Return the result, and the regions at a constant feed and at load-dependent feeds; none if refused."""
     from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
     from leafcut.processes.pocket.measures import measure_path
@@ -174,7 +163,6 @@ def _along(strategy: str, middle: Points) -> PocketPath:
 
 
 def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
-    """Return a clearing with its pieces divided."""
     rough, walls = (
         None if path is None else replace(path, pieces=tuple(p for _ in path.pieces for p in next(divided)))
         for path in (clearing.rough, clearing.walls)
@@ -211,12 +199,8 @@ def _clearing(
 
 
 def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
-    """Return the index of the requested strategy, or of the best strategy that clears the whole pocket.
-
-    Raises
-    ------
-    PlanError
-        The requested strategy is refused or exceeds a limit, or every strategy gouges.
+    """Return the index of the requested strategy, or of the best strategy that clears the whole pocket. Raises
+    PlanError if the requested strategy is refused or exceeds a limit, or every strategy gouges.
     """
     options = job.run.settings.of(PocketOptions)
     name = pocket.label
@@ -245,7 +229,7 @@ def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
 
 
 def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the time of a strategy, s, or the length of its path, mm."""
+    """Return the time, s, or the path length, mm."""
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
@@ -272,7 +256,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
 
 
 def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return the limit that a strategy exceeds, step-over or engagement; "" for none."""
+    """Return the exceeded limit, step-over or engagement; "" for none."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.keeps(measures.max_step_over):
         return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
@@ -286,7 +270,7 @@ def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 
 
 def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return the limit that a strategy exceeds, and the remedy; "" for none."""
+    """Return the exceeded limit, and the remedy; "" for none."""
     excess = _excess(job, strategy, measures)
     if not excess:
         return ""
@@ -352,9 +336,8 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the written program, and the programs of all strategies that clear every pocket; () for a single pocket.
-
-    All programs have the order of regions `nodes`.
+    """Return the written program, and those of all strategies that clear every pocket, all with the order of regions
+    `nodes`; () for a single pocket.
     """
     if len(cleared) < 2:
         return ()

@@ -43,14 +43,8 @@ def with_feeds(
     The engagement is measured along the pieces in their order. A stretch is faster if its chips are thinner than in a
     slot and the machine has room to speed up and slow down. It is slower if the cut needs more power than the spindle
     has. Feeds change in steps of a tenth and respect limits nearby. Finishing pieces get no faster; air cuts and entry
-    loops keep their feeds.
-
-    Parameters
-    ----------
-    acceleration
-        Acceleration of the machine in the plane, mm/s².
-    anywhere
-        False: feeds change at vertices of the path only, and no move is divided.
+    loops keep their feeds. `acceleration`: of the machine in the plane, mm/s²; `anywhere`: False to change feeds at
+    vertices of the path only, without dividing moves.
     """
     path, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
     shares = _shares(pieces, path, _wider(path, engaged, rules), limits)
@@ -68,10 +62,8 @@ def with_feeds(
 
 
 def _wider(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return the engagement with each cut wider by its uncertainty.
-
-    The proof measures the written program, which is rounded: the direction at a vertex may be the direction before it,
-    after it, or between.
+    """Widen each cut by its uncertainty: the proof measures the rounded program, in which the direction at a vertex
+    may be the direction before it, after it, or between.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -113,7 +105,7 @@ def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
 
 
 def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules) -> Floats:
-    """Return the feeds, with stretches too short to save time merged into a neighbour."""
+    """Merge stretches too short to save time into a neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -133,14 +125,12 @@ def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rule
 
 
 def _pays(share: float, lower: float, distance: float, feed: float, acceleration: float, rules: PocketRules) -> bool:
-    """Return whether a stretch is long enough to be faster than its neighbours."""
     fast, slow = share * feed, lower * feed
     longest = max(SHORTEST * rules.tool_diameter, (fast * fast - slow * slow) / acceleration)
     return distance >= longest and distance / slow - distance / fast >= WORTH
 
 
 def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
-    """Merge neighbouring runs with equal feeds."""
     merged: list[list[float]] = []
     sizes: list[int] = []
     for (share, distance), count in zip(runs, counts, strict=True):
@@ -168,9 +158,8 @@ def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> li
 
 
 class _Places:
-    """Stations of the steps of a piece, mm: `steps` are their rows, `ends` their ends.
-
-    `vertices` are the ends of lines and arcs; `lifted` is True if the tool descends at the start of the piece.
+    """Stations of the steps of a piece, mm; `vertices` are the ends of lines and arcs, `lifted`: it starts with a
+    descent.
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
@@ -178,7 +167,6 @@ class _Places:
 
     @classmethod
     def of(cls, piece: PocketPiece, path: ToolWay, number: int) -> _Places:
-        """Return the stations of the piece with this number."""
         first, last = np.searchsorted(path.piece, [number, number + 1])
         ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
@@ -197,7 +185,7 @@ class _Places:
         return np.asarray(least[segment])
 
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
-        """Divide a piece into parts with a constant feed."""
+        """Divide a piece where its feed changes."""
         length = piece.path.length
         if not len(shares) or not length > NOTHING:
             return [piece]

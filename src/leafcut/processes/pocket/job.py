@@ -29,16 +29,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """A solid as read.
-
-    Attributes
-    ----------
-    triangles
-        float64[n, 3, 3], mm.
-    pockets, milled
-        All pockets, and those to mill.
-    before
-        The placed solid with all pockets filled.
+    """A solid as read: triangles float64[n, 3, 3], mm; all pockets, and those to mill; and the placed solid with all
+    pockets filled (`before`).
     """
 
     triangles: NDArray[np.float64]
@@ -49,18 +41,8 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """Data shared by all strategies for the pockets of a drawing.
-
-    Attributes
-    ----------
-    levels, around
-        Levels of each pocket, and the index of the pocket in whose floor it lies, or None.
-    limits
-        Limits of load-dependent feeds; None for a constant feed.
-    tops
-        Height of the material of each pocket before milling, mm; 0 is the highest point of the part.
-    solid, made_for
-        The solid, and its file name with its placement; None and "" for a drawing.
+    """Data shared by all strategies. `around`: index of the pocket in whose floor each pocket lies, or None; `limits`:
+    None for a constant feed; `tops`: height of the material before milling, mm, 0 at the highest point of the part.
     """
 
     run: Job

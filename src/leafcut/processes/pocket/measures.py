@@ -20,16 +20,8 @@ def measure_path(
     Areas come from `removal`, engagement and step-over from `material.engagement` and `material.step_over`. Air is feed
     without engagement. The first cut into full material counts as an engagement of half a turn. Pieces of the kind
     ``entry`` do not count for engagement, air and step-over, because the tool clears them during its descent.
-
-    Parameters
-    ----------
-    engaged
-        Result of `engaged_way`, if known.
-
-    Raises
-    ------
-    PlanError
-        The pocket's outline or islands cross themselves or touch.
+    `engaged`: result of `engaged_way`, if known. Raises PlanError if the pocket's outline or islands cross themselves
+    or touch.
     """
     removed = removal(pocket, path, rules)
     samples, (angle, width, _) = engaged_way(path, rules) if engaged is None else engaged

@@ -11,18 +11,8 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Cleared pockets.
-
-    Attributes
-    ----------
-    plans
-        The strategy of each pocket, with all strategies that were tried.
-    programs
-        For several pockets: the written program, and the program of each strategy that clears all of them.
-    pace
-        Effect of load-dependent feeds; None for a constant feed.
-    before
-        The material before the first cut if it is a solid with steps; None: a block.
+    """Cleared pockets. `programs` is for several pockets only; `pace` is None for a constant feed; `before` is the
+    material before the first cut if it is a solid with steps, not a block.
     """
 
     plans: tuple[PocketPlan, ...]

@@ -37,14 +37,9 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program by comparison and simulation; return it read back, with its uncut areas and its chips.
-
-    Chips are measured only with load-dependent feeds. A program that fails here is not written.
-
-    Raises
-    ------
-    VerifyError
-        The program has differences, gouges or dangers; the message has the first, and their number.
+    """Prove the program by comparison and simulation; return it read back, with its uncut areas and, with
+    load-dependent feeds, its chips. Raises VerifyError with the first difference, gouge or danger, and their
+    number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
@@ -104,7 +99,7 @@ def prove_pockets(
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Return a warning for each pocket with more uncut area than the tolerance, with positions."""
+    """Return a warning for each pocket with more uncut area than the tolerance."""
     from leafcut.geometry.regions import polygons
     from leafcut.report.wording import area_words
 

@@ -31,13 +31,7 @@ if TYPE_CHECKING:
 
 
 def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
-    """Read the pockets; return the job, and issues.
-
-    Raises
-    ------
-    ReadError, OptionError, PlanError, VerifyError
-        The message is one line: the problem, its location, and the remedy.
-    """
+    """Read the pockets; return the job, and issues. Raises ReadError, OptionError, PlanError or VerifyError."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
@@ -123,11 +117,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
 
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
     """Return the solid, and the height of the material of each pocket: None and zeros without --pocket-top surface.
-
-    Raises
-    ------
-    OptionError
-        The input is not a solid.
+    Raises OptionError if the input is not a solid.
     """
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
@@ -148,7 +138,6 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
 
 
 def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
-    """Return a warning about pockets whose material starts below the highest point of the solid."""
     lower = [k for k, top in enumerate(tops) if top < 0.0]
     if not lower:
         return []
@@ -161,7 +150,7 @@ def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
 
 
 def _library_mill(run: Job, depth: float | None) -> Tool | None:
-    """Return the end mill of the tool library for pockets of a depth; None without a library."""
+    """Return the end mill of the tool library; None without a library."""
     from leafcut.processes.pocket.plan.tool import library_mill
 
     tools = library_of(run.settings, run.machine)
@@ -174,13 +163,7 @@ def _library_mill(run: Job, depth: float | None) -> Tool | None:
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
-    """Return the material if the user names one with a known cutting force, else None.
-
-    Raises
-    ------
-    OptionError
-        The file of the material cannot be read.
-    """
+    """Return the material if it is named and its cutting force is known. Raises OptionError for an unreadable file."""
     from leafcut.read.work_materials import load_material
 
     named = settings.job.material
@@ -226,17 +209,9 @@ def refuse_clamps(
     keep_out: Sequence[str],
     clearance: float,
 ) -> None:
-    """Refuse a pocket whose walls cannot be milled without meeting a keep-out zone.
-
-    Parameters
-    ----------
-    floors, clearance
-        Heights of the floors in the program, and of zones without a height, mm.
-
-    Raises
-    ------
-    PlanError
-        A pocket is blocked; the message names the pocket, the zone, and the missing length or distance.
+    """Refuse a pocket whose walls cannot be milled without meeting a keep-out zone. `floors`, `clearance`: heights of
+    the floors in the program, and of zones without a height, mm. Raises PlanError if a pocket is blocked; the message
+    names the pocket, the zone, and the missing length or distance.
     """
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()

@@ -35,13 +35,11 @@ Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
 def _planned(region: CentreRegion) -> CentreRegion:
-    """Return the region with the planned step-over."""
     return replace(region, rules=region.rules.planned)
 
 
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that finds points of a path where passes are further apart than the step-over.
-
+    """Return a function that finds points of a path, float64[n, 2], where passes are further apart than the step-over.
     It examines the path with fitted arcs, as in the program: arcs move passes by a few thousandths of a millimetre.
     """
     from leafcut.material.step_over import TooWide
@@ -87,13 +85,7 @@ def _adaptive(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 
 
 def check_algorithm(settings: Settings) -> None:
-    """Refuse an algorithm that the strategy would not use.
-
-    Raises
-    ------
-    OptionError
-        The strategy does not use this algorithm; the message names the algorithms that it uses.
-    """
+    """Raise OptionError for an algorithm that the strategy does not use."""
     strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
     taken = OF_GRID.get(strategy, (algorithm,))
     if "algorithm" in settings.asked and algorithm not in taken:
@@ -158,15 +150,7 @@ WAYS = (
 
 
 class SearchTime:
-    """Shares a deadline equally among the searches of all pockets.
-
-    Attributes
-    ----------
-    to_come
-        Number of remaining searches.
-    grids
-        Grids to be reused by a second strategy.
-    """
+    """Shares a deadline equally among the searches (`to_come`) of all pockets; a second strategy reuses the `grids`."""
 
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1

@@ -51,12 +51,8 @@ _STUCK = 1e-5
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    The engagement also stays below the engagement of a straight cut as wide as the step-over.
-
-    Raises
-    ------
-    PlanError
-        No limit is given, or the region is too narrow to keep it.
+    The engagement also stays below the engagement of a straight cut as wide as the step-over. Raises PlanError if no
+    limit is given, or the region is too narrow to keep it.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -124,7 +120,7 @@ class _Work:
         self.at = self.pieces[-1].path.end
 
     def _spiral(self, first: float, last: float) -> Points:
-        """Return the spiral about (0, 0) from one radius to another, with a last full circle, float64[n, 2].
+        """Return a spiral about (0, 0) with a last full circle, float64[n, 2].
 
         A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with
         (r + ρ − w)² = ρ² + r² + 2ρr cos φ. The width w grows with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
@@ -187,9 +183,8 @@ class _Work:
         return self._clear(end, spot) if to_end else spot
 
     def _nearer(self, at: Floats, spot: _Spot) -> Floats:
-        """Return a point on the straight line to the last disc whose disc can be cleared next.
-
-        The line lies in the region: a point outside would be nearer to the edge than to the last disc.
+        """Return a point on the line to the last disc whose disc can be cleared next; the line lies in the region,
+        because a point outside would be nearer to the edge than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -199,7 +194,6 @@ class _Work:
         return spot.at + part * (at - spot.at)
 
     def _radius(self, at: Floats) -> float:
-        """Return the distance of a point from the edge of the region, mm."""
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
@@ -231,7 +225,6 @@ class _Work:
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
     def _clear(self, at: Floats, spot: _Spot) -> _Spot:
-        """Clear the disc at a position by its arcs, if anything remains in it."""
         (x, y), radius = at.tolist(), self._radius(at)
         arcs = self._left(x, y, radius)
         if not arcs:
@@ -275,7 +268,7 @@ class _Work:
         return up + down[-2::-1]
 
     def _between(self, a: int, b: int) -> tuple[float, float]:
-        """Return a point in two overlapping discs: the middle of their common part on the line of centres."""
+        """Return the middle of the common part of two discs on the line of centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0

@@ -20,15 +20,11 @@ NEAREST = 0.005
 
 
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
-    """Return the path with fitted arcs, within half of `tolerance`, mm.
-
-    Arcs stay unchanged, and each piece keeps its ends.
-    """
+    """Return the path with arcs fitted within half of `tolerance` (mm); arcs and the ends of pieces stay."""
     return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
 
 
 def _fitted(path: Polyline, tolerance: float) -> Polyline:
-    """Fit arcs to the straight stretches of a polyline; keep its arcs."""
     arcs = [i for i in range(path.n_segments) if path.bulges[i] != 0.0]
     pieces, at = [], 0
     for i in [*arcs, path.n_segments]:
@@ -48,7 +44,7 @@ def _lines(points: Points, tolerance: float) -> Polyline:
 
 
 def _apart(points: Points) -> Points:
-    """Return the points without repeated ones; the first and the last stay."""
+    """Drop repeated points, but not the first and the last."""
     first, *middle, last = points.tolist()
     kept = [first]
     for point in middle:

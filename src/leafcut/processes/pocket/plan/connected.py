@@ -56,10 +56,7 @@ def best(
     stopped
         Returns whether the search must stop. The path then clears everything, but may be longer, or wider somewhere.
 
-    Raises
-    ------
-    PlanError
-        More than `MOST_LEVELS` nested rings.
+    Raises PlanError for more than `MOST_LEVELS` nested rings.
     """
     # The tolerances of chords and sample points must not add up to more than the step-over.
     region = replace(region, rules=region.rules.planned)
@@ -86,7 +83,7 @@ def best(
 
 
 def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
-    """Shorten paths, except near the points `kept`, and return them as one path."""
+    """Shorten paths, except near the points `kept`, and join them."""
     rules = region.rules
     ground, allowed = _ground(region, paths), region.polygon.buffer(1e-7)
     paths = [shorten(path, ground, region, allowed, kept, stopped) for path in paths]
@@ -97,7 +94,7 @@ def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: P
 
 
 def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall, since passes along walls without stock are finishing passes."""
+    """Divide a path where it reaches or leaves a wall: passes along walls without stock are finishing passes."""
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)

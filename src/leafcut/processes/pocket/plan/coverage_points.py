@@ -48,18 +48,8 @@ class CoveragePoints:
 
 
 class CoverageGrid:
-    """A square grid of sample points inside a polygon; only requested cells are stored.
-
-    Parameters
-    ----------
-    polygon
-        shapely Polygon of the allowed tool centres.
-    pitch
-        Distance between points, mm; increased if too many points are needed.
-    longest
-        Upper bound of all limits, mm.
-    limit
-        Returns the limits of points.
+    """A square grid of sample points (`pitch` mm, more if there would be too many) inside the polygon of tool centres;
+    only requested cells are stored. `limit` returns the limits of points, of at most `longest` mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -68,7 +58,6 @@ class CoverageGrid:
         self._set(pitch)
 
     def _set(self, pitch: float) -> None:
-        """Start again with another pitch."""
         self.pitch = pitch
         self.side = max(round(self.longest / (CELLS * pitch)), 1)
         self.grid = Cells(self.polygon.bounds, self.side * pitch, CELLS + 2)
@@ -93,7 +82,6 @@ class CoverageGrid:
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
     def _learn(self, cells: Indices) -> None:
-        """Add the points of cells with their limits."""
         inside = np.arange(self.side**2)
         column, row = self.grid.columns_and_rows(cells)
         x = (column[:, None] * self.side + inside % self.side).ravel()

@@ -60,10 +60,6 @@ def come_down(
     than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool
     centres). If neither fits, the tool plunges.
 
-    Parameters
-    ----------
-    path
-        Open path in the plane, which the tool follows at the bottom.
     ring
         The first piece of the path if it is closed.
     top
@@ -116,13 +112,13 @@ def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[f
 
 
 def _turns(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a loop for a drop; 0 if the loop is too short."""
+    """Return the number of turns; 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
 
 def _round(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring for a drop; 0 if the ring is longer than the ramp or too short."""
+    """Return the number of turns; 0 if the ring is longer than the ramp or too short."""
     turns = _turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 

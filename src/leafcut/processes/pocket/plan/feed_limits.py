@@ -33,23 +33,8 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the limits of feeds, and issues about limits that are unknown.
-
-    Parameters
-    ----------
-    levels
-        Levels of each pocket.
-    mill
-        The tool of the library, or None.
-    material
-        The material if its cutting force is known, else None.
-
-    Raises
-    ------
-    OptionError
-        Feed or speed of the tool is not given.
-    PlanError
-        The spindle has much less power than the first cut needs.
+    """Return the limits of feeds, and issues about limits that are unknown. Raises OptionError if feed or speed of the
+    tool is not given; PlanError if the spindle has much less power than the first cut needs.
     """
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
@@ -70,7 +55,6 @@ def feed_limits(
 
 
 def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
-    """Return a note why the power of the spindle limits no feed."""
     if "material" not in settings.given:
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
@@ -116,7 +100,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return the cutting power of the spindle at the tool's speed, W; None if it is unknown."""
+    """Return the cutting power at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

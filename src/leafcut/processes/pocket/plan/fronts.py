@@ -85,7 +85,6 @@ class Fronts:
         return [arc for arc in arcs if self._beyond(x, y, radius, arc, discs) > film]
 
     def _beyond(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
-        """Return the maximum distance of an arc from the discs, mm."""
         angle = arc[0] + self.turn * arc[1] * np.linspace(0.0, 1.0, 9)[1:-1]
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]

@@ -40,10 +40,7 @@ OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 @dataclass(frozen=True)
 class Retract:
-    """Cost of a retract, a straight rapid and a descent, in millimetres of feed.
-
-    `fixed` is the cost of up and down, `per_mm` the cost of each millimetre of the rapid.
-    """
+    """Cost of a retract in mm of feed: `fixed` for up and down, `per_mm` for each millimetre of the rapid."""
 
     fixed: float = 60.0
     per_mm: float = 0.25
@@ -90,12 +87,8 @@ class GridContext:
 
 
 def checked_pitch(rules: PocketRules) -> float:
-    """Return the distance between the points of a grid, mm.
-
-    Raises
-    ------
-    PlanError
-        The step-over does not allow points more than 0.5 tool diameters apart.
+    """Return the distance between the points of a grid, mm. Raises PlanError if the step-over does not allow points
+    more than 0.5 tool diameters apart.
     """
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
@@ -112,12 +105,8 @@ def grid_points(
     """Return the grid with its origin at the corner of the region's box, moved by `offset` mm and rotated by `angle`.
 
     Points outside by no more than the tolerance are moved onto the boundary; `grown` is the region grown by the
-    tolerance, if known.
-
-    Raises
-    ------
-    PlanError
-        The distance is not allowed, or the grid has more than `MOST_POINTS` points.
+    tolerance, if known. Raises PlanError if the distance is not allowed, or the grid has more than `MOST_POINTS`
+    points.
     """
     pitch, rules = checked_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
@@ -141,7 +130,7 @@ def grid_points(
 
 
 def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
-    """Return a lower bound of the number of steps longer than the pitch, from points with fewer than two neighbours."""
+    """Return a lower bound of the steps longer than the pitch, from points with fewer than two neighbours."""
     if len(columns) < 2:
         return 0
     # A frame of empty cells avoids checks at the border.
@@ -188,12 +177,7 @@ def grid_problem(
     """Return the problem of visiting all points of a grid, and the context for `grid_path`.
 
     The cost between points is the length of the shortest path inside the region, mm, or the cost of a retract if that
-    is less: no feed move crosses an island or a wall.
-
-    Raises
-    ------
-    PlanError
-        As `grid_points`.
+    is less: no feed move crosses an island or a wall. Raises PlanError like `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
@@ -220,9 +204,8 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 
 
 def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
-    """Return the pieces over the points: straight if allowed, with retracts if cheaper.
-
-    No point has a retract both before and after it, because the tool only cuts while it moves.
+    """Return the pieces over the points: straight if allowed, with retracts if cheaper, but not on both sides of a
+    point, because the tool only cuts while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -275,10 +258,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the nearest wall as a loop from its point nearest to a position, float64[k, 2].
-
-    Outer walls are counter-clockwise and islands clockwise, with the wall on the right: climb milling.
-    """
+    """Return the nearest wall as a loop, float64[k, 2]; climb: outer walls counter-clockwise, islands clockwise."""
     rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
     start = ring.station_of(place)
@@ -287,7 +267,6 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
 
 def _without_repeats(path: Points) -> Points:
-    """Return a path without repeated points; the first and the last point stay."""
     new = np.hypot(*np.diff(path, axis=0).T) > 1e-9
     kept: Points = path[np.concatenate([[True], new])]
     kept[-1] = path[-1]

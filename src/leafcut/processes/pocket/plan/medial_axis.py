@@ -21,16 +21,8 @@ _MOST = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """The axis as a tree.
-
-    Attributes
-    ----------
-    xy
-        Points, float64[n, 2], mm; the root (the widest point) first, every other point after its parent.
-    width
-        Distance from the edge of the region, float64[n], mm.
-    parent
-        int64[n]; -1 for the root.
+    """The axis as a tree: points float64[n, 2], the root (the widest point) first, every other point after its parent;
+    `width` is the distance from the edge of the region, float64[n], mm; `parent` is -1 for the root.
     """
 
     xy: Points

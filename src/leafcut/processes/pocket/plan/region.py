@@ -27,14 +27,8 @@ _AS_WIDE = 0.75
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """One connected region of allowed tool centres.
-
-    Attributes
-    ----------
-    polygon
-        shapely Polygon of chords, mm; every point of it is at least radius and stock away from all walls.
-    rules
-        The rules of clearing.
+    """One region of allowed tool centres: shapely Polygon of chords, mm, at least radius and stock away from all
+    walls.
     """
 
     polygon: Any
@@ -79,12 +73,8 @@ class Unreached:
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
-    """Return the regions of allowed tool centres, the largest first, and issues about unreachable areas.
-
-    Raises
-    ------
-    PlanError
-        The tool fits nowhere.
+    """Return the regions of allowed tool centres, the largest first, and issues about unreachable areas. Raises
+    PlanError if the tool fits nowhere.
     """
     shape = pocket.region(rules.tolerance)
     allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
@@ -132,7 +122,6 @@ def _lines(shape: Any) -> list[Any]:
 
 
 def _issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
-    """Return an issue for each of the largest areas that are cut off, one for the rest, and one for all corners."""
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [

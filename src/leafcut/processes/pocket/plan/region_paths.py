@@ -30,14 +30,9 @@ SEGMENTS_AT_ONCE = 50_000
 
 
 class RegionPaths:
-    """Allowed moves between points of a region, and the shortest paths along them.
-
-    Attributes
-    ----------
-    places
-        float64[n + m, 2], mm: the points, then the nodes on the boundary.
-    rings
-        Nodes of each ring of the boundary in order: int64[·] indices of `places`.
+    """Allowed moves between points of a region, and the shortest paths along them. `places` has the points, then the
+    nodes on the boundary, float64[n + m, 2], mm; `rings` has the nodes of each ring in order, as indices of
+    `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -115,10 +110,7 @@ class RegionPaths:
         return both
 
     def to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
-        """Return the nearest of several nodes, and the corners of the path to it; None if no path exists.
-
-        Corners are removed as far as straight moves allow.
-        """
+        """Return the nearest of several nodes, and the corners of the path to it, pulled tight, or None."""
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._pulled_tight(self._corners(nodes)))
 
@@ -140,7 +132,7 @@ class RegionPaths:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
     def _pulled_tight(self, corners: Points) -> Points:
-        """Remove corners: from each corner, go straight to the farthest visible one."""
+        """From each corner, go straight to the farthest visible one."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]

@@ -37,10 +37,8 @@ AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 @dataclass(frozen=True)
 class Joint:
-    """A detour from one ring (`parent`) around another (`child`).
-
-    The path leaves the parent `parent_gap`/2 before the station and returns `parent_gap`/2 after it; likewise for the
-    child.
+    """A detour from one ring (`parent`) around another (`child`). The path leaves each ring half its gap before the
+    station and returns half the gap after it.
     """
 
     parent: int
@@ -53,7 +51,8 @@ class Joint:
 
 class _Options(NamedTuple):
     """Candidate joints of two rings, the shortest first: extra length, float64[n]; stations and gaps of parent and
-    child, float64[n, 2] each; mm."""
+    child, float64[n, 2] each; mm.
+    """
 
     costs: Points
     stations: Points
@@ -71,10 +70,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return paths through the tree whose rings may be cut one after the other, the most promising first.
-
-    Each leads from an inner ring to outer ones, side by side.
-    """
+    """Return paths through the tree, from an inner ring to outer ones side by side, the most promising first."""
     inner: dict[int, list[int]] = {}
     for a, b in edges:
         if _beside(cut[a], cut[b], step_over):
@@ -123,7 +119,6 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 
 def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[tuple[int, int]]:
-    """Return the minimum spanning tree or forest of the pairs."""
     lines = np.array([ring.line for ring in cut])
     levels = np.array([ring.level for ring in cut])
     # Neighbouring offsets are a step-over apart; measuring long rings is slow.
@@ -150,9 +145,8 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints of all rings, the stretches that they occupy, and the path through all rings.
-
-    When `stopped`, the first possible joints are used.
+    """Joints of all rings, the stretches that they occupy, and the path through all rings; after `stopped`, not the
+    best.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
@@ -167,7 +161,6 @@ class RingLinks:
         self._clear()
 
     def _clear(self) -> None:
-        """Forget all joints."""
         self.taken: list[list[tuple[float, float]]] = [[] for _ in self.cut]
         self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(self.cut))}
         self.apart: list[int] = []
@@ -236,7 +229,7 @@ class RingLinks:
         return costs[best] - self.gap(ring), options[best]
 
     def _link(self, a: Points, b: Points) -> float:
-        """Return the length of a straight link, infinite if it is not free."""
+        """Return the length of a straight link; infinite if it is not free."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
@@ -276,7 +269,6 @@ class RingLinks:
         return best[1]
 
     def _options(self, parent: int, child: int) -> _Options:
-        """Return the candidate joints of two rings."""
         a, b = self.cut[parent], self.cut[child]
         stations = self._stations(parent, child)
         costs, all_gaps = [], []
@@ -329,11 +321,10 @@ class RingLinks:
         return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
     def _is_avoided(self, place: Points) -> bool:
-        """Return whether a point is near an avoided point."""
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
-        """Return whether no other joint occupies a stretch of a ring."""
+        """Return whether no other joint occupies the stretch."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
             middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9

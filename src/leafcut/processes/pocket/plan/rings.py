@@ -68,10 +68,7 @@ def contour(region: CentreRegion) -> PocketPath:
 
 
 class LinkedPath:
-    """A path of successive pieces, linked at depth if the straight link is short and free.
-
-    `end` is the place of the tool, float64[2]: the start of the search, then the end of the last piece.
-    """
+    """A path of successive pieces, linked at depth if the straight link is short and free, to `end`, float64[2]."""
 
     def __init__(self, region: CentreRegion, start: Points) -> None:
         self.region, self.end = region, start
@@ -97,7 +94,6 @@ def kind_of(ring: Ring, rules: PocketRules) -> str:
 
 
 def _first_place(cut: list[Ring]) -> Points:
-    """Return the start of clearing, on the innermost ring."""
     first: Points = max(cut, key=lambda ring: ring.level).points[0]
     return first
 

@@ -67,12 +67,8 @@ class MillingData:
 def rules_of(
     options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return the rules for clearing a level; `step_over` is a share of the diameter.
-
-    Raises
-    ------
-    OptionError
-        The diameter of the tool is missing, the stock is wider than the step-over, or `adaptive` has no limit.
+    """Return the rules for clearing a level; `step_over` is a share of the diameter. Raises OptionError if the diameter
+    of the tool is missing, the stock is wider than the step-over, or `adaptive` has no limit.
     """
     if diameter is None:
         raise OptionError(
@@ -106,17 +102,9 @@ def levels_of(
 ) -> PocketLevels:
     """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
 
-    Parameters
-    ----------
-    begin
-        Height of the material, mm; negative in the floor of another pocket.
-    thickness, beyond
-        Thickness of the plate, and break-through below it, mm.
-
-    Raises
-    ------
-    OptionError
-        The pocket is deeper than plate and break-through, or has too many levels.
+    `begin`: height of the material, mm; negative in the floor of another pocket. `thickness`, `beyond`: thickness of
+    the plate, and break-through below it, mm. Raises OptionError if the pocket is deeper than plate and break-through,
+    or has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -134,14 +122,8 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     """Return the pockets to mill with their depths, and issues about the other pockets.
 
     All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depth, and `depth` selects among
-    them. A round pocket no wider than the tool is a hole.
-
-    Raises
-    ------
-    OptionError
-        The pockets of a drawing have no depth.
-    PlanError
-        No pocket of a solid is wider than the tool and has the requested depth.
+    them. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a drawing have no depth;
+    PlanError if no pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
@@ -171,7 +153,6 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
 
 
 def _openings(part: Part, diameter: float | None) -> list[Issue]:
-    """Return issues about round openings through a solid: narrow ones are drilled, wide ones are missing work."""
     narrow = [
         opening for opening in part.openings if diameter is not None and opening.diameter <= diameter + SAME_HEIGHT
     ]
@@ -235,12 +216,8 @@ def milling_data(
     machine: Machine,
     mill: Tool | None = None,
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill (`mill` of a library, or an assumed one) with its feeds, and issues about assumptions.
-
-    Raises
-    ------
-    PlanError
-        The machine has no spindle, heights contradict each other, or speed or feed are out of its range.
+    """Return the end mill (`mill` of a library, or an assumed one) with its feeds, and issues about assumptions. Raises
+    PlanError if the machine has no spindle, heights contradict each other, or speed or feed are out of its range.
     """
     check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)

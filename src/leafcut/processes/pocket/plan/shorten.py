@@ -96,7 +96,6 @@ def chamfer(
 
 
 def _near_some(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
-    """Return whether each point of a path is within a distance of any of the positions, bool[n]."""
     near = np.zeros(len(path), dtype=bool)
     spots: Any = shapely.points(places)
     near[shapely.STRtree(spots).query(shapely.points(path), predicate="dwithin", distance=distance)[0]] = True
@@ -242,7 +241,6 @@ class _Bends:
         return np.vstack([np.zeros((0, 2)), *places])
 
     def rebuilt(self, edits: list[Edit]) -> Points:
-        """Return the path with replaced stretches."""
         parts, at = [], 0
         for a, b, curve in sorted(edits, key=lambda e: e[0]):
             parts += [self.path[at : a + 1], curve]
@@ -253,7 +251,6 @@ class _Bends:
 
 
 def _angle(a: Points, b: Points) -> float:
-    """Return the angle between two directions, rad, 0 to π."""
     return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
 
 

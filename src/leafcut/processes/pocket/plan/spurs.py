@@ -63,15 +63,12 @@ def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Poi
 
 
 def _worth(shape: Any, rules: PocketRules) -> list[Any]:
-    """Return the polygons of a shape larger than `SPECK`."""
+    """Return the polygons larger than `SPECK`."""
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
 def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
-    """Return the station and the tip of a spur from a track to the most distant point of areas.
-
-    None if the spur leaves `room` (shapely).
-    """
+    """Return the station and the tip of a spur to the most distant point; None if it leaves `room` (shapely)."""
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))
@@ -82,7 +79,6 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
 
 
 def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:
-    """Return a track with spurs at their stations."""
     points, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)

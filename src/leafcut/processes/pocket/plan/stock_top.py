@@ -22,13 +22,6 @@ def stock_tops(
 
     It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
     pocket is filled up to the rim of the outer one, whether that is milled or not.
-
-    Parameters
-    ----------
-    of_solid
-        All pockets of the solid.
-    triangles
-        Surface of the solid, float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -41,13 +34,7 @@ def stock_tops(
 
 
 def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
-    """Return the surface of a solid with all pockets filled, float64[n, 3, 3].
-
-    Parameters
-    ----------
-    tops
-        Height of the material of each pocket (`stock_tops`), mm.
-    """
+    """Return the surface of a solid with all pockets filled up to their `stock_tops`, float64[n, 3, 3]."""
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):
         flat = shapely.get_parts(shapely.constrained_delaunay_triangles(pocket.region(filled=True)))
@@ -75,7 +62,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a part of a triangle with their heights on its plane, float64[n, 3]."""
+    """Return the corners with their heights on the plane of the triangle, float64[n, 3]."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

@@ -40,23 +40,9 @@ TEETH = 2
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill of a library: by number, else by diameter, else its only one.
-
-    Parameters
-    ----------
-    number, asked
-        Requested number and diameter, mm; None: any.
-    tolerance
-        Allowed difference of the diameters, mm.
-    depth
-        Depth of the deepest pocket, mm.
-
-    Raises
-    ------
-    OptionError
-        The library lacks the requested tool, or has several and none was requested.
-    PlanError
-        The library has no end mill, or the requested tool is no end mill, has another diameter, or is too short.
+    """Return the end mill of a library: by number, else by diameter, else its only one. Raises OptionError if the
+    library lacks the requested tool, or has several and none was requested; PlanError if the library has no end mill,
+    or the requested tool is no end mill, has another diameter, or is too short.
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
@@ -82,7 +68,6 @@ def _numbered(library: ToolLibrary, number: int) -> Tool:
 
 
 def _fitting(library: ToolLibrary, asked: float | None) -> Tool:
-    """Return the end mill nearest to the requested diameter, or the only one."""
     mills = _mills(library)
     if not mills:
         raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
@@ -109,13 +94,9 @@ def with_data(
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and issues about assumptions.
 
-    Options come first, then the library, then tables for high-speed steel mills in the material.
-
-    Raises
-    ------
-    PlanError
-        Speed or feed is out of the range of the machine, or no speed is given and the spindle cannot turn at a
-        suitable one.
+    Options come first, then the library, then tables for high-speed steel mills in the material. Raises PlanError if
+    speed or feed is out of the range of the machine, or no speed is given and the spindle cannot turn at a suitable
+    one.
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)

@@ -35,20 +35,9 @@ DIGITS = 3
 
 @dataclass(frozen=True, eq=False)
 class Clearing:
-    """One region of a pocket with the path that clears one level of it.
-
-    Attributes
-    ----------
-    region
-        Tool centres that the finished walls allow.
-    allowed
-        Tool centres of roughing (shapely geometry): `region`, or less with stock.
-    rough
-        Path over one level.
-    levels
-        Top of the material, and the levels.
-    walls
-        The finishing pass if roughing leaves stock, else None.
+    """One region of a pocket with the path that clears one level of it. `region` has the tool centres that the
+    finished walls allow, `allowed` those of roughing (shapely geometry). `walls` is the finishing pass if roughing
+    leaves stock, else None.
     """
 
     region: CentreRegion
@@ -106,19 +95,9 @@ def pocket_motion(
     depth, in steps of two diameters in deeper pockets, or level by level if roughing left more than `FILM`, as in a
     passage too narrow for tool and stock. Between levels, the tool stays down if the next path starts near the end of
     the last and the straight move is free. Between pieces, it rises to the R plane or to the clearance height. Rapids
-    below the surface end a little above the floor that is already cut.
-
-    Parameters
-    ----------
-    corner_tolerance
-        Corner tolerance (G64 P), mm; 0 for none.
-    rounded
-        Whether roughing rounds corners as the acceleration requires (G64); all other moves stop (G61).
-
-    Raises
-    ------
-    PlanError
-        The program would have more than `MOST_MOVES` moves.
+    below the surface end a little above the floor that is already cut. `corner_tolerance`: P of G64, mm; 0 for none.
+    `rounded`: whether roughing rounds corners as the acceleration requires (G64); all other moves stop (G61). Raises
+    PlanError if the program would have more than `MOST_MOVES` moves.
     """
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
@@ -137,8 +116,6 @@ def pocket_motion(
 
 
 class _PocketMotion:
-    """Generates the motion of one clearing after the other, and records all entries."""
-
     def __init__(
         self, builder: ToolpathBuilder, heights: PocketHeights, data: MillingData, machine: Machine, rounded: bool
     ) -> None:
@@ -149,7 +126,6 @@ class _PocketMotion:
         self.down = False
 
     def clear(self, clearing: Clearing) -> None:
-        """Clear a region to its last level, and finish its walls."""
         shapely.prepare(clearing.allowed)
         levels, ground = clearing.levels, ClearedArea(clearing.region.rules)
         top = levels.begin
@@ -201,7 +177,6 @@ class _PocketMotion:
         return distance / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
-        """Return the height of a rapid between two positions."""
         crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
         high = self.heights.always_clearance or bool(crossing)
         return self.heights.clearance if high else self.heights.retract
@@ -252,7 +227,6 @@ class _PocketMotion:
             builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
-        """Retract, move to the end point, and end the program."""
         builder = self.builder
         builder.rapid(z=self.heights.clearance)
         if self.heights.end is not None:
@@ -275,7 +249,6 @@ class _FeedRun:
 
     @property
     def first(self) -> Polyline:
-        """The first piece."""
         return self.pieces[0].path
 
     @property
@@ -285,7 +258,6 @@ class _FeedRun:
 
 
 def _runs(path: PocketPath) -> list[_FeedRun]:
-    """Return the runs of a path between retracts."""
     runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:

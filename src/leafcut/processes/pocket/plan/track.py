@@ -46,10 +46,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Ring(Track):
-    """A closed path of the tool's centre, in the direction of travel; its last point is the first.
-
-    `level` is the distance from the wall in step-overs; 0 is along a wall.
-    """
+    """A closed path of the tool's centre, `level` step-overs from the wall; its last point is the first."""
 
     level: int
 

@@ -25,13 +25,6 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     """Return a pass along every wall of a region, from the cleared area and back.
 
     Lead-in and lead-out are quarter circles; without room for them, the pass starts on the wall.
-
-    Parameters
-    ----------
-    region
-        Tool centres up to the finished wall (rules without stock).
-    roughed
-        Tool centres of roughing (shapely geometry), whose area is cleared.
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
@@ -80,14 +73,14 @@ def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> 
 
 
 def _with_middles(ring: Points, least: float) -> Points:
-    """Return a ring with an extra point in the middle of each edge longer than `least`, mm."""
+    """Add the middle of each edge longer than `least`, mm."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _places(ring: Points) -> list[int]:
-    """Return points of a ring where it hardly turns, those between the longest edges first."""
+    """Return points where a ring hardly turns, those between the longest edges first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -100,7 +93,7 @@ def _places(ring: Points) -> list[int]:
 
 
 def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the quarter circles to and from a point of a ring, on the side of the region."""
+    """Return the quarter circles to and from a point, on the side of the region."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

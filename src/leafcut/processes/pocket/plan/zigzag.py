@@ -37,13 +37,9 @@ def zigzag(
     """Return zigzag lines at an angle (rad; None: the best of twelve), then passes along the walls.
 
     Neighbouring lines form a run while the straight links between their ends are free. Each run is followed by the
-    nearest. Spurs clear any remaining material. Once `stopped` returns true, no further angle is tried.
-
-    Parameters
-    ----------
-    too_wide
-        Returns the points of a path, float64[n, 2], where passes are further apart than the step-over. The shortest
-        path without gaps is chosen; gaps between lines and adjacent wall passes count too.
+    nearest. Spurs clear any remaining material. Once `stopped` returns true, no further angle is tried. `too_wide`:
+    returns the points of a path, float64[n, 2], where passes are further apart than the step-over. The shortest path
+    without gaps is chosen; gaps between lines and adjacent wall passes count too.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
@@ -109,7 +105,6 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
 
 
 def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
-    """Return the zigzag runs of a polygon, each float64[n, 2]."""
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)

@@ -118,7 +118,6 @@ def measured_chips(
 
 
 def _all(samples: list[_Places], name: str) -> Floats:
-    """Return a column of the samples at all heights."""
     return np.concatenate([np.zeros(0), *(getattr(level, name) for level in samples)])
 
 
@@ -137,7 +136,6 @@ def _limits(samples: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> I
 def _levels(
     cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
 ) -> Iterator[_Places]:
-    """Yield the samples of each height where the tool cuts."""
     for there, path, engaged in engaged_levels(cuts, rules, flat):
         rows = np.array([cut.row for cut in there], dtype=np.int64)[path.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
@@ -185,10 +183,7 @@ def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield sloped descents; successive moves with the same feed are one descent, because heights are rounded.
-
-    The material ends at the next level above the bottom of a descent.
-    """
+    """Yield descents up to the next level above; moves with the same feed are one, because heights are rounded."""
     descents: list[list[PocketCut]] = []
     for cut in cuts:
         if cut.row in flat or not _across(cut) > _SAME or not cut.path[0, 2] > cut.path[-1, 2] - _SAME:
@@ -222,7 +217,6 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
 
 
 def _across(cut: PocketCut) -> float:
-    """Return the horizontal length of a move, mm."""
     return float(np.hypot(*np.diff(cut.path[:, :2], axis=0).T).sum())
 
 

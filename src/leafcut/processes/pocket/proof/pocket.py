@@ -69,16 +69,8 @@ def check_pockets(
     3. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
        cleared under the whole tool, or above a pocket whose material starts lower.
 
-    Parameters
-    ----------
-    written
-        The program, read back.
-    depths
-        Depth of each pocket from the surface, mm, positive.
-    retract
-        Height of the R plane, mm.
-    tops
-        Height of the material of each pocket before milling, mm; empty: 0 for all.
+    `depths`: depth of each pocket from the surface, mm, positive. `tops`: height of the material of each pocket before
+    milling, mm; empty: 0 for all.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     low = _begin_lower(pockets, tops, rules)
@@ -281,7 +273,6 @@ class _Level:
 
     @property
     def steps(self) -> NDArray[np.float64]:
-        """All segments, float64[n, 2, 2]."""
         return np.concatenate(self.parts)
 
 
@@ -333,7 +324,7 @@ def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
-    """Yield the paths at one level between descents, as vertices of polylines, float64[n, 3]."""
+    """Yield the paths between descents, as vertices of polylines, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
         there = np.abs(cut.path[:, 2] - z) <= ROOM
@@ -350,7 +341,6 @@ def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
 
 
 def _joined(run: Sequence[Points]) -> Points:
-    """Return the vertices of successive moves, without repeated ends."""
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
@@ -362,7 +352,6 @@ def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: Pocket
 
 
 def _lines(cuts: Sequence[PocketCut]) -> Any:
-    """Return the paths of moves in the plane as shapely lines."""
     return shapely.linestrings(
         np.concatenate([cut.path[:, :2] for cut in cuts]),
         indices=np.repeat(np.arange(len(cuts)), [len(cut.path) for cut in cuts]),
@@ -373,7 +362,6 @@ def _lines(cuts: Sequence[PocketCut]) -> Any:
 
 
 def _unknown_places(path: Toolpath) -> list[Difference]:
-    """Return the feed moves from or to a place that the program does not state."""
     feeds = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     known = np.isfinite(np.concatenate([path.before, path.end], axis=1)).all(axis=1)
     words = "the tool cuts from or to a place that the program does not state"
@@ -413,10 +401,8 @@ def _uncleared(
     rules: PocketRules,
     lower: Sequence[tuple[float, Any]],
 ) -> list[int]:
-    """Return the vertical rapids that end less than `OVER` above an area that earlier feed moves cleared.
-
-    A disc of the tool's radius less the tolerance must be cleared. `lower` has shapes with the height of their
-    material.
+    """Return the vertical rapids that end less than `OVER` above material that earlier feed moves did not clear
+    within a disc of the tool's radius less the tolerance. `lower` has shapes with the height of their material.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = quarter(rules.radius, FINE * rules.tolerance)
@@ -501,13 +487,6 @@ def stock_top_differences(
 
     Other pockets of the solid count as full up to their rims. Each triangle above the height is tested by its
     distance; the code is independent of the planning of heights.
-
-    Parameters
-    ----------
-    tops
-        Height of the material of each pocket, mm: 0 at the top of the pockets, negative below.
-    of_solid
-        All pockets of the solid, milled or not; `triangles`, float64[n, 3, 3], are its surface, mm.
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):

@@ -110,14 +110,13 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
 
 
 def _pocket(frame: Frame, pocket: Pocket) -> str:
-    """Return the floor of a pocket with its walls and islands."""
     walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
     named = title(f"pocket {pocket.name}") if pocket.name else ""
     return in_steps(element("path", named, d=walls, class_="floor"))
 
 
 def _left(frame: Frame, shapes: PocketShapes, name: str) -> str:
-    """Return the uncut areas: unreachable ones hatched, the others filled."""
+    """Draw unreachable areas hatched, the others filled."""
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
@@ -135,7 +134,6 @@ def outline_of(frame: Frame, shape: Any) -> str:
 
 
 def _hatch(frame: Frame, shape: Any) -> str:
-    """Return hatch lines at 45° across the box of a shape."""
     x0, y0, x1, y1 = shape.bounds
     (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
     height = bottom - top
@@ -159,7 +157,6 @@ def _line(frame: Frame, path: Polyline) -> str:
 
 
 def _ways(frame: Frame, path: PocketPath) -> str:
-    """Return the pieces of a path by kind, and the rapids between them."""
     data: dict[str, str] = {}
     for piece in path.pieces:
         data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)
@@ -176,7 +173,6 @@ def _ways(frame: Frame, path: PocketPath) -> str:
 
 
 def _arrows(frame: Frame, path: PocketPath) -> str:
-    """Return arrow heads along a path."""
     apart = max(_ARROW_APART / frame.scale, path.feed_mm / _MOST_ARROWS)
     heads: dict[str, list[str]] = {}
     waiting = 0.5 * apart

@@ -133,7 +133,6 @@ class PocketReport(PathReport[PocketDetail]):
         return pace_facts(self.outcome.detail.pace)
 
     def _times(self) -> list[Fact]:
-        """Return the times of the program and of the usual strategy."""
         outcome = self.outcome
         times = [Fact("after.time_s", outcome.after.time_s, "s", said("by {way}", way=self.chosen), said("Time"))]
         if self.compared:
@@ -186,7 +185,6 @@ class PocketReport(PathReport[PocketDetail]):
         return facts
 
     def _tool_facts(self) -> list[Fact]:
-        """Return the levels and the tool."""
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
         rules, first, lines = plans[0].rules, plans[0].levels, levels_words(plans)
         levels, words = f"{len(first)} × {abs(first[0]):.4g} mm", "; ".join(lines)
@@ -210,7 +208,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
-        """Return the written path over one level for the JSON answer; lengths without approach and departure."""
+        """Return the written path over one level; lengths without approach and departure."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
         return {
@@ -314,7 +312,6 @@ class PocketReport(PathReport[PocketDetail]):
         return [r.path for r in every if r.path is not None]
 
     def _rows(self) -> list[views.PageRow]:
-        """Return the table of strategies with bars of their times."""
         longest = max((r.program_s for r in self.strategies), default=0.0) or 1.0
         return [
             {
@@ -329,7 +326,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _small(self, scene: PocketScene) -> list[views.PageRow]:
-        """Return a small drawing of every strategy that has a path in all pockets."""
+        """Return a drawing of every strategy that has a path in all pockets."""
         return [
             {
                 "name": row.name,
@@ -343,7 +340,6 @@ class PocketReport(PathReport[PocketDetail]):
 
 
 def _strategy(row: StrategyFigures) -> dict[str, Any]:
-    """Return a strategy for the JSON answer."""
     measured = {} if row.measures is None else {**plain_measures(row.measures), "time_s": plain_number(row.program_s)}
     reasons = {name: clean(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)}
     return {"strategy": row.name, "chosen": row.chosen, "usual": row.usual, **measured, **reasons}
@@ -368,7 +364,6 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
 
 
 def _shorter(now: PocketMeasures, usual: PocketMeasures) -> str:
-    """Return the change of the path's length over one level."""
     length, before = (m.feed_mm + m.rapid_mm for m in (now, usual))
     if not before > 0.0:
         return ""
