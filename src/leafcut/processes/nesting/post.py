@@ -69,18 +69,17 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
 
 
 def _draw_stock(space: Any, stock: Stock) -> None:
-    """Add the edge of a sheet and its holes, each with the name of the sheet."""
     for path in stock.paths:
         _draw(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _escape_ascii(stock.label)), (1000, "sheet")])
 
 
 def _escape_ascii(name: str) -> str:
-    """Return a name with non-ASCII characters escaped as in DXF R2000, such as \\U+00E4."""
+    """Escape non-ASCII characters as in DXF R2000, such as \\U+00E4."""
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
 def _draw(space: Any, path: Polyline, layer: str) -> Any:
-    """Add a path, as a circle if it is one, else as a polyline with bulges; return the entity."""
+    """Add a path, as a circle if it is one, else as a polyline with bulges."""
     attributes = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
@@ -100,10 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Make ezdxf write drawings without dates and random numbers.
-
-    The option is global, so only one drawing is written at a time.
-    """
+    """Make ezdxf write no dates and random numbers; the option is global, so only one drawing is written at a time."""
     import ezdxf
 
     with _EZDXF_LOCK:

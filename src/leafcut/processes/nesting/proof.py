@@ -96,7 +96,6 @@ def _check_inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 
 def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
-    """Return the parts that are not inside a sheet of any shape less its margin."""
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
@@ -111,7 +110,6 @@ def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 
 def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
-    """Return the pairs of parts that overlap or are too close."""
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
@@ -149,13 +147,12 @@ def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
 
 
 def _has_arcs(nest: Nest, placement: Placement) -> tuple[bool, bool]:
-    """Return whether the outline of a part has arcs, and whether one of its holes has."""
+    """Return whether the outline has arcs, and whether one of the holes has."""
     outline, *holes = _paths(nest, placement)
     return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)
 
 
 def _region(nest: Nest, placement: Placement) -> Polygon:
-    """Return the area of a part: its outline less its holes."""
     outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
     return shapely.Polygon(outline, holes)
 

@@ -124,7 +124,6 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
 
 
 def _sizes(nest: Nest) -> str:
-    """Describe the kinds of sheet: ``3000 × 1500 mm``, or the numbers taken of each."""
     if len(nest.stocks) == 1:
         return f"{nest.stocks[0].length:g} × {nest.stocks[0].width:g} mm"
     used: Counter[int] = Counter()

@@ -54,12 +54,8 @@ def nest(
     """Return the nests that passed the check, best first; on `stocks`, or on the sheet sizes of the options.
 
     The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is
-    set, or on Ctrl-C, the existing nests are returned.
-
-    Raises
-    ------
-    PlanError
-        The list of parts is empty, a part fits no sheet, or no nest passed the check.
+    set, or on Ctrl-C, the existing nests are returned. Raises PlanError if the list of parts is empty, a part fits no
+    sheet, or no nest passed the check.
     """
     from leafcut.processes.nesting.plan.nesting import prepare, variants
     from leafcut.processes.nesting.proof import check_nest
@@ -108,7 +104,6 @@ def nest(
 
 
 def _without_duplicates(nests: list[Nest]) -> list[Nest]:
-    """Return the nests sorted by rank, without duplicates."""
     kept: list[Nest] = []
     for variant in sorted(nests, key=lambda n: n.rank):
         if not kept or max(abs(a - b) for a, b in zip(variant.rank, kept[-1].rank, strict=True)) > ALIKE:
@@ -117,13 +112,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets of the options, which must have a size.
-
-    Raises
-    ------
-    OptionError
-        A sheet is given as a drawing.
-    """
+    """Return the sheets of the options. Raises OptionError if a sheet is given as a drawing."""
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
@@ -133,7 +122,6 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
 
 
 def _unplaced_issues(best: Nest) -> list[Issue]:
-    """Return an issue about parts that do not fit the available sheets."""
     missing = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
     if not missing:
         return []
@@ -163,12 +151,7 @@ def nest_drawings(
     """Nest the parts of drawings; return the nests, and the text of each file to write.
 
     Each different sheet becomes a drawing, which is read back and compared with the plan. Drawings are written only
-    with `output`.
-
-    Raises
-    ------
-    ReadError, OptionError, PlanError, VerifyError
-        One line with the error and the remedy.
+    with `output`. Raises ReadError, OptionError, PlanError or VerifyError.
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
@@ -185,7 +168,6 @@ def nest_drawings(
         remnants, remnant_texts = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
         texts |= remnant_texts
     all_issues = (*dict.fromkeys(issues), *outcome.issues)
-    # Missing work comes first.
     issues = sorted(all_issues, key=lambda issue: issue.missing is None)
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
@@ -193,15 +175,7 @@ def nest_drawings(
 def _read(
     wanted: Sequence[WantedDrawing], settings: Settings, progress: OnProgress | None
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
-    """Return the settings, the parts, the sheets, and issues.
-
-    Each file is read once, and each drawing prepared once, however often it is named.
-
-    Raises
-    ------
-    ReadError, PlanError, OptionError
-        A file cannot be read, or contains no part or no sheet; or a sheet is larger than the table of the machine.
-    """
+    """Read each file once, and prepare each drawing once, however often it is named."""
     from leafcut.processes.nesting.plan.parts import parts_of
     from leafcut.read.format import factor_of, load
     from leafcut.read.registry import read_source
@@ -232,7 +206,6 @@ def _read(
 
 
 def _drawing(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
-    """Return the prepared contours of a drawing of parts."""
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
@@ -247,15 +220,7 @@ def _drawing(source: Source, settings: Settings, on_progress: Heartbeat) -> Shee
 def _available_sheets(
     settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
 ) -> tuple[Settings, list[Issue], list[Stock]]:
-    """Return the settings, issues, and the sheets; by default, unlimited sheets of the size of the machine's table.
-
-    Raises
-    ------
-    ReadError, PlanError
-        The drawing of a remnant cannot be read, or is not a sheet.
-    OptionError
-        A sheet is larger than the table of the named machine.
-    """
+    """Return the settings, issues, and the sheets; by default, unlimited sheets of the size of the machine's table."""
     from leafcut.read.machine import load_machine
 
     options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
@@ -320,13 +285,7 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
 
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
-    """Return the remnants of the sheets of the best nest, and the text of each drawing by file name.
-
-    Raises
-    ------
-    VerifyError
-        A remnant overlaps a part, or exceeds the sheet.
-    """
+    """Return the remnants of the best nest, and the text of each drawing by file name."""
     from leafcut.processes.nesting.plan.remains import remains
     from leafcut.processes.nesting.post import write_stock
     from leafcut.processes.nesting.proof import check_remnants
@@ -347,7 +306,6 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
 
 
 def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the drawings of the sheets of a nest; `names` are their files."""
     from leafcut.processes.nesting.post import write_layout
 
     texts = tuple(write_layout(variant, layout) for layout in variant.layouts)

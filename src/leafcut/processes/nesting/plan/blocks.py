@@ -36,14 +36,8 @@ PartPlace = tuple[float, float, float]
 def in_blocks(
     pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return blocks, the remaining pieces, and the number of each.
-
-    Parameters
-    ----------
-    kind
-        ``pairs``, ``rows`` (at most two) or ``grids``.
-    inner
-        Length and width of a sheet less its margins, mm.
+    """Return blocks, the remaining pieces, and the number of each. `kind`: ``pairs``, ``rows`` (at most two) or
+    ``grids``; `inner`: length and width of a sheet less its margins, mm.
     """
     grouped: list[NestPiece] = []
     numbers: list[int] = []
@@ -64,7 +58,6 @@ def in_blocks(
 
 
 def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
-    """Return the largest block of at most `count` pieces that fits, or None."""
     box = next((b for b in piece.boxes if piece.area >= RECTANGLE * b.width * b.height), None)
     if box is None:
         pair = _pair(piece, kerf)
@@ -105,7 +98,6 @@ def _grid(
 
 
 def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
-    """Return a pair of pieces one kerf apart along the longest possible straight edge, or None."""
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
     for s in sorted(edges, key=lambda s: -round(math.dist(s.start, s.end), 6)):
@@ -129,7 +121,7 @@ def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
 
 
 def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
-    """Return the outline of the union of shapes, outside of the chords that approximate arcs."""
+    """Return the outline of the union, outside of the chords that approximate arcs."""
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
         union = union.buffer(CHORD, join_style="mitre")
@@ -138,7 +130,7 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block of a piece; None if no rotation is allowed for all of its parts."""
+    """Return a block; None if no rotation is allowed for all of its parts."""
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:

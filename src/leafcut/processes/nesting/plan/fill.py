@@ -42,9 +42,8 @@ class Packer(Protocol):
 
 @dataclass(frozen=True)
 class NestTask:
-    """Parts as pieces, their numbers, and the sheets.
-
-    `remnants` are the packers of non-rectangular sheets, by index of the kind.
+    """Parts as pieces, their numbers, and the sheets; `remnants`: packers of non-rectangular sheets, by index of the
+    kind.
     """
 
     parts: tuple[NestPart, ...]
@@ -117,10 +116,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return the pieces to offer for one sheet: all, or slightly more than it can hold.
-
-        Pieces that fit on no later kind of sheet come first.
-        """
+        """Return slightly more pieces than a sheet can hold; those that fit no later kind of sheet come first."""
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -134,7 +130,7 @@ class Filling:
         return offered + (share_of(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece in the corner of a sheet, if a packer found no position for any."""
+        """Return the largest piece in the corner of a sheet, for packers that found no position for any."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)

@@ -44,7 +44,6 @@ def filled_holes(
 
 
 def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
-    """Return the largest holes, shrunk by the clearance along their edges."""
     large = sorted(holes, key=lambda hole: -abs(hole.area))[:MAX_HOLES]
     polygons = [polygon_of(hole) for hole in large]
     spaces = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
@@ -54,7 +53,7 @@ def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
 def _fill(
     root: int, spaces: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
-    """Fill the holes of a part, largest pieces first. Return the placements, and the number of each piece used."""
+    """Fill the holes of a part, largest pieces first."""
     members: list[Placement] = []
     used: Counter[int] = Counter()
     for space in spaces:

@@ -44,14 +44,8 @@ THREADS_PER_VARIANT = 3
 
 
 def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
-    """Return the nesting task for the given kinds of sheet.
-
-    Raises
-    ------
-    PlanError
-        The list of parts is empty, an outline is invalid, or a part fits no sheet.
-    OptionError
-        `options.blocks` is set without a kerf.
+    """Return the nesting task for the given kinds of sheet. Raises PlanError if the list of parts is empty, an outline
+    is invalid, or a part fits no sheet; OptionError if `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
         raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
@@ -167,7 +161,6 @@ def _rectangle_packers(task: NestTask, rule: int) -> list[Packer]:
 
 
 def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packer]:
-    """Return a packer for each kind of sheet; `rectangular` creates the packer of a rectangular sheet."""
     return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
 
 
@@ -257,7 +250,6 @@ def _nest_on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int,
 
 
 def _nest_on_plan(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
-    """Return a nest by shapes on the sheets of a plan."""
     clock.start_plan(task, plan, 1)
     return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
 
@@ -289,7 +281,7 @@ class _Clock:
         self.end = time.monotonic() + self.all
 
     def start_plan(self, task: NestTask, plan: FillPlan, plans: float) -> None:
-        """Share the remaining time among the strips of a plan and of `plans` plans in total."""
+        """Share the remaining time among the strips of this plan and of `plans` plans in total."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
         for stock, count in plan:
@@ -304,7 +296,6 @@ class _Clock:
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:
-        """Return the budget of the next strip."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
         return StripBudget(self.steps, self.failures, share, self.workers)

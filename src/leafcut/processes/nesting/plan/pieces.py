@@ -44,16 +44,8 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part, and the parts placed in its holes; moved as one.
-
-    Attributes
-    ----------
-    path
-        The outline of the part in the coordinates of its drawing.
-    members
-        The part itself at angle 0 and (0, 0), then the parts in its holes.
-    angles
-        Allowed rotations, rad; None for any.
+    """A part (`path`, in the coordinates of its drawing) and the parts in its holes, moved as one. `members` starts
+    with the part itself at angle 0 and (0, 0); `angles` are the allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -118,12 +110,8 @@ def polygon_of(path: Polyline) -> Polygon:
 
 
 def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
-    """Return one piece per part, checked.
-
-    Raises
-    ------
-    PlanError
-        The list of parts is empty or too long, a quantity is below 1, or an outline encloses no area or crosses itself.
+    """Return one piece per part, checked. Raises PlanError if the list of parts is empty or too long, a quantity is
+    below 1, or an outline encloses no area or crosses itself.
     """
     if not parts:
         raise PlanError("no parts to nest")
@@ -189,5 +177,4 @@ def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, 
 
 
 def _angle_between(a: float, b: float) -> float:
-    """Return the angle between two directions, 0 … π."""
     return abs((a - b + math.pi) % math.tau - math.pi)

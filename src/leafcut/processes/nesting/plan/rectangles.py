@@ -49,19 +49,7 @@ class Cell:
 
 
 class RectanglePacker:
-    """Packs one sheet after another by one rule.
-
-    Parameters
-    ----------
-    length, width
-        Of a sheet less its margins, mm.
-    margin
-        mm.
-    spacing
-        Distance between two pieces, mm.
-    rule
-        An index of `RULES`.
-    """
+    """Packs one sheet after another by `RULES[rule]`; `length` and `width` (mm) are less the margins."""
 
     #: Area of the pieces offered for a sheet, relative to its area.
     offered = 1.3

@@ -39,7 +39,7 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Return a region without strips narrower than `least`; never larger than the region."""
+    """Return a region without narrow strips; never larger than the region."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

@@ -71,7 +71,7 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield the positions of a rotated piece (ring float64[n, 2]) within the room, from the left and from below."""
+    """Yield positions of a rotated piece (ring float64[n, 2]), from the left and from below."""
     left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
@@ -93,7 +93,7 @@ def _positions(
 
 
 def _thin(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
-    """Return points float64[n, 2], evenly thinned to at most `limit`."""
+    """Return at most `limit` of the points, evenly thinned."""
     if len(points) <= limit:
         return points
     return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]

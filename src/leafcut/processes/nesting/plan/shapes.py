@@ -34,20 +34,9 @@ PERFECT = 1.001
 
 
 class ShapePacker:
-    """Packs one sheet after another with the irregular nester.
-
-    Parameters
-    ----------
-    length, width
-        Of a sheet less its margins, mm.
-    margin
-        mm.
-    spacing
-        Distance between two pieces, mm.
-    budget
-        Returns the budget of the next strip.
-    shorten
-        False to stop the search on the last sheet, too, as soon as all parts are on it.
+    """Packs one sheet after another with the irregular nester; `length` and `width` (mm) are less the margins.
+    `budget` returns the budget of the next strip. `shorten=False` ends the search on the last sheet as soon as all
+    parts are on it.
     """
 
     #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
@@ -110,7 +99,7 @@ class ShapePacker:
         return result
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
-        """Return the pieces that fit a length of the sheet, and the length used."""
+        """Return the pieces, and the length used."""
         strip = self._pack(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
             return self._placed_pieces(strip), strip.width
@@ -209,7 +198,6 @@ def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
 
 
 def _nearest_allowed(angle: float, angles: tuple[float, ...] | None) -> float:
-    """Return the allowed angle nearest to a rounded one."""
     if angles is None:
         return angle % math.tau
     return min(angles, key=lambda a: abs((a - angle + math.pi) % math.tau - math.pi))

@@ -76,12 +76,8 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost.
-
-    Parameters
-    ----------
-    density
-        Expected utilisation of the sheets, updated after every attempt.
+    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost. `density`:
+    expected utilisation of the sheets, updated after every attempt.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
@@ -139,12 +135,8 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 
 
 def cheaper(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return plans with enough area that cost less than a complete nest, the cheapest first.
-
-    Parameters
-    ----------
-    densest
-        Highest utilisation assumed.
+    """Return plans with enough area that cost less than a complete nest, the cheapest first. `densest`: highest
+    utilisation assumed.
     """
     if any(reference.unplaced):
         return []
@@ -160,7 +152,7 @@ def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 
 def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
-    """Yield filling orders of some sheets: largest first, then smallest first; free sheets always come first."""
+    """Yield filling orders: largest sheets first, then smallest first; free sheets always come first."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
     plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
@@ -199,7 +191,6 @@ class _Choice:
     below: float
 
     def counts_below(self) -> list[tuple[int, ...]]:
-        """Return the counts of every kind."""
         rates = [cost / max(area, SAME) for cost, area in zip(self.costs, self.areas, strict=True)]
         # Cheapest area first: the area still needed costs at least as much with every later kind.
         order = sorted(range(len(rates)), key=lambda k: (rates[k], k))
@@ -222,7 +213,6 @@ class _Choice:
         return choices
 
     def _max_count(self, k: int, cost: float, taken: int, total_need: float) -> int:
-        """Return the maximum number of a kind, given the `cost` and number of the sheets already taken."""
         # Free sheets have no cost bound; twice the number needed by area is enough.
         affordable = (
             (self.below - cost) / self.costs[k]

@@ -78,19 +78,9 @@ def pack_strip(
     """Return all items in the shortest strip found; it starts at (0, 0) and extends along x.
 
     An item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a time
-    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm.
-
-    Parameters
-    ----------
-    enough
-        Sufficient length (mm), which ends the search.
-
-    Raises
-    ------
-    NesterError
-        The nester failed, or `cancelled` was set.
-    PlanError
-        The nester is not installed.
+    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm. `enough`:
+    sufficient length (mm), which ends the search. Raises NesterError if the nester failed, or `cancelled` was set;
+    PlanError if the nester is not installed.
     """
     require("spyrrow")
     task = {
