@@ -23,13 +23,8 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
     Parameters
     ----------
-    asked
-        The process that the user asked for, or ``auto``.
 
-    Raises
-    ------
-    ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
-        One line with the error, its position and the remedy.
+    Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
     with announced(job.report):
         plan = process.plan(job, sources, asked)
@@ -45,7 +40,6 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
 
 def _search_order(process: Process, plan: Plan) -> Order:
-    """Return the order of the search, changed by the passes of the process."""
     order = find_order(plan.job, plan.stages, deadline=plan.job.deadline.part(plan.search_share))
     for improve in process.passes:
         order = improve(plan, order)

@@ -61,13 +61,7 @@ class CuttingStock(Work):
 
 
 class ChoosingSpeeds(Work):
-    """Spindle speeds and feeds of the tools of a part, by time, cost and tool life.
-
-    Parameters
-    ----------
-    drilling
-        The drilling process: the program of a drawing is planned and searched as usual, but not written.
-    """
+    """Spindle speeds and feeds of the tools of a part; `drilling` plans a drawing without writing its program."""
 
     name = "cutting-data"
     title = "choosing speeds and feeds"

@@ -41,10 +41,7 @@ class Job:
         return replace(self, progress=None, observe=None)
 
     def for_dialect(self, dialect: Dialect) -> Job:
-        """Return the run for a dialect. If it has no moves to machine zero, the machine gets no safe height.
-
-        The tool then retracts to the clearance height.
-        """
+        """Return the run for a dialect; without moves to machine zero, the tool retracts to the clearance height."""
         if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
@@ -55,9 +52,8 @@ class Job:
             self.progress(Progress(step, share, trial=trial))
 
     def start_step(self, step: str) -> Heartbeat:
-        """Report that a stage starts; return the function that the stage calls while it works.
-
-        This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
+        """Report that a stage starts; return a function that repeats the report. The receiver may raise to cancel the
+        job.
         """
         return looking_for(self.progress, step)
 
@@ -74,13 +70,7 @@ def machine_of(settings: Settings) -> Machine:
 
 
 def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
-    """Return the tool library that the settings name, or None; ``--material`` chooses among presets.
-
-    Raises
-    ------
-    DataError
-        The file is not a tool library.
-    """
+    """Return the tool library that the settings name, or None. Raises DataError if the file is not a tool library."""
     from leafcut.read.tools import load_tools
 
     job = settings.job
@@ -89,13 +79,7 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
 
 
 def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect) -> None:
-    """Refuse options that this controller or this machine cannot use.
-
-    Raises
-    ------
-    OptionError
-        Names the option and the reason.
-    """
+    """Raise OptionError for an option that this controller or this machine cannot use."""
     torch = dialect.torch
     powered = torch is not None and bool(torch.power)
     no_power = f"{dialect.name} programs have no laser power"
@@ -111,13 +95,7 @@ def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Raise if there is a difference or a danger, so that nothing is written.
-
-    Raises
-    ------
-    VerifyError
-        The first of them, and the number of others.
-    """
+    """Raise VerifyError with the first difference or danger, and the number of others; nothing is written then."""
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
@@ -128,13 +106,7 @@ _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Raise if a part exceeds the travel; hint at a wrong unit in the drawing (ezdxf writes metres by default).
-
-    Raises
-    ------
-    VerifyError
-        As in `refuse`.
-    """
+    """Raise VerifyError if a part exceeds the travel, with a hint at a wrong unit (ezdxf writes metres by default)."""
     try:
         refuse(problems)
     except VerifyError as problem:
@@ -145,13 +117,7 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
-    """Raise if work is missing and ``--strict`` is set.
-
-    Raises
-    ------
-    PlanError
-        The first missing work, and the number of others.
-    """
+    """Raise PlanError if work is missing and ``--strict`` is set."""
     missing = missing_work(issues) if settings.read.strict else ()
     if missing:
         more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""

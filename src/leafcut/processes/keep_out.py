@@ -25,19 +25,9 @@ _FLAT = 1e-6
 
 
 def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
-    """Return the obstacles of a program, None without zones, and issues.
-
-    Parameters
-    ----------
-    beam
-        The program cuts with a beam or a torch of zero width.
-
-    Raises
-    ------
-    PlanError
-        The program cuts in an obstacle, which no order or route can avoid; or some of its moves are unknown.
-    OptionError
-        A clearance height is given, but the program never moves Z.
+    """Return the obstacles of a program, None without zones, and issues. Raises PlanError if the program cuts in an
+    obstacle, which no order or route can avoid, or some of its moves are unknown; OptionError if a clearance height is
+    given, but the program never moves Z.
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
 

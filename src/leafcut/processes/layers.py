@@ -73,7 +73,6 @@ def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -
 
 
 def _kind_by_option(layer: str, options: SheetOptions) -> str:
-    """Return the kind of a layer by the options, or ""."""
     for patterns, kind in (
         (options.ignore_layers, "ignore"),
         (options.sheet_layers, "sheet"),

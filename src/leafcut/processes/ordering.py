@@ -54,12 +54,8 @@ def find_order(
     deadline
         Time of the search; without it the job's. A nearest-neighbour order has no limit.
 
-    Raises
-    ------
-    SolveError
-        The precedence of the tasks cannot be kept, or not by this algorithm.
-    PlanError
-        The algorithm returns an order that does not do each task once (`check_order`).
+    Raises SolveError if the precedence of the tasks cannot be kept, or not by this algorithm; PlanError if the
+    algorithm returns an order that does not do each task once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -107,14 +103,8 @@ def find_order(
 
 
 def check_order(stages: Sequence[Stage], order: Order) -> None:
-    """Refuse an order that does not do each task once, or that breaks a precedence.
-
-    It depends on neither planner nor search. Recipes of a process are not checked here.
-
-    Raises
-    ------
-    PlanError
-        The stage that is wrong.
+    """Raise PlanError for an order that does not do each task once or breaks a precedence, independently of the
+    search.
     """
     if not all(isinstance(nodes, np.ndarray) for nodes in order.choices):
         return
@@ -139,7 +129,7 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
 
 
 def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
-    """Return the options with one ant for each part of a stage, if they ask for that."""
+    """Return the options with one ant for each part of a stage, if requested."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
@@ -161,7 +151,6 @@ def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
 
 
 def _with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Solution:
-    """Return a solution with other nodes, at their cost and without a bound."""
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
@@ -204,14 +193,8 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another starts at its end.
-
-    Parameters
-    ----------
-    quick
-        `search` without progress reports.
-    bounds
-        Returns the deadline of the lower bound of a problem.
+    """Return a solution for every stage; a stage that follows another starts at its end. `quick`: `search` without
+    progress reports; `bounds`: returns the deadline of the lower bound of a problem.
     """
     followers = [number for number, stage in enumerate(stages) if stage.follows and number]
     if not followers or options.algorithm in ("nn", "none"):
@@ -248,7 +231,6 @@ def solve_together(
 
 
 def _linked_problem(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> RoutingProblem:
-    """Return the problem of a stage that starts at the end of the previous stage in these orders."""
     stage = stages[number]
     if not stage.follows or not number:
         return stage.problem
@@ -360,7 +342,7 @@ def _with_cost(
     number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
     cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
 ) -> Solution:  # fmt: skip
-    """Return the solution of a whole stage with its cost, and with a bound if requested."""
+    """Return the solution with the cost of the whole stage, and with a bound if requested."""
     from leafcut.order.certificate import certify
     from leafcut.order.instance import path_cost
 

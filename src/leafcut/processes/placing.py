@@ -118,7 +118,6 @@ def _matrix(options: ReadOptions) -> NDArray[np.float64]:
 
 
 def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tuple[float, float]:
-    """Return the point of the mirrored and rotated drawing that becomes zero."""
     if options.origin is None:
         return 0.0, 0.0
     if not isinstance(options.origin, str):
@@ -142,7 +141,7 @@ def _place_name(part: Part, options: ReadOptions) -> str:
 
 
 def _transform_part(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
-    """Return a part with every point p moved to matrix · p + by."""
+    """Move every point p to matrix · p + offset."""
     (a, b), (c, d) = matrix.tolist()
 
     def transform(x: float, y: float) -> tuple[float, float]:

@@ -30,16 +30,12 @@ class Plan:
     ----------
     job, part, dialect
         The job with its final machine, the part as placed, and the dialect of the program.
-    work
-        Data of the process.
     spec
         The request that the judge reads; it does not depend on the plan.
     stages
         The tasks, and their choices.
     kind
         The process as an outcome names it; of a foreign program ``drill``, ``mill``, ``laser`` or ``plasma``.
-    tools
-        The tools, for the header.
     box
         Smallest x and y, largest x and y of the work, mm; None to check nothing.
     made_for
@@ -89,13 +85,7 @@ class Plan:
 
 
 class OrderRefused(VerifyError):
-    """An order cannot be written or proved.
-
-    Attributes
-    ----------
-    faulty, stages
-        Tasks at fault, as (stage, task), and stages at fault, as far as they are known.
-    """
+    """An order that cannot be written or proved: (stage, task) pairs and stages at fault, as far as they are known."""
 
     def __init__(self, reason: str, faulty: Iterable[tuple[int, int]] = (), stages: Iterable[int] = ()) -> None:
         super().__init__(reason)

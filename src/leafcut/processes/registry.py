@@ -56,7 +56,7 @@ COMMANDS = {
 
 
 def _process_of(name: str, entry: Any) -> Process:
-    """Return the process of an entry point, after checking that it has everything that commands need."""
+    """Load an entry point, and check that it has everything that commands need."""
     if not isinstance(entry, type) or Process not in entry.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     instance: Process = entry()
@@ -87,7 +87,6 @@ def _process_of(name: str, entry: Any) -> Process:
 
 @cache
 def _reserved_words() -> frozenset[str]:
-    """Return the names and values of ``--process`` that leafcut uses."""
     built_in = [process(name) for name in BUILT_IN]
     return frozenset(
         {
@@ -112,13 +111,7 @@ PACKAGED = PluginKind(
 
 
 def process(name: str) -> Process:
-    """Return a process by its name.
-
-    Raises
-    ------
-    OptionError
-        The name is unknown, or the plug-in cannot be used.
-    """
+    """Return a process by its name. Raises OptionError if the name is unknown, or the plug-in cannot be used."""
     return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
 
 
@@ -129,13 +122,7 @@ def _built_in(name: str) -> Process:
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
-    """Return the facts and pictures of an outcome, by the process that made it.
-
-    Raises
-    ------
-    OptionError
-        The outcome is of a plug-in that is not installed.
-    """
+    """Return the report of an outcome. Raises OptionError if it is of a plug-in that is not installed."""
     # An outcome stored by an earlier version names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
@@ -152,13 +139,7 @@ def commands() -> tuple[str, ...]:
 
 
 def of_command(word: str) -> Process | None:
-    """Return the process of a command, without loading other processes; None for any other word.
-
-    Raises
-    ------
-    OptionError
-        The plug-in cannot be used.
-    """
+    """Return the process of a command, or None; load no other process. Raises OptionError for an unusable plug-in."""
     built_in = next((name for name in BUILT_IN if _COMMAND_OF.get(name, name) == word), None)
     name = built_in or next((name for name in PACKAGED.names() if name == word), None)
     return process(name) if name else None
@@ -262,26 +243,14 @@ def usual(work: str, settings: Settings) -> Settings:
 
 
 def check_asked(word: str) -> None:
-    """Refuse an unknown value of ``--process``.
-
-    Raises
-    ------
-    OptionError
-        The message lists the known values.
-    """
+    """Raise OptionError for an unknown value of ``--process``."""
     named = None if word == "auto" else of_command(word)
     if word != "auto" and not (named and word in named.asked_as) and word not in asked_words():
         raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(asked_words())}")
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process that makes a program of some inputs.
-
-    Raises
-    ------
-    OptionError
-        The requested process does not read such an input.
-    """
+    """Return the process for some inputs. Raises OptionError if the requested process does not read one of them."""
     check_asked(asked)
     if len(inputs) > 1:
         return _joining_process(inputs, asked)
@@ -330,7 +299,6 @@ def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
 
 
 def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process that makes one program of several files."""
     for process_ in processes():
         other_files = [source for format_, source in inputs if format_.name != process_.joins]
         if process_.joins and not other_files and asked in ("auto", *process_.asked_as):

@@ -1,7 +1,4 @@
-"""Collect the settings of a run, and determine the options that a kind of work uses.
-
-An option that is given but not used is an error.
-"""
+"""Collect the settings of a run, and determine the options that a kind of work uses; other given options are errors."""
 
 from __future__ import annotations
 
@@ -33,12 +30,8 @@ def collect(
 
     `values` maps option names to values; None means "not given". Numbers without a unit mean the same in all of them
     (`units.BARE_UNIT`). Paths in the defaults are relative to their file. `own` are the option groups of the requested
-    process: if only these and shared options are given, no other process is loaded.
-
-    Raises
-    ------
-    OptionError
-        A name is unknown (the nearest one is suggested), or a value is out of bounds; for a file, with its line.
+    process: if only these and shared options are given, no other process is loaded. Raises OptionError if a name is
+    unknown (the nearest one is suggested), or a value is out of bounds; for a file, with its line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
@@ -82,18 +75,12 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Return the group of every option; cached because a page of the studio looks up hundreds."""
+    """Cached because a page of the studio looks up hundreds."""
     return {name: group for group in groups for name in group.specs()}
 
 
 def options_of_file(file: Path) -> dict[str, Any]:
-    """Return the options of a TOML file: name → value as written.
-
-    Raises
-    ------
-    OptionError
-        The file cannot be read, or contains an unknown name.
-    """
+    """Return the options of a TOML file, as written. Raises OptionError if it is unreadable or has an unknown name."""
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
@@ -110,12 +97,8 @@ def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
     """Return the settings for a kind of work: unused options are dropped if only a file gave them.
 
-    `input_kind` is the name of the input's format.
-
-    Raises
-    ------
-    OptionError
-        An option given directly, not in a file, is not used; or it names a missing file.
+    `input_kind` is the name of the input's format. Raises OptionError if an option given directly, not in a file, is
+    not used or names a missing file.
     """
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
@@ -199,7 +182,6 @@ def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
 
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
-    """Yield the option groups of a TOML file with their values, checked."""
     tables: dict[type[OptionGroup], dict[str, Any]] = {}
     for option in placed_options(file):
         tables.setdefault(option.group, {})[option.name] = option.value
@@ -217,13 +199,8 @@ class PlacedOption:
 
 
 def placed_options(file: Path) -> list[PlacedOption]:
-    """Return the options of a TOML file, each checked by itself.
-
-    Raises
-    ------
-    OptionError
-        The file cannot be read, or an option is unknown (suggests the nearest one), given twice, or invalid (names the
-        line).
+    """Return the options of a TOML file, each checked by itself. Raises OptionError if the file cannot be read, or an
+    option is unknown (suggests the nearest one), given twice, or invalid (names the line).
     """
     try:
         content = toml_bytes(file)

@@ -11,18 +11,7 @@ from leafcut.options import JobOptions
 
 
 def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
-    """Refuse a machine without a spindle, and heights in a wrong order.
-
-    Parameters
-    ----------
-    work
-        The work for the message: "drill".
-
-    Raises
-    ------
-    PlanError
-        The machine or the height that is wrong.
-    """
+    """Raise PlanError for a machine without a spindle, or heights in a wrong order; `work` is for the message."""
     if machine.head is not Head.SPINDLE:
         raise PlanError(f"{machine.name} has a {machine.head}, which cannot {work}; choose another --machine")
     if job.retract_height > job.clearance_height:
@@ -43,14 +32,8 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 def take_tool(
     builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
 ) -> None:
-    """Change to a tool, and start spindle and coolant.
-
-    Parameters
-    ----------
-    clearance
-        Height of the tool after the change on a machine without a safe height, mm.
-    pause
-        Whether the program waits (M0), for a controller whose M6 does not.
+    """Change to a tool, and start spindle and coolant. `clearance`: height after the change on a machine without a
+    safe height, mm; `pause` writes M0, for a controller whose M6 does not wait.
     """
     builder.tool(tool.number)
     if pause:

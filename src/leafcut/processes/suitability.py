@@ -25,18 +25,8 @@ _JOIN_TOLERANCE = 0.05
 
 @dataclass(frozen=True)
 class Suitability:
-    """The rating of a drawing by a process.
-
-    Attributes
-    ----------
-    score
-        0 (possible) to 1 (clearly intended).
-    reason
-        Key of the message; a page has it under ``guess.<reason>``.
-    figures
-        Values for the message.
-    contours, holes
-        bool[n]: the contours and holes of the complete drawing that would be machined; None for none.
+    """The rating of a drawing by a process: `score` from 0 (possible) to 1 (clearly intended). `reason` is the key of
+    the message, with `figures` as its values. `contours` and `holes`, bool[n], would be machined; None for none.
     """
 
     score: float

@@ -25,12 +25,8 @@ def _coordinate(text: str) -> float:
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     """Parse texts "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to float64[k, 4], mm; each number may have a unit.
 
-    The corners may be in any order; `crossing_heights` reads the heights.
-
-    Raises
-    ------
-    OptionError
-        A text is not four or five finite numbers.
+    The corners may be in any order; `crossing_heights` reads the heights. Raises OptionError if a text is not four or
+    five finite numbers.
     """
     rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)

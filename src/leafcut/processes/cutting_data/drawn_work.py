@@ -28,12 +28,8 @@ def drawn_works(
     """Return the tools that drill a drawing, in order: holes, mm at feed, mm in the cut, and s of other moves.
 
     The drawing is planned and ordered as by `leafcut drill`. Only the distance below the surface wears a tool; the feed
-    from the R plane to the surface does not.
-
-    Raises
-    ------
-    ReadError, OptionError, PlanError, PostError, VerifyError
-        As in drilling.
+    from the R plane to the surface does not. Raises ReadError, OptionError, PlanError, PostError or VerifyError, as in
+    drilling.
     """
     from leafcut.processes import registry
     from leafcut.read.registry import read_source

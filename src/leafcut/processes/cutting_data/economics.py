@@ -50,8 +50,6 @@ class ToolWork:
         For a drill.
     width, depth, teeth
         Of the cut of a mill; a drill has one tooth.
-    holes
-        Number of holes.
     """
 
     tool: Tool

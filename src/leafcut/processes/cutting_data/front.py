@@ -16,12 +16,7 @@ def non_dominated(values: Floats) -> Mask:
     first number, and the front of the other two is kept as a staircase.
 
     Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
-    three dimensions.
-
-    Parameters
-    ----------
-    values
-        float64[n, 3], finite.
+    three dimensions. `values`: float64[n, 3], finite.
     """
     order: Indices = np.lexsort(values.T[::-1])
     rows = values[order]

@@ -21,16 +21,8 @@ _ROUNDING_TOLERANCE = 1e-9
 
 
 class SpeedGrid(NamedTuple):
-    """The speeds and feeds of a machine that keep the chip thickness within bounds.
-
-    Attributes
-    ----------
-    lowest_rpm, highest_rpm, rpm_step
-        rpm.
-    highest_feed, feed_step
-        mm/s.
-    least_chip, largest_chip, teeth
-        Feed per tooth, mm, and the number of teeth.
+    """The speeds (rpm) and feeds (mm/s) that keep the feed per tooth (`least_chip` … `largest_chip`, mm) within
+    bounds.
     """
 
     lowest_rpm: float
@@ -43,13 +35,7 @@ class SpeedGrid(NamedTuple):
     teeth: int = 1
 
     def blocks(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield all speeds, 1/min, with their feeds, mm/s, in batches.
-
-        Raises
-        ------
-        PlanError
-            There are too many.
-        """
+        """Yield all speeds, 1/min, with their feeds, mm/s, in batches. Raises PlanError if there are too many."""
         speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
         by_rpm = self.teeth / SECONDS_PER_MINUTE
         first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
@@ -76,7 +62,7 @@ class SpeedGrid(NamedTuple):
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
-        """Return the multiples of a step from `low` to `high`; `high` itself if there are none."""
+        """Return the multiples of a step from `low` to `high`, or `high` alone."""
         first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
         if last - first >= _MAX_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
@@ -85,22 +71,8 @@ class SpeedGrid(NamedTuple):
 
 @dataclass
 class CuttingLimit:
-    """A limit of speeds and feeds, and its effect on the candidates.
-
-    Attributes
-    ----------
-    quantity, flag
-        The limited quantity, and the setting of the limit.
-    value, shown
-        The limit, and the format of its values.
-    values_of
-        Function that returns the limited quantity of each candidate.
-    at_least
-        Whether the limit is a minimum.
-    alone
-        Whether any candidate satisfies this limit, whatever the others.
-    nearest
-        The best value among the candidates.
+    """A limit of speeds and feeds, and its effect on the candidates: `alone` if any candidate satisfies it, whatever
+    the others; `nearest` is the best value among the candidates.
     """
 
     quantity: str

@@ -54,13 +54,9 @@ _DEPTH = 0.5
 def cutting_data(
     drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
-    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective.
-
-    Raises
-    ------
-    ReadError, OptionError, PlanError
-        The material is missing or unknown; no tool has a known tool life in it; or no speed and feed is within the
-        limits, with the limit that excludes them.
+    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective. Raises
+    ReadError, OptionError or PlanError: the material is missing or unknown, no tool has a known tool life in it, or no
+    speed and feed is within the limits, with the limit that excludes them.
     """
     from leafcut.read.work_materials import load_material
 
@@ -95,13 +91,7 @@ def _fronts(
     works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
     objective: str, issues: list[Issue],
 ) -> list[ToolFront]:  # fmt: skip
-    """Return the fronts of all tools that have one; the others become issues.
-
-    Raises
-    ------
-    PlanError
-        No tool has a front.
-    """
+    """Return the fronts of all tools that have one; the others become issues. Raises PlanError if there is none."""
     fronts: list[ToolFront] = []
     refused: list[PlanError] = []
     for work, kind in works:
@@ -156,13 +146,7 @@ def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Refuse a tool without a tool life law.
-
-    Raises
-    ------
-    PlanError
-        Names the known laws.
-    """
+    """Raise PlanError, with the known laws, for a tool without a tool life law."""
     if material.lives_of(work, kind):
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
@@ -175,13 +159,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Refuse a drill for holes deeper than its flutes, and a mill with an unknown number of teeth.
-
-    Raises
-    ------
-    PlanError
-        Names the tool and the reason.
-    """
+    """Raise PlanError for a drill shorter than its holes, and for a mill with an unknown number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length
@@ -231,7 +209,6 @@ def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial,
 def _front(
     work: ToolWork, settings: Settings, machine: Machine, material: WorkMaterial, objective: str, kind: ToolMaterial
 ) -> ToolFront:
-    """Return the front of one tool, from all speeds and feeds of the machine."""
     options, tool = settings.of(SpeedOptions), work.tool
     tool_cost = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, tool_cost, _WORN_CHANGE, _MAX_LIFE)
@@ -280,7 +257,6 @@ def _drop_dominated(results: Yields) -> Yields:
 
 
 def _evaluate_given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
-    """Return the result of the tool's own speed and feed, or None."""
     tool = work.tool
     if not (tool.feed > 0 and tool.spindle_rpm > 0):
         return None

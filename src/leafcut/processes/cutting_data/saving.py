@@ -17,11 +17,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
     """Return the library as TOML. The user's own TOML keeps its comments and order; only speeds and schema change.
-
-    Raises
-    ------
-    OptionError
-        The file name does not end in .toml.
+    Raises OptionError if the file name does not end in .toml.
     """
     from leafcut.processes.job import library_of
 
