@@ -48,10 +48,7 @@ def may_stop(comments: Iterable[str]) -> bool:
 
 
 def active_comments(comments: Sequence[str]) -> list[str]:
-    """Return the comments of a block from the first active one on.
-
-    Later comments are included, because LinuxCNC acts only on the last comment of a block.
-    """
+    """Return the comments of a block from the first active one on; LinuxCNC acts only on the last one."""
     first = next((at for at, comment in enumerate(comments) if is_active_comment(comment)), len(comments))
     return list(comments[first:])
 
@@ -65,17 +62,7 @@ def shown_comments(line: str, dialect: Dialect) -> list[str]:
 
 
 class ControllerSetting(NamedTuple):
-    """A line with a setting of the controller.
-
-    Attributes
-    ----------
-    line
-        Line number in the text, from 1.
-    value
-        Normalized value, equal for equivalent lines.
-    text
-        Text of the line, for messages.
-    """
+    """A line (number from 1) with a setting of the controller; `value` is equal for equivalent lines."""
 
     line: int
     value: tuple[object, ...]

@@ -81,7 +81,6 @@ def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
 
 
 def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
-    """Return the cycle defined by the words of this block and of earlier blocks."""
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
@@ -119,7 +118,7 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
 
 
 def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
-    """Take the words of the R plane and the bottom; raise an error for old words whose meaning has changed."""
+    """Take the words of the R plane and the bottom; refuse old words whose meaning has changed."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit

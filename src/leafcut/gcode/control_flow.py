@@ -52,13 +52,7 @@ class Control:
 
 
 def control_of(line: str) -> Control | None:
-    """Return the O-word of a line, or None for a line of words.
-
-    Raises
-    ------
-    BlockError
-        The O-word has no keyword of LinuxCNC, or its number is computed.
-    """
+    """Return the O-word of a line, or None. Raises BlockError if its keyword is unknown, or its number is computed."""
     found = _CONTROL.match(line)
     if found is None:
         if _COMPUTED.match(line):
@@ -135,13 +129,7 @@ class Flow:
         return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
 
     def count(self, line: int) -> None:
-        """Count a block executed in a loop or subprogram.
-
-        Raises
-        ------
-        BlockError
-            The limit is exceeded.
-        """
+        """Count a block executed in a loop or subprogram. Raises BlockError if the limit is exceeded."""
         if not self.looped(line):
             return
         self.repeated += 1
@@ -342,13 +330,7 @@ class Flow:
         return (construct.first if construct.kind == "do" else line) + 1
 
     def start_iteration(self, line: int) -> None:
-        """Start an iteration of the loop at a line.
-
-        Raises
-        ------
-        BlockError
-            Parameters and calls are the same as in the last iteration: the loop is endless.
-        """
+        """Start an iteration of the loop. Raises BlockError if parameters and calls are unchanged: it is endless."""
         own = self.parameters
         calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]
         now = own.asks, dict(self._counters), dict(own.numbered), dict(own.shared), dict(own.local), calls

@@ -47,8 +47,6 @@ class Torch:
         S sets the beam power; S0 switches the beam off while the head keeps moving.
     dark_rapids
         The controller switches the beam off in every rapid, regardless of S.
-    arc_output, height_output
-        Digital outputs (M62 to M65) that keep the arc off during a move and hold the torch height; None without one.
     feed_output
         Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active; None: only F sets the feed.
     probe
@@ -131,13 +129,9 @@ class Dialect:
         Every block starts with its only G or M word. The firmware would ignore a second one.
     max_line
         Maximum line length, in characters.
-    decimals_mm, decimals_inch
-        Decimals of lengths and feeds.
     point_required
         A length without a decimal point may mean thousandths. The point is always written, and required when reading.
     opening
-        Blocks before all others, for example to select the language.
-    units_mm, units_inch
         Words that select the unit; without one for inches, all programs are in millimetres.
     preamble
         Blocks between the units and the first move. They select the plane and absolute mode and cancel active modes.
@@ -157,15 +151,11 @@ class Dialect:
         Letter for the repeats of a cycle.
     tool_change
         ``M6``; ``pause``: T, then a stop for a manual tool change; ``M0``: the same in one block, M0 T1.
-    stop_word
-        Word that stops the program until the operator continues: ``M0``, or ``M226`` if M0, M1 and M2 end the program.
     rapid_feed
         Rapids also use the last F, so G0 states the rapid feed, and every cut after it restates its own.
     arc_turns
         G2 and G3 accept the number of turns in P.
     corner_tolerance
-        G64 accepts the corner tolerance in P.
-    rounding
         With G61 the tool stops after every move; with G64 it rounds corners as its acceleration requires.
     arc_ends
         Even a full circle states its end point.
@@ -174,8 +164,6 @@ class Dialect:
     length_offset
         ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the tool. Empty: the
         program selects no length offset.
-    length_offset_off
-        Word that cancels the length offset.
     machine_move
         Move in machine coordinates: ``G53``; ``G28`` to machine zero (G91 G28, then G90); ``SUPA`` with the length
         offset cancelled (D0). Empty: not available in programs.
@@ -192,10 +180,6 @@ class Dialect:
     line_ends
         ``lf``: only a line feed ends a line, and a carriage return within a line is a space. ``any``: either character
         ends it. Empty: unknown.
-    torch
-        Control of a torch or beam; None for a spindle.
-    sources
-        Source of each value, by key.
     """
 
     name: str
@@ -297,13 +281,7 @@ def dialect_list() -> list[tuple[str, str]]:
 
 
 def dialect_template(name: str) -> str:
-    """Return a TOML template for a new dialect based on a shipped one.
-
-    Raises
-    ------
-    OptionError
-        There is no shipped dialect of that name.
-    """
+    """Return a TOML template based on a shipped dialect. Raises OptionError if there is none of that name."""
     if name not in _shipped_names():
         raise OptionError(f"no dialect '{name}' is shipped{nearest(name, sorted(_shipped_names()))}")
     text = re.sub(r"^base = .*\n", "", _content(name).decode("utf-8"), flags=re.MULTILINE)
@@ -312,14 +290,8 @@ def dialect_template(name: str) -> str:
 
 
 def dialect(name: str) -> Dialect:
-    """Return a dialect by its name, or by the path of a ``.toml`` file.
-
-    Raises
-    ------
-    OptionError
-        The name is unknown; the message suggests the nearest one.
-    DataError
-        The file is not a valid dialect.
+    """Return a dialect by its name, or by the path of a ``.toml`` file. Raises OptionError if the name is unknown (the
+    message suggests the nearest one); DataError if the file is not a valid dialect.
     """
     if name.lower().endswith(".toml"):
         return _of_file(Path(name), Path(name).name)
@@ -355,12 +327,8 @@ def _shipped(name: str) -> Dialect:
 
 
 def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
-    """Parse a dialect from TOML; `place` is its file, for messages.
-
-    Raises
-    ------
-    DataError
-        The text is not TOML, a key is unknown or missing, or a value is invalid.
+    """Parse a dialect from TOML; `place` is its file, for messages. Raises DataError if the text is not TOML, a key is
+    unknown or missing, or a value is invalid.
     """
     place = place or f"dialect {name}"
     said = parse_toml(content, place, DIALECT)
@@ -397,7 +365,7 @@ _TABLES = ("torch", "sources")
 
 
 def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
-    """Return the table with missing keys filled from the shipped dialect `base`."""
+    """Fill missing keys from the shipped dialect `base`."""
     if base is None:
         return said
     below = parse_toml(_content(base), base, DIALECT)
@@ -414,7 +382,6 @@ def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
 def _check_kinds(
     table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], DataError]
 ) -> None:
-    """Raise `refused` for an unknown or missing key, or an invalid value."""
     kinds = _kinds(of)
     known = [*kinds, *(_TABLES if of is Dialect else ())]
     for key, value in table.items():
@@ -429,7 +396,6 @@ def _check_kinds(
 
 
 def _defaults(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
-    """Return the default values of the optional keys."""
     return {one.name: one.default for one in fields(of) if one.default is not MISSING}
 
 

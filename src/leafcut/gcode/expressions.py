@@ -172,12 +172,8 @@ class Reading(NamedTuple):
 
 
 def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading:
-    """Return the block and the settings of a line; the value of a word may be `UNKNOWN`.
-
-    Raises
-    ------
-    BlockError
-        As in `words.tokenise`, or an expression has no value.
+    """Return the block and the settings of a line; the value of a word may be `UNKNOWN`. Raises BlockError as
+    `words.tokenise` does, or if an expression has no value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
         return Reading(tokenise(line, number), [])

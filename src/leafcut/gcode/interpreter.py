@@ -90,12 +90,6 @@ def interpret(
 
     Parameters
     ----------
-    text
-        The program.
-    dialect
-        The dialect of its controller (`gcode.dialects.dialect`).
-    file
-        Its name, for messages.
     units
         "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     left_over
@@ -105,10 +99,8 @@ def interpret(
         Feeds in the controller's material table, mm/s, by number. M190 selects the number, and the material F word of
         the dialect uses its feed. Other numbers are errors. None: any number may be selected; all feeds are unknown.
 
-    Raises
-    ------
-    ReadError
-        A word or block is unsupported (the message has its line), or the end required by the controller is missing.
+    Raises ReadError if a word or block is unsupported (the message has its line), or the end required by the controller
+    is missing.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
@@ -153,17 +145,12 @@ def _probes(words: SortedBlock) -> bool:
 
 
 class Interpreter:
-    """Executes blocks one at a time.
+    """Executes blocks one at a time. `begins` is set before `run`: the block starts a subprogram, so it may have a
+    program number. The other attributes describe the last block; all but `call` and `returns` concern programs of
+    other CAMs.
 
     Attributes
     ----------
-    ended
-        The program has ended.
-    begins
-        Set before `run`: the block starts a subprogram, so it may have a program number.
-
-    The following describe the last block; all but `call` and `returns` concern programs of other CAMs.
-
     reason
         Reason to keep the block in its position, or ``""``.
     unclear
@@ -172,8 +159,6 @@ class Interpreter:
         Unsupported words; comments on which the controller acts.
     named
         The word that distinguishes a stop or a reference point from others.
-    refused
-        LinuxCNC refuses the block.
     opaque
         The word after which anything may have changed, or ``""``.
     call, label, returns
@@ -314,7 +299,6 @@ class Interpreter:
     # -- comments, subprograms and blocks that are kept ----------------------------------------------------------------
 
     def _comments(self, block: Block) -> None:
-        """Record block delete and comments on which the controller acts."""
         self.obeyed = active_comments(block.comments)
         if block.deleted:
             self.reason = "a switch of the machine may skip it"
@@ -540,7 +524,7 @@ class Interpreter:
         state.next_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
-        """Spindle and coolant: all words, or only those that switch off (True) or on (False)."""
+        """All words, or only those that switch off (True) or on (False)."""
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
@@ -565,7 +549,6 @@ class Interpreter:
     # -- modes ---------------------------------------------------------------------------------------------------------
 
     def _modes(self, words: SortedBlock) -> None:
-        """Dwell, plane, distance modes, retract, compensation and path control, which apply to the block's motion."""
         state, g, letters = self.state, words.g, words.letters
         radius = path = None
         if state.call is None:  # with a called cycle, a block is only a place
@@ -589,9 +572,8 @@ class Interpreter:
             self._path_control(path, letters)
 
     def _path_control(self, code: int, letters: dict[str, Word]) -> None:
-        """G61, G61.1, or G64 with P (corner tolerance) and Q (tolerance for short moves).
-
-        Without Q, P also applies to short moves. Source: LinuxCNC, G64; confirmed with rs274.
+        """G61, G61.1, or G64 with P (corner tolerance) and Q (for short moves; without Q, P applies). Source:
+        LinuxCNC, G64; confirmed with rs274.
         """
         state = self.state
         given = [letters.pop(letter, None) if code == 640 else None for letter in "PQ"]
@@ -666,7 +648,6 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        """Tool length and work offset in leafcut's programs."""
         state, g = self.state, words.g
         length = g.get("length")
         if length == 430:
@@ -744,7 +725,6 @@ class Interpreter:
             start_cycle(state, cycle // 10)
 
     def _choose_motion_or_keep(self, g: dict[str, int]) -> None:
-        """Select the motion or cycle; record the name of an unsupported one."""
         state = self.state
         motion, cycle = g.get("motion"), g.get("cycle")
         if motion is None and cycle is None:

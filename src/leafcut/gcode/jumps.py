@@ -35,14 +35,8 @@ _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class Undecided(Exception):
-    """The next line depends on a value that only the machine knows.
-
-    Attributes
-    ----------
-    last
-        The last line, from 0, whose execution is undecided; None: the last line of the program.
-    again
-        The first line of text that may be repeated, or None.
+    """The next line depends on a value that only the machine knows. `last` is the last line, from 0, whose execution
+    is undecided, or None for the last line of the program; `again` is the first line that may be repeated, or None.
     """
 
     def __init__(self, last: int | None, again: int | None = None) -> None:
@@ -129,14 +123,8 @@ class Jumps:
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: Statement, line: int) -> tuple[int, str]:
-        """Execute the statement on `line`; return the next line, and a block to be executed first.
-
-        Raises
-        ------
-        Undecided
-            The next line is not known.
-        BlockError
-            The statement is invalid.
+        """Execute the statement on `line`; return the next line, and a block to be executed first. Raises Undecided if
+        the next line is not known; BlockError if the statement is invalid.
         """
         keyword, rest = statement
         if keyword == "GOTO":
@@ -157,9 +145,8 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
-        """Return the exception for text up to the line `last` whose execution is undecided.
-
-        If that text may jump out, all following text is undecided.
+        """Return the exception for text up to the line `last`; if that text may jump out, all following text is
+        included.
         """
         inside = [compact(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
@@ -243,7 +230,6 @@ class Jumps:
 
     @staticmethod
     def _opened(statement: Statement) -> int | None:
-        """Return the number of the loop that a statement starts."""
         if statement.keyword == "DO":
             return _number_of(statement.rest)
         if statement.keyword != "WHILE":

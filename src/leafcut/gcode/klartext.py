@@ -53,13 +53,7 @@ _M_WORDS = ("M0", "M1", "M3", "M4", "M5", "M8", "M9", "M30")
 
 
 def interpret_klartext(text: str, file: str = "program") -> Toolpath:
-    """Return the motions of a program.
-
-    Raises
-    ------
-    ReadError
-        A block is outside the subset (the message has its line), or the program has no end.
-    """
+    """Return the motions of a program. Raises ReadError for a block outside the subset (with its line) or no end."""
     reader = _Reader()
     last = 0
     try:
@@ -113,7 +107,6 @@ class _Reader:
         self.coolant = 0
 
     def run(self, block: str, line: int) -> None:
-        """Carry out one block."""
         self.line = line
         if not self.name:
             self._begin(block)

@@ -108,9 +108,8 @@ def _print(lines: list[str], code: list[str]) -> str:
 
 
 def _lathe(code: list[str], text: str) -> str:
-    """Return the first lathe word and its line in a program that moves X and Z but not Y, without drilling cycles.
-
-    G18 counts only with arcs, as in a turned contour: a slot along X may also be milled in G18.
+    """Return the first lathe word and its line in a program that moves X and Z but not Y, without drilling cycles. G18
+    counts only with arcs, as in a turned contour: a slot along X may also be milled in G18.
     """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""

@@ -47,7 +47,6 @@ def is_refused(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a block has a P or Q that its cycle does not use."""
     cycle, letters = words.g.get("cycle", 10 * (state.cycle or 0)) // 10, words.letters
     others = words.unknown or words.m or not words.g.keys().isdisjoint(("non-modal", "path"))
     if cycle in (0, 80) or others:
@@ -56,7 +55,6 @@ def _has_spare_words(state: InterpreterState, words: SortedBlock) -> bool:
 
 
 def _feeds(state: InterpreterState, words: SortedBlock) -> bool:
-    """Return whether a block selects G1 or moves at feed rate."""
     g = words.g
     active = state.cycle if state.cycle is not None else state.motion
     chosen = g.get("cycle", g.get("motion", active))

@@ -69,19 +69,13 @@ def materials_of(lines: Sequence[str]) -> list[Choice]:
 
 
 class MaterialFeeds:
-    """Feeds that a program takes from the selected material of the controller.
-
-    Attributes
-    ----------
-    word
-        The word in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
-    words
-        Maps marked feeds to `word`. A marked feed is a millionth higher than the feed of the material, so that it
-        differs from every feed that a program states.
+    """Feeds that a program takes from the selected material of the controller by a `word` such as
+    ``F#<_hal[plasmac.cut-feed-rate]>``. `words` maps marked feeds to it; they are a millionth higher than the feed
+    of the material, so that they differ from every feed that a program states.
     """
 
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
-        """Read the materials of a program; `otherwise` is the feed of materials that it does not define, mm/s."""
+        """`otherwise` is the feed of materials that the program does not define, mm/s."""
         self.word, self.words = word, dict[float, str]()
         self._choices, self._otherwise = materials_of(lines), otherwise
         self._starts = [line for line, _ in self._choices]
@@ -112,15 +106,6 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
     no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a
     controller setting. Probing is not included, because its path and feed are settings. Outputs synchronized with
     motion (M62, M63, M67) are left out, since the machine does not stop for them.
-
-    Parameters
-    ----------
-    path
-        Path of a program without Z moves and canned cycles.
-    lines
-        The lines of that program.
-    clearance
-        Height of travel moves above the sheet, mm.
     """
     choices = materials_of(lines)
     starts = [line for line, _ in choices]

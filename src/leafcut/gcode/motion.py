@@ -54,10 +54,7 @@ def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G28 or G30: a rapid through the programmed point, then to machine zero in the same axes.
-
-    By convention the reference point is machine zero; the program does not state it.
-    """
+    """Run G28 or G30: a rapid through the programmed point, then to machine zero (by convention) in the same axes."""
     given = [axis in letters for axis in AXES]
     before = list(state.path.position)
     x, y, z = (state.target(letters, axis) for axis in range(3))

@@ -17,10 +17,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
     >>> format_number(-0.0004, 3), format_number(12.5, 3), format_number(3.0, 3, point=True)
     ('0', '12.5', '3.')
 
-    Raises
-    ------
-    PostError
-        The number is not finite, or out of range.
+    Raises PostError if the number is not finite, or out of range.
     """
     if not abs(value) <= MAX_LENGTH:
         raise PostError(f"the toolpath has the number {value:g}, out of range of any machine")
@@ -59,13 +56,7 @@ class NumberFormat:
         return float(self.length(mm)) * self.unit
 
     def feed(self, mm_per_s: float) -> str:
-        """Format a feed given in mm/s, in units per minute.
-
-        Raises
-        ------
-        PostError
-            The feed is zero after rounding, or out of range.
-        """
+        """Format a feed in mm/s as units per minute. Raises PostError if it is zero after rounding, or out of range."""
         text = format_number(mm_per_s * SECONDS_PER_MINUTE / self.unit, self.decimals, self.point)
         if not float(text) > 0:
             raise PostError(f"a cut has the feed {mm_per_s:g} mm/s; give the tool a feed")

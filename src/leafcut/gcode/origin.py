@@ -19,14 +19,8 @@ def chooses_origin(code: int) -> bool:
 
 
 def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
-    """Run a code that moves the origin: add a row SHIFT.
-
-    Raises
-    ------
-    BlockError
-        A word is missing.
-    UnclearBlock
-        The stored value is not in the program.
+    """Run a code that moves the origin: add a row SHIFT. Raises BlockError if a word is missing; UnclearBlock if the
+    stored value is not in the program.
     """
     if code in _G92_OFF:
         # Before the first G92 of leafcut's own programs, there is nothing to cancel.
@@ -70,6 +64,6 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def _take_axes(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
-    """Remove X, Y and Z from `letters`; return flags for the stated axes, and their words."""
+    """Remove X, Y and Z from `letters`; return which are stated, and their words."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

@@ -19,9 +19,8 @@ from leafcut.model.toolpath import Toolpath
 
 
 class Lines(Sequence[str]):
-    """The lines of a program with their line ends, stored as a single string.
-
-    A million separate strings would need five times the memory. A slice is a tuple.
+    """The lines of a program with their line ends, stored as a single string: separate strings would need five times
+    the memory. A slice is a tuple.
     """
 
     __slots__ = ("_starts", "_text")
@@ -73,9 +72,6 @@ class Modal:
     cycle_words
         Letter and value of the modal words of the active cycle (R, Z, P, Q …), as written.
     unit
-        Millimetres in one unit; None before it is stated.
-    plane
-        17, 18 or 19.
     incremental, absolute_centres, to_initial
         G91, G90.1 and G98.
     feed_mode, feed
@@ -126,16 +122,12 @@ class Program:
     ----------
     lines
         The text in lines, with their line ends.
-    path
-        Motions and commands.
     line
         int32[m]: the line of each block, from 1.
     first
         int32[m + 1]: the rows of block b in `path` are ``first[b] … first[b + 1] - 1``.
     before
         int32[m + 1]: the row of `modals` before block b; the last is the state at the end.
-    modals
-        Every different state.
     fixed
         By block: the reason to keep it unchanged in its place. It may be unsupported, belong to a loop or subprogram,
         have a computed number, or be skipped by a switch of the machine.

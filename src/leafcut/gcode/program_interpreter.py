@@ -89,13 +89,6 @@ def interpret_program(
     opened.
 
     Parameters
-    ----------
-    text
-        Text of the program, with the line ends of the file.
-    dialect
-        The dialect of its controller (`gcode.dialects.dialect`).
-    file
-        Its name, for messages.
     units
         "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     on_progress
@@ -103,11 +96,8 @@ def interpret_program(
     material_feed
         Feed for materials in the controller's table that the program does not define, mm/s; None: unknown feed.
 
-    Raises
-    ------
-    ReadError
-        A block is invalid (a letter without a number, an arc that does not end on its circle, a cut without a feed, a
-        missing subprogram …), or loops run too many blocks. The message has the line.
+    Raises ReadError if a block is invalid (a letter without a number, an arc that does not end on its circle, a cut
+    without a feed, a missing subprogram …), or loops run too many blocks. The message has the line.
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
@@ -164,7 +154,7 @@ _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 @dataclass
 class _BlockRecord:
-    """The blocks so far, in columns. `current` is the number of the active modal state."""
+    """The blocks so far, in columns; `current` is the number of the active modal state."""
 
     state: InterpreterState
     line: array[int] = field(default_factory=lambda: array("i"))
@@ -183,13 +173,12 @@ class _BlockRecord:
         self.note_state()
 
     def note_state(self) -> None:
-        """Record the modal state after the last block."""
         values = self.state.modal_values()
         self.current = self._numbers.setdefault(values, len(self._numbers))
         self._plain = {}
 
     def add(self, line: int, rows: int, reason: str) -> None:
-        """Add a block on `line` whose rows start at `rows`; `reason`: why it is fixed. Then record the state."""
+        """Add a block whose rows start at `rows`, with the reason why it is fixed, and record the state."""
         if reason:
             self.fixed[len(self.line)] = reason
         self.line.append(line)
@@ -198,11 +187,9 @@ class _BlockRecord:
         self.note_state()
 
     def describe(self, text: str) -> None:
-        """Set the description of the next block (`Program.said`)."""
         self.said[len(self.line)] = text
 
     def note_depth(self, before: int, after: int) -> None:
-        """Record the depth of calls before and after the last block."""
         if before == 0 and after:
             self._called = len(self.line) - 1
         elif before and after == 0:
@@ -218,7 +205,6 @@ class _BlockRecord:
         return number
 
     def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
-        """Return the program."""
         path = self.state.path.build()
         return Program(
             Lines(lines),
@@ -247,8 +233,6 @@ class _BlockRecord:
 
 
 class _ProgramReader:
-    """Reads one program line by line."""
-
     def __init__(
         self, text: str, state: InterpreterState, file: str, on_progress: Heartbeat, material_feed: float | None
     ) -> None:
@@ -355,13 +339,7 @@ class _ProgramReader:
         return len(lines)
 
     def _check_after_percent(self, last: int) -> None:
-        """Refuse words after a percent sign that ends the program: GRBL and Marlin ignore the sign and continue.
-
-        Raises
-        ------
-        ReadError
-            There are such words; the message has the line of the first.
-        """
+        """Raise ReadError for words after the final percent sign: GRBL and Marlin ignore the sign and continue."""
         if not self.ended or not self.lines[last - 1].strip(_FILLING + "\r\n").startswith("%"):
             return
         for k in range(last, len(self.lines)):
@@ -459,9 +437,8 @@ class _ProgramReader:
         return after
 
     def _command(self, command: str, at: int) -> int:
-        """Keep a firmware command such as ``$H`` in place.
-
-        After homing and jogging the position is unknown; a changed setting may change anything.
+        """Keep a firmware command such as ``$H`` in place: after homing and jogging the position is unknown, and a
+        changed setting may change anything.
         """
         state = self.state
         state.line, rows, path = at + 1, len(state.path), state.path
@@ -599,7 +576,6 @@ class _ProgramReader:
         return " ".join([self._significant_text(at), *shown, parameters, f"[calls {self._subprograms}]"])
 
     def _describe(self, block: Block, line: str) -> None:
-        """Describe a block with unknown effects or with an active comment."""
         dialect, unknown = self.state.dialect, self.runner.unknown
         obeyed = shown_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)

@@ -31,14 +31,8 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ReversibleCut:
-    """Blocks begin … body - 1 are the lead, body … tail - 1 the cut, tail … end - 1 the retract.
-
-    Attributes
-    ----------
-    rows
-        The row of every block of the cut.
-    places
-        X and Y, as text, of all points along the cut, including the start; None for a coordinate without a word.
+    """Blocks begin … body - 1 are the lead, body … tail - 1 the cut, tail … end - 1 the retract. `places` are X and Y,
+    as text, of all points along the cut, including the start; None for a coordinate without a word.
     """
 
     begin: int
@@ -212,5 +206,4 @@ class _CutReader:
         return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
 
     def _stands(self, row: int) -> bool:
-        """Return whether a row does not move X and Y."""
         return row > 0 and self._near(self._before(row), self._after(row))

@@ -29,13 +29,7 @@ _MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
 
 
 def sinumerik_block(line: str, number: int) -> Block:
-    """Parse a line.
-
-    Raises
-    ------
-    BlockError
-        The line has words outside the subset: expressions, parameters, names, other cycles …
-    """
+    """Parse a line. Raises BlockError for words outside the subset: expressions, parameters, names, other cycles …"""
     body, _, comment = line.partition(";")
     body = body.strip()
     comments = (comment.strip(),) if comment.strip() else ()
@@ -56,12 +50,8 @@ def _shown(text: str) -> str:
 
 
 def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
-    """Execute MCALL with a cycle, which then runs in every following block with a position.
-
-    Raises
-    ------
-    BlockError
-        An argument is missing, or has a value that leafcut does not write.
+    """Execute MCALL with a cycle, which then runs in every following block with a position. Raises BlockError if an
+    argument is missing, or has a value that leafcut does not write.
     """
     if state.call is not None:
         raise BlockError("MCALL within MCALL; a MCALL alone is missing before it")
@@ -118,12 +108,8 @@ def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) 
 
 
 def drill_call(state: InterpreterState, words: SortedBlock) -> None:
-    """Drill at the position of a block: under MCALL every block that moves drills, even with F or G0 alone.
-
-    Raises
-    ------
-    BlockError
-        The block has more than a position and G0, so it would drill an unintended hole.
+    """Drill at the position of a block: under MCALL every block that moves drills, even with F or G0 alone. Raises
+    BlockError if the block has more than a position and G0, so it would drill an unintended hole.
     """
     letters, cycle = words.letters, state.call
     if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:

@@ -24,10 +24,8 @@ _modal_values = attrgetter(*(f.name for f in fields(Modal)))
 
 @dataclass
 class CycleValues:
-    """Modal words of a canned cycle, in mm and s.
-
-    `incremental` and `unit` are the distance mode and the unit (mm) in which the words were stated.
-    `spare` contains the stated letters that the active cycle does not use.
+    """Modal words of a canned cycle, in mm and s; `incremental` and `unit` (mm) are the modes in which they were
+    stated. `spare` contains the stated letters that the cycle does not use.
     """
 
     r: float | None = None
@@ -52,8 +50,6 @@ class InterpreterState(Modal):
         As in `Modal`, but kept while a cycle is active.
     feed_rate
         mm/s, or mm per revolution with G95. With G93 every cutting block has its own feed.
-    cycle_values
-        The words of the active cycle in mm and s.
     call
         The cycle that a Siemens control runs at every position (MCALL).
     last_dwell
@@ -78,8 +74,6 @@ class InterpreterState(Modal):
         The active motion or cycle if it is unsupported, otherwise ``""``.
     transform
         G code, in tenths, of an active rotation, scaling or mirroring; 0 without one.
-    surface
-        G96 (constant surface speed) is active.
     rotary
         Line and letter of the first move of a rotary axis.
     feed_forgotten

@@ -111,7 +111,6 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
 
 
 def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
-    """Return the diameter, mm, from the last comment about a block's tool, and the comment; 0 without a comment."""
     # In a subprogram the line of its call counts: the last tool change in the text may belong to a later call.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)

@@ -45,12 +45,8 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
-    """Parse the block of a line; F may be the feed of the controller's selected material.
-
-    Raises
-    ------
-    BlockError
-        As in `words.tokenise`; or no material is selected, or its feed is unknown.
+    """Parse the block of a line; F may be the feed of the controller's selected material. Raises BlockError as
+    `words.tokenise` does, or if no material is selected, or its feed is unknown.
     """
     word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
     rest = without_word(line, word)
@@ -138,12 +134,8 @@ def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     """Convert a cutting toolpath to the form that its controller accepts; unchanged for a dialect without a torch.
 
     Probing, Z moves and waits are left out if the controller performs them. If the arc cannot be off during a move, the
-    torch is switched off earlier. Height control and G64 are kept only for controllers that support them.
-
-    Raises
-    ------
-    PostError
-        The controller has no word for marking, or for moving with the arc off.
+    torch is switched off earlier. Height control and G64 are kept only for controllers that support them. Raises
+    PostError if the controller has no word for marking, or for moving with the arc off.
     """
     torch = dialect.torch
     if torch is None:
@@ -164,8 +156,6 @@ def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
 
 
 class _TorchWriter:
-    """Forwards the rows that a controller accepts, converted where necessary."""
-
     def __init__(self, torch: Torch, dialect: Dialect, keep: Callable[[Motion], None]) -> None:
         self.torch, self.dialect, self.keep = torch, dialect, keep
         self.lit: Motion | None = None
@@ -173,7 +163,7 @@ class _TorchWriter:
         self.displaced = False
 
     def write(self, row: Motion, before: np.ndarray) -> None:
-        """Forward one row; `before` is the position of the torch before it."""
+        """`before` is the position of the torch before the row."""
         torch, kind = self.torch, row.kind
         if kind is Kind.SPINDLE:
             self._light(row)

@@ -58,9 +58,8 @@ OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 
 @dataclass(slots=True)
 class SortedBlock:
-    """The words of a block: one G code per group, M codes by group, every other letter at most once.
-
-    `unknown` contains the unsupported G and M words if such blocks are kept.
+    """The words of a block: one G code per group, M codes by group, every other letter at most once. `unknown`
+    contains the unsupported G and M words if such blocks are kept.
     """
 
     g: dict[str, int] = field(default_factory=dict)
@@ -76,12 +75,7 @@ def sort_words(
 
     `g_codes` (in tenths) and `m_codes` belong to the dialect. With `separate_cycles`, cycles and G80 are a separate
     group (Fanuc); otherwise they exclude G0 to G3 (RS274/NGC). `keep_unknown` collects unknown codes instead of raising
-    an error.
-
-    Raises
-    ------
-    BlockError
-        An unknown code, two codes of one group, or a letter twice.
+    an error. Raises BlockError for an unknown code, two codes of one group, or a letter twice.
     """
     result = SortedBlock(unknown=[] if keep_unknown else None)
     for word in block.words:

@@ -83,12 +83,8 @@ def lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 def tokenise(line: str, number: int = 0) -> Block:
-    """Parse a line.
-
-    Raises
-    ------
-    BlockError
-        An unclosed or nested comment, a letter without a number, a number out of range, or an invalid character.
+    """Parse a line. Raises BlockError for an unclosed or nested comment, a letter without a number, a number out of
+    range, or an invalid character.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -110,12 +106,8 @@ def plain_block(line: str) -> Block | None:
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     """Return a line without comments and outer spaces, and its comments.
 
-    With `nested`, a comment inside a comment belongs to the outer comment.
-
-    Raises
-    ------
-    BlockError
-        The line is too long, or a comment is unclosed, or nested although `nested` is False.
+    With `nested`, a comment inside a comment belongs to the outer comment. Raises BlockError if the line is too long,
+    or a comment is unclosed, or nested although `nested` is False.
     """
     if len(line) > MAX_LINE:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")
@@ -143,7 +135,7 @@ def has_nested_comment(line: str) -> bool:
 
 
 def _flattened(line: str) -> str:
-    """Return a line with the parentheses inside comments replaced by spaces, up to a semicolon outside comments."""
+    """Replace the parentheses inside comments by spaces, up to a semicolon outside comments."""
     if line.count("(") < 2:
         return line
     depth, letters = 0, list(line)
@@ -160,7 +152,7 @@ def _flattened(line: str) -> str:
 
 
 def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
-    """Return a line with its comments cut out, and the comments. A semicolon inside parentheses is plain text."""
+    """Return a line without its comments, and the comments. A semicolon inside parentheses is plain text."""
     comments: list[str] = []
 
     def cut(match: re.Match[str]) -> str:
