@@ -105,12 +105,8 @@ class Method:
 
 
 def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
-    """Return the algorithm named in the options, with its move set for a problem.
-
-    Raises
-    ------
-    SolveError
-        The algorithm does not support precedence, asymmetric costs, or the number of clusters.
+    """Return the algorithm named in the options, with its move set for a problem. Raises SolveError if the algorithm
+    does not support precedence, asymmetric costs, or the number of clusters.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
     algorithm = OWN[name] if name in OWN else _packaged(name)
@@ -131,7 +127,7 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
 
 @cache
 def _packaged(name: str) -> Algorithm:
-    """Return the entry of a package's algorithm; always the same one, so that its warm-up runs once."""
+    """Always the same entry, so that its warm-up runs once."""
     return Algorithm(partial(run_packaged, name))
 
 
@@ -156,13 +152,7 @@ def algorithm_titles() -> dict[str, str]:
 
 
 def check_algorithm(name: str) -> None:
-    """Check the name of an algorithm.
-
-    Raises
-    ------
-    OptionError
-        The algorithm is unknown, or its package cannot be loaded.
-    """
+    """Check the name of an algorithm. Raises OptionError if it is unknown, or its package cannot be loaded."""
     if name not in ALGORITHM_TITLES:
         PACKAGED.load(name)
 
@@ -170,12 +160,8 @@ def check_algorithm(name: str) -> None:
 def check_options(
     problem: RoutingProblem, method: Method, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
-    """Check the options of an algorithm before anything is compiled.
-
-    Raises
-    ------
-    SolveError
-        The algorithm does not support an option, or full candidate lists would be too large.
+    """Check the options of an algorithm before anything is compiled. Raises SolveError if the algorithm does not
+    support an option, or full candidate lists would be too large.
     """
     method.algorithm.check(method.name, aco, firefly, method.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
@@ -209,7 +195,6 @@ def warm_up(
 def _warm_up(
     method: Method, directed: bool, large: bool, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
-    """Warm up once per process for problems of the same kind."""
     # Pseudo-random points; importing NumPy's generator would take longer than the rest.
     places = np.arange(2.0 * WARM_NODES)[:, None] * (75.4878, 56.9840) % 100.0
     entry, pairs = places[:WARM_NODES], [(0, 1)] if method.has_choices else []

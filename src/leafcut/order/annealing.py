@@ -59,7 +59,7 @@ class Forgetting:
     """The annealing of one path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
-        """Allocate the buffers; `words` is a random state uint64[1], `layers` the clusters if they already exist."""
+        """`words` is a random state uint64[1], `layers` the clusters if they already exist."""
         self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())

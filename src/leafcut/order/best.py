@@ -31,7 +31,7 @@ class SearchView:
     """View of a search for observers; by default the best path and the figures of the workers."""
 
     def __init__(self, shown: AnyInstance | None = None, log: WorkerLog | None = None) -> None:
-        """Set the instance and the worker log; without the instance `shown`, snapshots have no path."""
+        """Without the instance `shown`, snapshots have no path."""
         self.shown, self.log = shown, WorkerLog.of(0) if log is None else log
 
     def result(self, tour: Ints) -> Ints:
@@ -107,8 +107,6 @@ class Best:
         Constant cost of every path, which the search leaves out.
     bound
         Lower bound including service if it was computed before the search; `shown_bound` is for observers only.
-    view, observer
-        The observer, and its view of the search.
     """
 
     stop: Stop

@@ -230,8 +230,6 @@ def _sets(tree: SpanningTree, n: int) -> Sets:
 
 
 class _Ascent:
-    """Subgradient ascent of the penalties on growing graphs."""
-
     def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
         self.steps = _steps(n)

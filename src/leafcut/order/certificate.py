@@ -36,12 +36,8 @@ ROUNDING = 1e-9
 def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Deadline) -> None:
     """With `--target-gap`, compute the lower bound and set the target of the search, with the clock stopped.
 
-    If the deadline passes before a bound is proved, the search has no target.
-
-    Raises
-    ------
-    SolveError
-        No bound can be computed for this problem.
+    If the deadline passes before a bound is proved, the search has no target. Raises SolveError if no bound can be
+    computed for this problem.
     """
     if options.target_gap is None:
         return
@@ -120,7 +116,6 @@ def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False
 
 
 def _least_service(problem: RoutingProblem) -> Floats:
-    """Return the minimum service time of each cluster, float64[clusters]."""
     least = np.full(problem.n_clusters, np.inf)
     np.minimum.at(least, problem.cluster, problem.service)
     return least

@@ -103,16 +103,8 @@ _CHAMPIONS = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class Colony:
-    """State of a colony: arrays and numbers only, so that it can be sent to other processes.
-
-    Attributes
-    ----------
-    tours
-        int32[m, n], one per ant.
-    costs
-        float64[m].
-    number, generation
-        Index of the colony, and its generations so far.
+    """State of a colony: arrays and numbers only, so that it can be sent to other processes. `tours` int32[m, n], one
+    per ant; `costs` float64[m].
     """
 
     tours: NDArray[np.int32]
@@ -311,10 +303,7 @@ def improve_by_colony(
 def _live(
     instance: Instance, colony: Colony, seed: int, stop: Stop, best: Best, workers: Workers, generations: int
 ) -> tuple[Colony, int]:
-    """Run generations of a colony until all tours cost the same or nothing improves.
-
-    Returns the final colony and the generation count over all colonies.
-    """
+    """Run generations until all tours cost the same or nothing improves; return the colony and the generation count."""
     idle, by_clock = 0, stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
     _offer(colony, best, generations)
@@ -355,10 +344,8 @@ def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
 
 
 def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
-    """Return the number of ants in the next colony.
-
-    This is `GROWTH` times the previous number. If the remaining time or budget allows no much larger colony afterwards,
-    the colony takes all of it.
+    """Return `GROWTH` times the previous number, or all that the remaining time or budget allows if no much larger
+    colony would fit afterwards.
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)

@@ -57,7 +57,6 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
 
 
 def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
-    """Return the nearest-neighbour tour by comparing all remaining nodes at every step."""
     cost, explicit = instance.cost, len(instance.tree.x) == 0
     tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
     far = np.zeros(instance.n)

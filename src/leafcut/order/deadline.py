@@ -21,15 +21,10 @@ class Deadline:
 
     Only searches and lower bounds count; reading, planning, compiling and verification always finish. Each search gets
     a share of the remaining time. Time that an earlier search does not need goes to later searches.
-
-    Attributes
-    ----------
-    limit
-        Seconds for all searches; infinite without a limit.
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:
-        """Create a deadline of `limit` seconds, None for no limit, inside the deadline `parent`."""
+        """`limit` in seconds, None for no limit; `parent` is the enclosing deadline."""
         self.limit = math.inf if limit is None else limit
         self._spent, self._parent = 0.0, parent
         self._started: float | None = None

@@ -60,8 +60,6 @@ class DirectedInstance:
 
     Attributes
     ----------
-    problem
-        The problem.
     pairs
         int32[k, 2]: the precedence without implied pairs.
     cost
@@ -138,25 +136,15 @@ AnyInstance = Instance | DirectedInstance
 
 
 def refuse_places_of_a_table(problem: RoutingProblem) -> None:
-    """Refuse a start or an end for a table of costs.
-
-    Raises
-    ------
-    SolveError
-        The problem has both.
-    """
+    """Raise SolveError if the problem has a table of costs and a start or an end."""
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
         raise SolveError("a cost table has no costs to or from a place; leave out start and end")
 
 
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
-    """Return the instance of `problem`, with lists of k candidates.
-
-    Raises
-    ------
-    SolveError
-        The precedence has a cycle, or the problem has both a table of costs and a start or an end.
+    """Return the instance of `problem`, with lists of k candidates. Raises SolveError if the precedence has a cycle, or
+    the problem has both a table of costs and a start or an end.
     """
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
@@ -184,9 +172,8 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
 
 
 def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
-    """Return a path int32[n], whose nodes are entered at int32[n], with the buffers of the kernels.
-
-    The queue is empty; `log` is the capacity of the log.
+    """Return a path int32[n], whose nodes are entered at int32[n], with the buffers of the kernels, an empty queue,
+    and a log of this capacity.
     """
     n = instance.n
     leave = enter + np.int32(instance.rules.beyond[0])
@@ -230,12 +217,7 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     """Return the minimum cost of a move from each cluster to each other, over all their nodes, float64[n, n].
 
     The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
-    before the last row.
-
-    Raises
-    ------
-    SolveError
-        The problem has both a table of costs and a start or an end.
+    before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
     """
     cost, ends, beyond = _cost(problem, is_directed(problem))
     way, begin = _ways(problem)
@@ -305,7 +287,6 @@ def _candidates(
 
 
 def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
-    """Return the k cheapest columns of every row."""
     few = np.sort(np.argpartition(grid, k - 1, axis=1)[:, :k], axis=1)
     costs = np.take_along_axis(grid, few, axis=1)
     order = np.argsort(costs, axis=1, kind="stable")
@@ -348,9 +329,8 @@ def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barre
 
 
 def _with_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
-    """Insert the anchor into the lists, at the cost float64[clusters] of the move to it, and add its own list.
-
-    If all moves from the anchor cost nothing, its list is empty.
+    """Insert the anchor into the lists, at the cost float64[clusters] of the move to it, and add its own list, which
+    is empty if all moves from it cost nothing.
     """
     near, costs = listed
     m, k = near.shape

@@ -57,7 +57,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     arrival = problem.service[first].astype(np.float64)
 
     def through(arrival: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost, given the cost up to and including each node of the first layer."""
+        """Return the cheapest path, given the cost up to and including each node of the first layer."""
         came_from = []
         for before, layer in itertools.pairwise(layers):
             total = arrival[:, None] + moves.between(before, layer)
@@ -86,9 +86,8 @@ def within_reach(problem: RoutingProblem) -> bool:
 
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
-    """Return the nodes int32[clusters] of the cheapest path, in order, under the precedence int32[k, 2].
-
-    The problem must be `within_reach` and its precedence without cycles.
+    """Return the nodes int32[clusters] of the cheapest path under the precedence int32[k, 2], which has no cycles; the
+    problem must be `within_reach`.
     """
     table = _Table(problem, pairs)
     if not problem.closed:
@@ -108,8 +107,6 @@ class _Table:
 
     Attributes
     ----------
-    ways
-        float64[nodes, nodes]: costs from the exit of one node to the entry of another.
     begun, home
         float64[nodes]: on an open path, costs up to and including a first node, and from a last node to the end.
     needs
@@ -129,7 +126,7 @@ class _Table:
         self.members = [np.flatnonzero(problem.cluster == c) for c in range(m)]
 
     def cheapest(self, begun: Floats, home: Floats) -> tuple[float, Ints]:
-        """Return the cheapest path and its cost; `begun`: cost up to and including each node as the first."""
+        """`begun`: cost up to and including each node as the first."""
         problem, m = self.problem, self.problem.n_clusters
         spent = np.full((1 << m, problem.n_nodes), np.inf)
         for c in range(m):
@@ -144,7 +141,7 @@ class _Table:
         return self._followed_back(spent, home)
 
     def _followed_back(self, spent: Floats, home: Floats) -> tuple[float, Ints]:
-        """Trace the cheapest path back through the table float64[sets, nodes]; return it and its cost."""
+        """Trace the cheapest path back through the table float64[sets, nodes]."""
         cluster, done = self.problem.cluster, (1 << self.problem.n_clusters) - 1
         total = spent[done] + home
         nodes = [int(np.argmin(total))]

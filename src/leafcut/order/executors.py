@@ -63,14 +63,8 @@ class ExecutorError(LeafcutError):
 
 
 class WatchedExecutor(Executor):
-    """An executor with a known number of workers, which can check whether it is still working.
-
-    Attributes
-    ----------
-    workers
-        Number of tasks that run at once.
-    shared
-        Whether tasks share the memory of this process, so that they can be cancelled.
+    """An executor with a known number of workers, which can check whether it is still working. `shared`: tasks share
+    the memory of this process, so that they can be cancelled.
     """
 
     shared = False
@@ -155,9 +149,8 @@ def _begin_worker(stop: connection.Connection) -> None:
 
 
 class _Dask(WatchedExecutor):
-    """Executor on a Dask cluster. Arguments and results are pickled here, not by Dask.
-
-    Dask may deliver read-only arrays, which are a different type for compiled kernels.
+    """Executor on a Dask cluster. Arguments and results are pickled here: Dask may deliver read-only arrays, which are
+    a different type for compiled kernels.
     """
 
     def __init__(self, client: Any, spec: str, workers: int) -> None:
@@ -223,13 +216,7 @@ def _check_version(version: str) -> None:
 
 
 def check_executor(spec: str) -> None:
-    """Check the name of an executor.
-
-    Raises
-    ------
-    OptionError
-        `spec` is not ``threads``, ``processes`` or ``dask://host:port``.
-    """
+    """Raise OptionError if `spec` is not ``threads``, ``processes`` or ``dask://host:port``."""
     if spec not in (THREADS, PROCESSES) and not re.fullmatch(r"dask://(\[[0-9a-fA-F:.]+\]|[\w.-]+):\d{1,5}", spec):
         raise OptionError(f"--executor: unknown value '{spec}'; use threads, processes or dask://host:port")
 
@@ -238,19 +225,10 @@ def check_executor(spec: str) -> None:
 def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
     """Open an executor and close it, with all its threads, processes and connections, at the end of the block.
 
-    Parameters
-    ----------
-    spec
-        ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
-    workers
-        Number of tasks that run at once; 0 for one per core, or all workers of the cluster.
-
-    Raises
-    ------
-    OptionError
-        `spec` is none of these.
-    ExecutorError
-        The cluster does not respond, has no worker or another version of leafcut, or the extra is not installed.
+    `spec`: ``threads``, ``processes`` of this machine, or ``dask://host:port``, the scheduler of a Dask cluster.
+    `workers`: number of tasks that run at once; 0 for one per core, or all workers of the cluster. Raises OptionError
+    if `spec` is none of those; ExecutorError if the cluster does not respond, has no worker or another version of
+    leafcut, or the extra is not installed.
     """
     check_executor(spec)
     if spec.startswith(DASK):
@@ -326,17 +304,9 @@ def run_tasks(
     """Yield every task with the result of ``work(task)``, or with its exception, as they finish.
 
     Tasks whose worker died are repeated, each alone, so that a task that kills its worker harms no other. After
-    `attempts` of these it is given up with an `ExecutorError`.
-
-    Parameters
-    ----------
-    ended
-        Called repeatedly while waiting; when it returns True, the iteration ends.
-
-    Raises
-    ------
-    ExecutorError
-        The scheduler of a cluster is lost. Results yielded earlier remain valid.
+    `attempts` of these it is given up with an `ExecutorError`. `ended`: called repeatedly while waiting; when it
+    returns True, the iteration ends. Raises ExecutorError if the scheduler of a cluster is lost. Results yielded
+    earlier remain valid.
     """
     # Submitted tasks that are no longer needed end with the executor: cancelling them one by one would fail in a broken
     # process pool.

@@ -172,8 +172,6 @@ class Instance:
 
     Attributes
     ----------
-    problem
-        The original routing problem.
     cost
         Cost model over the positions of the clusters, then the start, the end and the free node if they exist.
     label

@@ -91,9 +91,8 @@ def descend(
     stop: Stop | None,
     look: Callable[[], None] | None = None,
 ) -> bool:
-    """Improve a tour at the nodes in its queue until the queue is empty or `stop`; return whether it is empty.
-
-    `look` is called regularly, so that the caller can report the unfinished tour.
+    """Improve a tour at its queued nodes until `stop`; return whether the queue is empty. `look` is called regularly,
+    so that the caller can report the unfinished tour.
     """
     tries = choices(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
@@ -110,10 +109,7 @@ def descend(
 
 
 def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
-    """Replace edges longer than every candidate edge at their ends; return whether the tour became shorter.
-
-    The affected nodes are in the queue afterwards.
-    """
+    """Replace edges longer than every candidate edge at their ends, and queue their nodes; return whether it helped."""
     ahead = np.roll(tour.node, -1)
     candidates, lengths = instance.exchange_lists
     longest = np.maximum(lengths[tour.node, -1], lengths[ahead, -1])

@@ -51,7 +51,7 @@ def of_tours(instance: Instance, tours: Ints) -> Pheromone:
 
 
 def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
-    """Return the edges, both directions joined; at most `MOST_EDGES`."""
+    """Join both directions of each edge; at most `MOST_EDGES`."""
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high
     order = np.argsort(key, kind="stable")

@@ -47,14 +47,8 @@ PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _a
 
 
 def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResult:
-    """Run an algorithm of another package; each iteration counts as one tour of all nodes.
-
-    Raises
-    ------
-    OptionError
-        The algorithm cannot be loaded.
-    SolveError
-        The algorithm fails, or its result is not a tour.
+    """Run an algorithm of another package; each iteration counts as one tour of all nodes. Raises OptionError if the
+    algorithm cannot be loaded; SolveError if the algorithm fails, or its result is not a tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)
@@ -97,7 +91,6 @@ class _Ends:
 
 
 def _shortest(name: str, instance: Instance, tours: list[NDArray[np.int32]]) -> NDArray[np.int32]:
-    """Check and measure the tours here, and return the shortest."""
     whole = [_checked(name, instance, tour) for tour in tours]
     return min(whole, key=instance.length)
 

@@ -76,16 +76,13 @@ def budget(preset: str, clusters: int) -> float:
 
 
 class PathSearch:
-    """Local search for a path with choices.
-
-    `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` counts all of them.
-    """
+    """Local search for a path with choices; `iteration` counts runs of up to `kicks_per_iteration` kicks."""
 
     def __init__(
         self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
         alone: bool = True,
     ) -> None:  # fmt: skip
-        """Set up a search; searches that share `best` and `layers` have different numbers and are not `alone`."""
+        """Searches that share `best` and `layers` have different numbers and are not `alone`."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
         self.alone = alone
         self.words, self.number = random_words(seed, number, count=1), number
@@ -135,7 +132,6 @@ class PathSearch:
         return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
 
     def _kick_by_turns(self, most: float) -> None:
-        """Kick in hot and cold turns until `stop` or `most` more kicks."""
         away, most = 0, most + self.kicks
         for heat, kicks in _turns(max(self.instance.n, FEWEST_KICKS)):
             before = self.best.cost
@@ -149,7 +145,7 @@ class PathSearch:
                     away = 0
 
     def _forget(self, forgetting: Forgetting, steps: int) -> None:
-        """Anneal the best path for `steps` steps and continue with the result; a step counts as a kick."""
+        """Anneal the best path and continue with the result; a step counts as a kick."""
 
         def go_on(made: int) -> bool:
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
@@ -179,7 +175,6 @@ class PathSearch:
         self._offer()
 
     def _kick(self, heat: float, kicks: float) -> None:
-        """Kick, and offer every better path."""
         instance, stop, best = self.instance, self.stop, self.best
         at_once = kicks_per_iteration(instance.n)
         while kicks > 0 and not stop.reached(self.iteration, self.iteration - best.iteration):
@@ -208,14 +203,12 @@ class PathSearch:
             self.best.tell(iteration, alone=self.alone)
 
     def _offer(self) -> None:
-        """Recompute the cost of the path, and offer it."""
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
         self.shortest = min(self.shortest, self.cost)
         self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
 
     def _take_up(self, nodes: Ints) -> None:
-        """Continue with a path of the problem's nodes int32[clusters]."""
         route, instance = self.route, self.instance
         again = route_of(instance, *instance.path_of(nodes))
         for name in ("node", "place", "enter", "leave"):
@@ -232,14 +225,11 @@ def _turns(n: int) -> Iterator[tuple[float, int]]:
 
 
 class _PathView(SearchView):
-    """View of the path searches of a run for observers."""
-
     def __init__(self, instance: DirectedInstance, searches: list[PathSearch]) -> None:
         super().__init__(instance)
         self.searches = searches
 
     def parts(self, best: Best) -> dict[str, Any]:
-        """Return the figures of each search."""
         seconds = best.stop.elapsed()
         return {"workers": tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in self.searches)}
 

@@ -114,10 +114,7 @@ def kick_piece(instance: Instance, piece: TourPiece, stop: Stop | None = None) -
 def kick_pieces(
     instance: Instance, tour: NDArray[np.int32], seed: int, best: Best, workers: Workers, iteration: int, most: float
 ) -> int:
-    """Kick the pieces of a tour int32[n] in rounds until `stop`, at most `most` times; return the last iteration.
-
-    A round is an iteration.
-    """
+    """Kick the pieces of a tour int32[n] in rounds (iterations), at most `most` times; return the last iteration."""
     made = 0
     while made < most and not workers.stop.reached(iteration, iteration - best.iteration):
         pieces = cut(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))

@@ -16,12 +16,8 @@ CLOSURE_LIMIT = 3000
 
 
 def checked_pairs(problem: RoutingProblem) -> Ints:
-    """Return the pairs (before, after) int32[k, 2] of the problem, each once.
-
-    Raises
-    ------
-    SolveError
-        A pair names an unknown cluster, or the pairs form a cycle, so that no order satisfies them.
+    """Return the pairs (before, after) int32[k, 2] of the problem, each once. Raises SolveError if a pair names an
+    unknown cluster, or the pairs form a cycle, so that no order satisfies them.
     """
     given = np.asarray(problem.precedence, dtype=np.int64).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
@@ -81,7 +77,7 @@ def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
 
 
 def _sorted(pairs: Ints, n: int) -> list[int]:
-    """Return the clusters in topological order; leave out cycles and the clusters that depend on them."""
+    """Leave out cycles and the clusters that depend on them."""
     begin, after = rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

@@ -51,13 +51,9 @@ def solve(
     bounds
         Deadline of lower bounds, which the time limit does not include; None for no limit.
 
-    Raises
-    ------
-    OptionError
-        The algorithm belongs to a package and cannot be used.
-    SolveError
-        The precedence cannot be satisfied, or not by this algorithm; there are too many nodes for full candidate lists;
-        or no lower bound is available for the target gap.
+    Raises OptionError if the algorithm belongs to a package and cannot be used; SolveError if the precedence cannot be
+    satisfied, or not by this algorithm, there are too many nodes for full candidate lists, or no lower bound is
+    available for the target gap.
     """
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
@@ -94,9 +90,8 @@ def solve(
 def _order_without_search(
     problem: RoutingProblem, pairs: Ints, options: SolveOptions
 ) -> tuple[Ints, str, float | None] | None:
-    """Return an order, its algorithm's name and its lower bound if no search is needed, otherwise None.
-
-    For `none` the order is that of the drawing. A few clusters are ordered exactly, and the cost is the bound.
+    """Return the order of the drawing for `none`, or the exact order of a few clusters, whose cost is the bound; the
+    algorithm's name; and the lower bound. None if a search is needed.
     """
     few = problem.n_clusters <= TRY_ALL
     if options.algorithm == "none":

@@ -28,13 +28,6 @@ class Thrift:
 
     The search time is derived from the work done, so that results are reproducible. Gains shrink from period to period.
     A period is therefore not worth its time if it lasts longer than the machine time that the previous one saved.
-
-    Attributes
-    ----------
-    holds
-        Whether the rule is active; otherwise every period is worth its time.
-    spared
-        Whether the rule has ended the search.
     """
 
     holds: bool = False
@@ -72,22 +65,8 @@ class Stop:
     """All stopping criteria of a search.
 
     `now` is called often (between ants) and checks only cancellation, the time limit and the target. `reached` is
-    called between iterations.
-
-    Attributes
-    ----------
-    iterations, patience
-        Maximum number of iterations, and of iterations without a better tour.
-    seconds
-        Time limit from the creation of the object, s.
-    target
-        Cost at which a tour is good enough, as the search counts it (without service).
-    satisfied
-        Set by `Best.offer` when a tour reaches the target.
-    cancelled
-        Set from outside (Ctrl-C, a button) to stop and keep the best tour.
-    thrift
-        Decides whether more work is worth its time.
+    called between iterations. `target`: cost at which a tour is good enough, as the search counts it (without service);
+    `satisfied`: set by `Best.offer` when a tour reaches the target.
     """
 
     iterations: float = math.inf

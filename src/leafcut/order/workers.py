@@ -57,16 +57,8 @@ class WorkerLog:
 
 @dataclass(frozen=True)
 class Workers:
-    """Executor and settings for the workers of a search.
-
-    Attributes
-    ----------
-    executor
-        Any executor of `concurrent.futures`; None for this thread.
-    count
-        Number of workers.
-    shared
-        Whether workers share memory with this process. Others (processes, machines) cannot be stopped during a task.
+    """Executor (None for this thread) and settings for the workers of a search. If not `shared`, workers (processes,
+    machines) cannot be stopped during a task.
     """
 
     executor: Executor | None
@@ -76,10 +68,7 @@ class Workers:
     shared: bool = True
 
     def shares(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> list[Share]:
-        """Return ``work(instance, item, stop)`` for each item, in the order of the items.
-
-        The result does not depend on the number of workers.
-        """
+        """Return ``work(instance, item, stop)`` for each item, in order, independent of the number of workers."""
         if self.executor is None:
             done = [_timed(work, instance, item, self.stop) for item in items]
         else:
@@ -99,7 +88,7 @@ class Workers:
 def _timed(
     work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
 ) -> tuple[tuple[int, int], float, Share]:
-    """Run a task; return the identity of the worker, the time in seconds, and the result."""
+    """Return the identity of the worker, the time in seconds, and the result."""
     began = time.perf_counter()
     share = work(instance, item, stop)
     return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share

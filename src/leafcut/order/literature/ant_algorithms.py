@@ -17,13 +17,7 @@ from leafcut.order.workers import thread_pool
 
 
 def check_ants(algorithm: str, aco: AcoOptions, _: FireflyOptions, choices: bool) -> None:
-    """Refuse a kind of parallel ants that the algorithm, the problem or the machine does not have.
-
-    Raises
-    ------
-    SolveError
-        It does not have it.
-    """
+    """Raise SolveError for parallel ants that the algorithm, the problem or the machine does not have."""
     if aco.parallel == "processes" and algorithm == "acs":
         raise SolveError(
             "--parallel processes: the ants of acs update the shared pheromone in turn; use --parallel exchange or "
@@ -66,7 +60,6 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
 
 
 def _ants_of(parallel: str) -> type[Ants]:
-    """Return ants that construct their tours on the CPU or on a GPU."""
     if parallel != "gpu":
         return Ants
     from leafcut.order.literature.gpu import GpuAnts

@@ -78,10 +78,7 @@ class AntColony(Population):
 
 
 class Ants(AntColony):
-    """Constructs and improves the tours of an iteration in threads.
-
-    The tour of an ant depends on the seed, the iteration and its number only, not on the number of threads.
-    """
+    """Constructs and improves the tours of an iteration in threads; their number does not change a tour."""
 
     trails: Trails
 
@@ -119,7 +116,7 @@ class Ants(AntColony):
         return self._construct_with_decay(words, 0, 1) if self._decays else None
 
     def _construct_with_decay(self, words: NDArray[np.uint64], first: int, step: int) -> int:
-        """Construct tours sequentially; return the index of the first ant for which there was no time."""
+        """Return the index of the first ant for which there was no time."""
         for ant in range(first, len(self.tours), step):
             if ant > first and self.stop.now():
                 return ant

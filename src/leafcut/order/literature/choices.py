@@ -35,7 +35,7 @@ class Choices:
         self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:  # fmt: skip
-        """Allocate buffers; `layers` and `greedy` are the clusters and the greedy path if they already exist."""
+        """`layers` and `greedy` are the clusters and the greedy path if they already exist."""
         self.instance, self.local_search = instance, local_search
         self.layers, self.greedy = layers or layers_of(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())

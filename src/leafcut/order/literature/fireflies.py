@@ -66,10 +66,7 @@ MOST_NODES = 5000
 
 
 class PlaceFireflies(Swarm):
-    """Closed tours of points.
-
-    The flight of a firefly depends on the seed, the iteration and the swarm only, not on the number of threads.
-    """
+    """Closed tours of points; the number of threads does not change a flight."""
 
     def __init__(
         self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop, executor: Executor | None,
@@ -149,13 +146,7 @@ class PlaceFireflies(Swarm):
 
 
 def all_costs(instance: Instance) -> NDArray[np.float32]:
-    """Return the costs between all nodes, float32[h, h].
-
-    Raises
-    ------
-    SolveError
-        There are more than `MOST_NODES`.
-    """
+    """Return the costs between all nodes, float32[h, h]. Raises SolveError for more than `MOST_NODES`."""
     h = instance.n
     if h > MOST_NODES:
         raise SolveError(
@@ -239,13 +230,7 @@ class ChoiceFireflies(Swarm):
 
 
 def check_fireflies(_: str, __: AcoOptions, firefly: FireflyOptions, choices: bool) -> None:
-    """Refuse the published variants for paths with choices.
-
-    Raises
-    ------
-    SolveError
-        The problem has choices.
-    """
+    """Raise SolveError for the published variants on paths with choices."""
     if choices and firefly.variant != "leafcut":
         raise SolveError(
             f"--variant {firefly.variant} supports only closed tours of points, without precedence, directions or "

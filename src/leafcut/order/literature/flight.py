@@ -46,14 +46,9 @@ SHORT_SHARE, SHORT_MENDED = 0.25, 50
 
 @dataclass(frozen=True)
 class Flight:
-    """Options of the firefly algorithm, with the defaults of its variant.
-
-    Attributes
-    ----------
-    at_random
-        The published algorithm, which starts from random tours.
-    complex, darker_moves, short_by_distance
-        Rules of the published algorithm (`published_fireflies`).
+    """Options of the firefly algorithm, with the defaults of its variant. `at_random`: the published algorithm, which
+    starts from random tours; `complex`, `darker_moves`, `short_by_distance`: rules of the published algorithm
+    (`published_fireflies`).
     """
 
     fireflies: int

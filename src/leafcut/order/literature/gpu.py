@@ -35,13 +35,7 @@ _OF_FREE_MEMORY = 0.5
 
 
 def check_gpu() -> None:
-    """Check that a CUDA GPU is available.
-
-    Raises
-    ------
-    SolveError
-        The package numba-cuda, a GPU or its driver is missing.
-    """
+    """Raise SolveError if the package numba-cuda, a GPU or its driver is missing."""
     from numba import config
 
     if config.ENABLE_CUDASIM:  # tests simulate CUDA threads in Python
@@ -55,12 +49,8 @@ def check_gpu() -> None:
 
 
 class GpuAnts(Ants):
-    """Ants whose tours are constructed on a GPU; local search and costs are computed by CPU threads.
-
-    Raises
-    ------
-    SolveError
-        The GPU reports an error; the message has its first line.
+    """Ants whose tours are constructed on a GPU; local search and costs are computed by CPU threads. Raises SolveError
+    with the first line of an error of the GPU.
     """
 
     def __init__(
@@ -96,7 +86,7 @@ class _Builder:
         self.made = there.device_array((self.share, n), tours.dtype)
 
     def build(self, words: NDArray[np.uint64]) -> None:
-        """Build the tours of all ants, batch by batch. Changes: tours, words."""
+        """Changes: tours, words."""
         from numba import cuda as there
 
         instance, q0 = self.instance, self.trails.parameters.greedy_probability
@@ -117,7 +107,6 @@ def _build_tours(
     cost: Any, tree: Any, candidates: Any, weights: Any, nearness: Any, greedy_probability: float, first: int,
     second: int, words: Any, tours: Any, visited: Any, alive: Any, stack: Any,
 ) -> None:  # fmt: skip
-    """Build the tour of one ant per thread."""
     ant = cuda.grid(1)
     if ant < len(words):
         construct_tour(
@@ -152,14 +141,13 @@ def _with_names_for_gpu(function: Any, more: dict[str, Any]) -> Any:
 
 
 def _placed(arrays: Any) -> Any:
-    """Return a named tuple with its arrays on the GPU."""
     from numba import cuda as there
 
     return type(arrays)(*(there.to_device(one) if isinstance(one, np.ndarray) else one for one in arrays))
 
 
 def _on_gpu(work: Any) -> Any:
-    """Run `work` on the GPU; turn the driver's various exceptions into a `SolveError` with their first line."""
+    """Turn the driver's various exceptions into a `SolveError` with their first line."""
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:

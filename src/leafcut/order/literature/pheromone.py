@@ -101,17 +101,9 @@ class AntParameters:
 
 class Trails:
     """Pheromone on the candidate edges int32[n, k]; each subclass implements the update rule of an algorithm.
-
-    Attributes
-    ----------
-    nearness, weights
-        float64[n, k]: η^β of each edge, and τ^α·η^β.
-    one_way
-        Each direction of an edge has its own trail.
-    changes
-        Deposits of this iteration; None if they are not recorded.
-    depositor
-        Origin of the last deposit of MAX–MIN Ant System (`model.snapshot.SearchStep`).
+    `nearness` and `weights` are η^β and τ^α·η^β of each edge, float64[n, k]. With `one_way`, each direction of an
+    edge has its own trail. `changes` are None if they are not recorded; `depositor` is the origin of the last
+    deposit of MAX–MIN Ant System (`model.snapshot.SearchStep`).
     """
 
     def __init__(

@@ -108,7 +108,6 @@ class AntWorker:
 
 @cache
 def _worker(packed: bytes) -> AntWorker:
-    """Return the worker of this process, which is created once."""
     return AntWorker(pickle.loads(packed))
 
 
@@ -121,7 +120,7 @@ class AntProcesses(AntColony):
     """The master: each worker has an executor with one process, which starts with the first iteration."""
 
     def __init__(self, moves: MoveSet, run: AlgorithmRun, parameters: AntParameters, c_nn: float) -> None:
-        """Prepare the workers; their number is set by the options and is at most the number of ants."""
+        """The number of workers is set by the options and is at most the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel == "exchange"
         seed, best, name = run.options.seed, run.best, uuid.uuid4().hex
         trails = None if exchange else trails_of(moves, parameters, c_nn, seed)
@@ -136,12 +135,8 @@ class AntProcesses(AntColony):
         self.executors: list[WatchedExecutor] = []
 
     def construct(self, iteration: int) -> Tours:
-        """Return the tours int32[m, n] of all ants and their costs float64[m] (inf: not finished in time).
-
-        Raises
-        ------
-        SolveError
-            A worker cannot be started, has ended or failed.
+        """Return the tours int32[m, n] of all ants and their costs float64[m] (inf: not finished in time). Raises
+        SolveError if a worker cannot be started, has ended or failed.
         """
         while len(self.executors) < len(self.starts):
             self.executors.append(self._stack.enter_context(open_executor(PROCESSES, 1)))
