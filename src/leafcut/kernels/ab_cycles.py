@@ -54,9 +54,8 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
 
 @part
 def _fill_unused(a: Assembly) -> int:
-    """Find the edges that are in only one tour; return the number of nodes with such edges.
-
-    Changes: trail, row ORDER of lists.
+    """Find the edges that are in only one tour; return the number of nodes with such edges. Changes: trail, row ORDER
+    of lists.
     """
     nodes = 0
     for v in range(len(a.links)):
@@ -92,9 +91,8 @@ def _step(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
 
 @part
 def _some_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
-    """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none.
-
-    Changes: row ORDER of lists, states[k].
+    """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none. Changes:
+    row ORDER of lists, states[k].
     """
     order = a.lists[ORDER]
     while nodes > 0:
@@ -108,9 +106,8 @@ def _some_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
 
 @part
 def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
-    """Split the difference of the tours into AB-cycles at random; return their number.
-
-    Changes: trail, lists, states[k].
+    """Split the difference of the tours into AB-cycles at random; return their number. Changes: trail, lists,
+    states[k].
     """
     walk, cycles, starts = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
     nodes = _fill_unused(a)

@@ -29,10 +29,7 @@ REACH = 2
 
 @part
 def forget(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
-    """Remove a few neighbouring clusters, in pieces of the path; return their number.
-
-    Changes: place, out, states[k].
-    """
+    """Remove a few neighbouring clusters, in pieces of the path; return how many. Changes: place, out, states[k]."""
     n_clusters = len(walk.trial)
     target = 1 + below(states, k, MOST)
     centre = below(states, k, n_clusters)
@@ -72,9 +69,8 @@ def spread_dirty(walk: AntPath) -> None:
 
 @part
 def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> None:
-    """Choose the nodes at all marked positions again; if all are marked, a random one is kept.
-
-    Changes: trial, dirty, sums, links, states[k].
+    """Choose the nodes at all marked positions again; if all are marked, a random one is kept. Changes: trial, dirty,
+    sums, links, states[k].
     """
     m, dirty = len(walk.trial), walk.dirty
     clean = 0

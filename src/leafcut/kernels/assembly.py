@@ -106,9 +106,8 @@ def _is_successor(place: NDArray, u: int, v: int) -> bool:
 
 @part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: int) -> float:
-    """Replace the edges of A in a cycle by those of B; return the gain.
-
-    The log then has two entries for each edge of A. Changes: links, log, row CUT of pieces.
+    """Replace the edges of A in a cycle by those of B; return the gain. The log then has two entries for each edge of
+    A. Changes: links, log, row CUT of pieces.
     """
     cycle = a.lists[CYCLES]
     gain, entries = 0.0, 0
@@ -130,9 +129,8 @@ def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) ->
 
 @part
 def _find_subtours(a: Assembly, place: NDArray, start: int, stop: int) -> int:
-    """Number the subtours that a cycle creates and count their nodes; return their number.
-
-    Changes: rows JOINED, SUBTOUR, SIZE of pieces.
+    """Number the subtours that a cycle creates and count their nodes; return their number. Changes: rows JOINED,
+    SUBTOUR, SIZE of pieces.
     """
     cycle, count = a.lists[CYCLES], (stop - start) >> 1
     joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
@@ -236,9 +234,8 @@ def try_cycle(
 
 @part
 def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
-    """Cut A after every node in the log that has lost its successor; return the number of pieces.
-
-    Changes: row CUT of pieces.
+    """Cut A after every node in the log that has lost its successor; return the number of pieces. Changes: row CUT of
+    pieces.
     """
     cut, count = a.pieces[CUT], 0
     for e in range(entries):
@@ -306,7 +303,6 @@ def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
 
 @part
 def _has_edges(a: Assembly, cycle: int) -> bool:
-    """Return whether the child still has every edge of A of a cycle."""
     for i in range(a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1], 2):
         u, v = a.lists[CYCLES, i], a.lists[CYCLES, i + 1]
         if a.links[u, 0] != v and a.links[u, 1] != v:

@@ -26,9 +26,8 @@ def _drop_farthest(points: NDArray, distances: NDArray, per_quadrant: int) -> No
 
 @part
 def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chosen: NDArray) -> int:
-    """Choose k points: twins, the nearest per quadrant, the nearest of the rest; return the number of points.
-
-    Changes: points, chosen int32[≥k + 4·per_quadrant].
+    """Choose k points: twins, the nearest per quadrant, the nearest of the rest; return the number of points. Changes:
+    points, chosen int32[≥k + 4·per_quadrant].
     """
     count = 0
     while count < min(k, MOST_TWINS) and points[TWINS, count] >= 0:

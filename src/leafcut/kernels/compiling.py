@@ -17,16 +17,12 @@ EVERY_RUN = "compiling (again in every run: no writable folder for compiled code
 
 
 class Compilations:
-    """Counts compilations and measures their total time; overlapping compilations are counted once in the time.
-
-    Attributes
-    ----------
-    count
-        Number of compiled kernels, including those called only by other kernels. Kernels loaded from disk do not count.
+    """Counts compilations of kernels, including those called only by other kernels, and measures their total time;
+    overlapping ones are counted once in the time. Kernels loaded from disk do not count.
     """
 
     def __init__(self, on_start: Callable[[str], None] = lambda _: None) -> None:
-        """Start at zero; `on_start` receives a message for the user when the first compilation starts."""
+        """`on_start` receives a message for the user when the first compilation starts."""
         self.count = 0
         self._on_start = on_start
         self._spent, self._began, self._depth = 0.0, 0.0, 0
@@ -38,10 +34,7 @@ class Compilations:
         return cache_folder() is not None
 
     def note(self, starts: bool) -> None:
-        """Count a compilation that starts; add its time when it ends.
-
-        The end of a compilation that started before this counter was active is ignored.
-        """
+        """Count a compilation that starts; add its time when it ends, unless it started before this counter."""
         with self._lock:
             if starts:
                 self.count += 1

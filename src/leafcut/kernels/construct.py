@@ -99,10 +99,7 @@ def nearest_neighbour_tour(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Build the tour that always goes to the nearest unvisited node.
-
-    Changes: tour int32[n], unvisited, states[0].
-    """
+    """Build the tour that always goes to the nearest unvisited node. Changes: tour int32[n], unvisited, states[0]."""
     n, visited = len(tour), unvisited.visited
     for step in range(_start_tour(tree, first, second, states, 0, tour, unvisited), n):
         last = tour[step - 1]

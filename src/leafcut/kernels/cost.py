@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-# Codes of the metrics.
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
 LINEAR, DOGLEG = 10, 11
@@ -124,10 +123,7 @@ def _radians(degrees_minutes: float) -> float:
 
 @part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
-    """Return the integer kilometres between two points in degrees.minutes.
-
-    Source: TSPLIB 95 (Reinelt), section 2.4.
-    """
+    """Return the integer kilometres between two points in degrees.minutes. Source: TSPLIB 95 (Reinelt), section 2.4."""
     latitude_i, longitude_i = _radians(xi), _radians(yi)
     latitude_j, longitude_j = _radians(xj), _radians(yj)
     q1 = math.cos(longitude_i - longitude_j)
@@ -357,9 +353,8 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 @kernel
 def way_heights(code: int, xy: NDArray, table: NDArray, heights: NDArray) -> None:
-    """Compute the travel heights from each of the nodes float64[n, 2] to the next, with their `relief_table`.
-
-    Changes: heights float64[n - 1], mm.
+    """Compute the travel heights from each of the nodes float64[n, 2] to the next, with their `relief_table`. Changes:
+    heights float64[n - 1], mm.
     """
     for i in range(len(heights)):
         heights[i] = way_height(code, xy, table, i, i + 1)

@@ -203,9 +203,8 @@ def insert_result(kept: NDArray, kept_lengths: NDArray, f: int, first: int, last
 
 @kernel
 def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray, lengths: NDArray) -> None:
-    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its tours.
-
-    Changes: moved int32[n, h], lengths float64[n].
+    """Write the tours of the results `kept` int32[m, 3] to the first rows of `moved`, and the lengths of all its
+    tours. Changes: moved int32[n, h], lengths float64[n].
     """
     for row in range(len(kept)):
         f, first, last = kept[row]
@@ -217,10 +216,7 @@ def apply_results(cost: CostModel, tours: NDArray, kept: NDArray, moved: NDArray
 
 @part
 def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
-    """Invert the run of `length` positions from `first` on; return the added cost.
-
-    Changes: tour.
-    """
+    """Invert the run of `length` positions from `first` on; return the added cost. Changes: tour."""
     h = len(tour.node)
     last = (first + length - 1) % h
     a, b = tour.node[first - 1], tour.node[first]

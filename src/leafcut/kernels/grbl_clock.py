@@ -223,7 +223,6 @@ def _run_until(board: Board, until: float) -> None:
 
 @part
 def _wait_until_at_rest(board: Board) -> None:
-    """Wait until all planned blocks are finished and the machine is at rest."""
     state, count = board.state, board.counts
     while count[DONE] < count[PLANNED]:
         _start(board)

@@ -48,9 +48,8 @@ class AntPath(NamedTuple):
 
 @part
 def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
-    """Remove a piece of the path that contains cluster c; return the number of removed clusters.
-
-    Changes: place (only marked; `close_path` closes the path), out, states[k].
+    """Remove a piece of the path that contains cluster c; return the number of removed clusters. Changes: place (only
+    marked; `close_path` closes the path), out, states[k].
     """
     m, place = len(walk.trial), walk.place
     start = place[c] - below(states, k, length)
@@ -66,10 +65,7 @@ def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int,
 
 @part
 def close_path(layers: Clusters, walk: AntPath) -> int:
-    """Close the gaps of the removed clusters; return the number of remaining positions.
-
-    Changes: trial, place, dirty.
-    """
+    """Close the gaps of removed clusters; return the number of remaining positions. Changes: trial, place, dirty."""
     kept, trial, place = 0, walk.trial, walk.place
     gap = False
     for at in range(len(trial)):

@@ -21,10 +21,7 @@ LONGEST_PIECE = 50
 
 @part
 def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces of 1 … 50 nodes at a random position; return the added cost.
-
-    Changes: tour, states[k].
-    """
+    """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost. Changes: tour, states[k]."""
     n = len(tour.node)
     longest = min(LONGEST_PIECE, (n - 2) // 2)
     p = below(states, k, n)
@@ -56,9 +53,8 @@ def kick_and_mend(
     k: int,
     kicks: int,
 ) -> float:
-    """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain.
-
-    Changes: tour, states[k].
+    """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain. Changes: tour,
+    states[k].
     """
     total = 0.0
     for _ in range(kicks):

@@ -229,7 +229,6 @@ def take_back(tour: Tour) -> None:
 
 @part
 def _is_removed(ends: NDArray, last: int, c: int, d: int) -> bool:
-    """Return whether c–d is among the removed edges 0 … `last`."""
     for e in range(0, 2 * last + 1, 2):
         a, b = ends[e], ends[e + 1]
         if (a == c and b == d) or (a == d and b == c):

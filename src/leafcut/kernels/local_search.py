@@ -28,7 +28,6 @@ def beside(tour: NDArray, place: NDArray, node: int, forward: bool) -> int:
 @part
 def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
     """Reverse the run of positions first … last (wrapping around if last < first), or the rest if that is shorter.
-
     Changes: tour, place.
     """
     n = len(tour)
@@ -55,9 +54,8 @@ def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
 
 @part
 def exchange(tour: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
-    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction.
-
-    Changes: tour, place.
+    """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction. Changes:
+    tour, place.
     """
     if beside(tour, place, a, True) == b and beside(tour, place, c, True) == d:
         reverse(tour, place, place[b], place[c])
@@ -101,7 +99,6 @@ def two_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDA
 
 @part
 def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, node: int) -> bool:
-    """Return whether `node` is one of the `length` nodes that start with a."""
     n = len(tour)
     offset = place[node] - place[a] if forward else place[a] - place[node]
     if offset < 0:

@@ -23,7 +23,6 @@ from leafcut.kernels.lin_kernighan import Tour, after, before, push
 @part
 def turn(tour: Tour, first: int, last: int) -> int:
     """Reverse the part of a tour from node `first` to `last`, or its complement; return the number of positions.
-
     Changes: node, place.
     """
     node, place = tour.node, tour.place
@@ -58,7 +57,6 @@ def _walk(
     fixed: int, moving: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
     """Let one end of an edge walk; return the gain of the kept steps, and the remaining number of `places` to write.
-
     Changes: tour, joined_to, steps.
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0

@@ -102,7 +102,6 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
 @part
 def _split(u: NDArray, v: NDArray, label: NDArray, start: int, stop: int) -> int:
     """Split the run of points near its middle by u, with equal values on one side; return the start of the right part.
-
     Changes: u, v, label.
     """
     middle = (start + stop) // 2
@@ -138,7 +137,6 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, start: int, stop: int) ->
 
 @part
 def _set_box(x: NDArray, y: NDArray, start: int, stop: int, box: NDArray, node: int) -> None:
-    """Set the bounding box of a tree node. Changes: box[node]."""
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
     for i in range(start, stop):
         x0, x1 = min(x0, x[i]), max(x1, x[i])
@@ -209,7 +207,6 @@ def _insert_sorted(points: NDArray, distances: NDArray, row: int, capacity: int,
 
 @part
 def _record_twin(points: NDArray, j: int) -> None:
-    """Record a twin, if there is space. Changes: points."""
     for c in range(MOST_TWINS):
         if points[TWINS, c] == j:
             return

@@ -16,9 +16,8 @@ from leafcut.kernels.cost import CostModel, travel
 
 @kernel
 def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
-    """Compute η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps it finite at distance 0.
-
-    Changes: nearness float64[n, k].
+    """Compute η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps it finite at distance 0. Changes:
+    nearness float64[n, k].
     """
     for i in range(candidates.shape[0]):
         for c in range(candidates.shape[1]):

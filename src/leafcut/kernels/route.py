@@ -275,7 +275,6 @@ def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -
 @part
 def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain: float) -> float:
     """Switch node v to its best option between its neighbours if it gains over `min_gain`; return the gain, or 0.
-
     Changes: as `take_option`.
     """
     start, stop = rules.way_begin[v], rules.way_begin[v + 1]

@@ -99,7 +99,6 @@ def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
     """Record the exchange that cuts after the coordinates x < y ≤ z if it is allowed, and return whether it is.
-
     Changes: move.
     """
     n, move, capacity = len(route.node), route.move, len(route.buffer)
@@ -174,10 +173,7 @@ def cut_after(
     cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, min_gain: float, s: int, x0: int, t1: int,
     xc: int, gain: float,
 ) -> float:  # fmt: skip
-    """Search an exchange that goes from x0 to the node at xc > x0 + 1, and removes the edge that led on from it.
-
-    As `cut_before`.
-    """
+    """As `cut_before`, for the node at xc > x0 + 1: the edge that led on from it is removed."""
     n = len(route.node)
     d = node_at(route, xc + 1, s)
     gain += leg(cost, route, node_at(route, xc, s), d, s)
@@ -284,9 +280,8 @@ def improve_route(
 
 @part
 def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k: int) -> float:
-    """Swap two adjacent pieces at a random position that precedence allows; return the added cost.
-
-    Changes: route, states[k].
+    """Swap two adjacent pieces at a random position that precedence allows; return the added cost. Changes: route,
+    states[k].
     """
     node, move, n = route.node, route.move, len(route.node)
     first = -1 if route.flags[RING] == 1 else 0

@@ -296,9 +296,8 @@ def met_by_body(
 def meet_bodies(
     rows: CellRows, shape: ToolShape, move: NDArray, film: float, top: float, bodies: NDArray, result: NDArray
 ) -> None:
-    """Check all parts of a tool above its flutes against the material during a move; see `sweep`.
-
-    Changes: result[6], result[7], result[8].
+    """Check all parts of a tool above its flutes against the material during a move; see `sweep`. Changes: result[6],
+    result[7], result[8].
     """
     for b in range(len(bodies)):
         above = bodies[b, 6]
