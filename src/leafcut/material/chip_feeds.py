@@ -64,14 +64,8 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
     """Return the maximum power of a ramp or a helix, W; 0 without a limit.
 
     The side is assumed to cut a slot of the full level depth throughout. In fact only the end of a ramp is that deep,
-    and a helix only as deep as its pitch. The end cuts over the whole area of the tool.
-
-    Parameters
-    ----------
-    across, sink_rate
-        Horizontal and downward feed, mm/s.
-    depth
-        From the uncut surface to the end of the ramp, mm.
+    and a helix only as deep as its pitch. The end cuts over the whole area of the tool. `across`, `sink_rate`:
+    horizontal and downward feed, mm/s; `depth`: from the uncut surface to the end of the ramp, mm.
     """
     if limits.material is None or not across > 0.0 or not sink_rate > 0.0:
         return 0.0

@@ -17,11 +17,6 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
     At a distance d beside the path of a tool of radius R, a tooth takes a chip of √(1 − (d/R)²) times the feed per
     tooth. The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula
     2 √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
-
-    Parameters
-    ----------
-    radius
-        Tool radius of every move, mm.
     """
     # For a cut on one side only, left or right is negative: minus the distance from the path to the cut.
     nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _MARGIN * cell, 0.0)

@@ -142,7 +142,7 @@ def cut(
 
 
 class _ToolRun(NamedTuple):
-    """Successive moves of a tool: the number of the first, the range of y that each reaches, and the tool's shape."""
+    """Successive moves of a tool: the number of the first, the range of y that each reaches, and the shape."""
 
     first: int
     low: Floats
@@ -166,7 +166,6 @@ def _sweep_strip(
 
 
 def _part_rows(parts: Sequence[BodyPart]) -> Floats:
-    """Return the parts above the flutes as kernel input, float64[b, 8]."""
     rows = [
         (
             part.radius,
@@ -186,7 +185,7 @@ def _part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return the moves in which a shank collides, from the cells of each: enough successive cells."""
+    """Return the moves in which a shank collides: enough successive cells."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):

@@ -40,11 +40,6 @@ def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: f
     hm = f_z (1 − cos φ) / φ for a tooth engaged over the angle φ, with cos φ = 1 − 2 ae/D: the mean of f_z sin φ
     (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width this is 2 f_z / π. It tends to the
     catalogues' f_z √(ae/D) for narrow cuts.
-
-    Parameters
-    ----------
-    width
-        ae: width of cut, mm; limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
     angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares
@@ -59,16 +54,8 @@ def specific_force(material: WorkMaterial, chip: Floats | float) -> Floats:
 def milling_power(
     material: WorkMaterial, rate: Floats | float, chip: Floats | float, efficiency: float = 1.0
 ) -> Floats:
-    """Return the power of a milling cut, W.
-
-    Parameters
-    ----------
-    rate
-        Material removal rate, mm³/s.
-    chip
-        Mean chip thickness, mm: `mean_chip`.
-    efficiency
-        η of the machine's drive; 1 gives the power at the cutter.
+    """Return the power of a milling cut, W: `rate` is the material removal rate, mm³/s, `chip` the mean thickness, mm.
+    An `efficiency` of 1 gives the power at the cutter.
     """
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip) / efficiency)
 

@@ -40,19 +40,8 @@ class StockBlock:
 
 @dataclass(eq=False)
 class HeightField:
-    """Heights of material in square cells.
-
-    Attributes
-    ----------
-    heights
-        float32[rows, columns], mm: rows by ascending y, columns by ascending x. Below the floor, the material was cut
-        through.
-    x, y
-        Centre of the first cell, mm.
-    cell
-        Side of a cell, mm.
-    floor
-        Lower end of the material, mm.
+    """Heights of material in square cells: float32[rows, columns], mm, rows by ascending y, columns by ascending x.
+    Below the floor, the material was cut through. x and y are the centre of the first cell.
     """
 
     heights: NDArray[np.float32]
@@ -63,13 +52,7 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Return a block as cells; if its sides are not multiples of the cell, the last cells extend beyond it.
-
-        Raises
-        ------
-        PlanError
-            There would be more cells than `MOST_CELLS`.
-        """
+        """Return a block as cells; the last ones may extend beyond it. Raises PlanError for over `MOST_CELLS` cells."""
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
             width, depth = (block.high[k] - block.low[k] for k in range(2))

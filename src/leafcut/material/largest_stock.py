@@ -28,17 +28,7 @@ def largest_stock(
     """Return the maximum material over the cuts of a program that none of its rapids would meet.
 
     The program is assumed to be safe: above a rapid there can be no material, unless a cut went as deep before.
-    Everywhere else there may be material.
-
-    Parameters
-    ----------
-    dogleg
-        For rapids that move several axes, only the end counts, because the path is not straight.
-
-    Raises
-    ------
-    PlanError
-        There would be too many cells.
+    Everywhere else there may be material. Raises PlanError if there would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE

@@ -8,13 +8,7 @@ from leafcut.geometry.arrays import Floats
 
 
 def least_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return the minimum of the values within a distance along the path before and after every piece.
-
-    Parameters
-    ----------
-    values, length
-        Of every piece, in path order; lengths and `reach` in mm.
-    """
+    """Return the minimum of the values within a distance along the path before and after every piece; lengths in mm."""
     middles = np.cumsum(length) - 0.5 * length
     first, last = (
         np.searchsorted(middles, middles - reach, side="left"),

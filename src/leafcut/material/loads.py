@@ -40,20 +40,9 @@ class StockBefore:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads of every straight piece of a program's motion.
-
-    Attributes
-    ----------
-    moves, removed
-        The pieces and their removal.
-    feed, rpm
-        Of every piece: mm/s, 0 for rapids; 1/min.
-    share, width
-        Maximum chip thickness as a share of the feed per tooth; width of cut, mm.
-    rate
-        Material removal rate, mm³/s.
-    source
-        int64[m]: row of the path.
+    """Loads of every straight piece of a program's motion. Feeds in mm/s, 0 for rapids; speeds in 1/min; `share` is
+    the maximum chip thickness as a share of the feed per tooth; width of cut in mm, material removal rate in mm³/s;
+    `source` is the row of the path, int64[m].
     """
 
     moves: StraightMoves
@@ -170,13 +159,7 @@ def loads_of(
     threads: int = 1,
     check_cancelled: Heartbeat = unseen,
 ) -> Loads:
-    """Return the loads of every piece of a path in the stock, which is not changed.
-
-    Raises
-    ------
-    PlanError
-        There are too many pieces.
-    """
+    """Return the loads of every piece of a path in the unchanged stock. Raises PlanError for too many pieces."""
     field = stock.field.copy()
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
@@ -194,9 +177,8 @@ def loads_of(
 
 
 def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of every milling tool: from its library, otherwise from the program's own worst cut.
-
-    Limits that depend on unknown values are left out.
+    """Return the limits of every milling tool, by its library or by the program's own worst cut; limits that depend on
+    unknown values are left out.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip

@@ -15,13 +15,7 @@ _FLAT = 0.01
 
 
 def block_of_mesh(mesh: Mesh) -> StockBlock:
-    """Return the bounding box of a solid.
-
-    Raises
-    ------
-    PlanError
-        It is flat.
-    """
+    """Return the bounding box of a solid. Raises PlanError if it is flat."""
     low, high = mesh.low.tolist(), mesh.high.tolist()
     return StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
@@ -29,12 +23,8 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
     """Return a solid as cells of side `cell`, mm: its height above each cell centre, or its floor elsewhere.
 
-    Material below an overhang counts as solid: see `overhang`.
-
-    Raises
-    ------
-    PlanError
-        There would be too many cells, or too many triangles per cell.
+    Material below an overhang counts as solid: see `overhang`. Raises PlanError if there would be too many cells, or
+    too many triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
     field.heights[:] = field.floor
@@ -43,13 +33,7 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
 
 
 def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
-    """Raise the cells of a field to the highest triangle above each centre.
-
-    Raises
-    ------
-    PlanError
-        There are too many triangles per cell.
-    """
+    """Raise the cells to the highest triangle above each centre. Raises PlanError for too many triangles per cell."""
     from leafcut.kernels.surface import raise_cell_middles
 
     cell = field.cell

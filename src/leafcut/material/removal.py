@@ -50,12 +50,8 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
 
     Every chord (accurate to an eighth of the tolerance) is swept separately and the capsules are united. A buffer of
     the whole line would round its concave corners. Gouges are decided by the distance of the path from the walls, which
-    is exact: a path that keeps its distance gouges by 0, not by a sliver.
-
-    Raises
-    ------
-    PlanError
-        The pocket's outline or islands cross themselves or touch.
+    is exact: a path that keeps its distance gouges by 0, not by a sliver. Raises PlanError if the pocket's outline or
+    islands cross themselves or touch.
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
@@ -92,7 +88,7 @@ def much_wider(rules: PocketRules) -> float:
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Floats:
-    """Return the chords of all pieces, float64[n, 2, 2]; a piece without motion is a chord of length 0."""
+    """Return the chords, float64[n, 2, 2]; a piece without motion is a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
@@ -128,7 +124,7 @@ def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
 
 
 def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
-    """Return the area that the steps cut beyond the walls by more than the tolerance."""
+    """Return the area cut beyond the walls by more than the tolerance."""
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)

@@ -28,11 +28,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
     A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
     eight neighbours. A wall moved by less than a cell therefore counts as equal. Adjacent cells are reported together.
-
-    Raises
-    ------
-    ValueError
-        The fields have different cells.
+    Raises ValueError if the fields have different cells.
     """
     wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
@@ -58,9 +54,8 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
-    """Return groups of cells, int64[k, 2] rows and columns each, largest first.
-
-    Cells in touching squares of `size` cells are one group.
+    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `size` cells belong
+    together.
     """
     positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
@@ -81,12 +76,8 @@ def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
 
 
 def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
-    """Return the differing cells, bool[rows, columns], as defined in `stock_differences`.
-
-    Raises
-    ------
-    ValueError
-        The fields have different cells.
+    """Return the differing cells, bool[rows, columns], as in `stock_differences`. Raises ValueError if the cells
+    differ.
     """
     first, second = ((field.heights.shape, field.x, field.y, field.cell) for field in (before, after))
     if first != second:
@@ -95,7 +86,6 @@ def differing_cells(before: HeightField, after: HeightField, tolerance: float) -
 
 
 def _outside(field: NDArray[np.float32], reference: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:
-    """Return the cells of a field that are higher or lower than all nine cells of the other field there."""
     low, high = reference.copy(), reference.copy()
     for extreme, whole in ((np.minimum, low), (np.maximum, high)):
         for bound in (whole, whole.T):

@@ -23,13 +23,7 @@ _SAME = 1e-3
 
 
 def block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
-    """Return the bounding box of a surface and its fixtures; its lower end is that of the surface.
-
-    Raises
-    ------
-    PlanError
-        It has no width.
-    """
+    """Return the bounding box of a surface (down to its lower end) and fixtures. Raises PlanError if it has no width."""
     low, high = mesh.low, mesh.high
     floor = float(low[2])
     if not mesh.closed or low[2] >= high[2]:
@@ -52,11 +46,7 @@ def field_of_surface(
     """Return a surface as cells of a block, and the cells of its fixtures.
 
     The block and the moves are relative to an origin. For a finished part, holes drilled by the moves are filled.
-
-    Raises
-    ------
-    PlanError
-        There would be too many cells, or too many triangles per cell.
+    Raises PlanError if there would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)
@@ -102,7 +92,6 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
 
 
 def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
-    """Return the rows and columns of the cells whose centres lie in a rectangle."""
     spans = []
     for start, first, last, size in zip((field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True):
         edges = math.ceil((first - start) / field.cell), math.floor((last - start) / field.cell) + 1

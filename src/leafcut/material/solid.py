@@ -60,14 +60,8 @@ class Solid:
     ----------
     origin
         x and y, mm.
-    block
-        The block in program coordinates.
-    before, after
-        The stock.
     held
         bool[rows, columns]: cells of the fixture.
-    moves
-        The pieces of the program's motion.
     width, chip
         float64[m]: width of cut and maximum chip thickness of each move, as shares of the tool's diameter and of the
         feed per tooth.
@@ -88,20 +82,13 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block of material for displaying a run.
-
-    Raises
-    ------
-    PlanError
-        The block is unknown.
-    OptionError
-        A tool has no diameter.
+    """Return the block of material for displaying a run. Raises PlanError if the block is unknown; OptionError if a
+    tool has no diameter.
     """
     return _prepare(path, stock)[1]
 
 
 def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
-    """Return the shapes of the tools, and the block."""
     if stock.refused:
         raise PlanError(stock.refused)
     if not stock.tools:
@@ -116,14 +103,8 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
 
 
 def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = unseen) -> Solid:
-    """Return the stock of a run, cut by a toolpath, in cells for pictures.
-
-    Raises
-    ------
-    PlanError
-        The stock is unknown or not cut, or the moves are too many.
-    OptionError
-        A tool has no diameter.
+    """Return the stock of a run, cut by a toolpath, in cells for pictures. Raises PlanError if the stock is unknown or
+    not cut, or the moves are too many; OptionError if a tool has no diameter.
     """
     cutters, block = _prepare(path, stock)
     tools = dict(stock.tools)
@@ -171,13 +152,7 @@ def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
 
 
 def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block around the cuts below Z0, with a margin.
-
-    Raises
-    ------
-    PlanError
-        No cut goes below Z0.
-    """
+    """Return a block around the cuts below Z0, with a margin. Raises PlanError if no cut goes below Z0."""
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():

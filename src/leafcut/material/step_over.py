@@ -65,14 +65,8 @@ def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
     a disc whose centre, or the line to it, lies outside the allowed tool centres: passes on both sides of an island are
     not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between them.
 
-    Accurate within the chords of arcs and the steps of the path: some hundredths of a percent.
-
-    Parameters
-    ----------
-    centres
-        shapely geometry of the allowed tool centres.
-    passes
-        Points whose neighbours are searched; None: all.
+    Accurate within the chords of arcs and the steps of the path: some hundredths of a percent. `centres`: shapely
+    geometry of the allowed tool centres. `passes`: points whose neighbours are searched; None: all.
     """
     sides = _sides(path, centres, rules, passes)
     if sides is None:
@@ -96,9 +90,8 @@ def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
 
 
 class _Sides(NamedTuple):
-    """Sides of steps with a neighbour: rows of `discs`, the gap there, and the smaller gap of both sides, mm.
-
-    `is_lost`: a whole pass is missing there.
+    """Sides of steps with a neighbour: rows of `discs`, the gap there, and the smaller gap of both sides, mm;
+    `is_lost` if a whole pass is missing there.
     """
 
     discs: _Discs
@@ -149,7 +142,6 @@ class _Discs:
         return 0.0
 
     def opposite(self, rows: Indices) -> Indices:
-        """Return the rows of the discs on the other side of the same steps."""
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
@@ -198,9 +190,8 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return the height of the neighbour above the tangent, on the side of the normal of every point (0: none).
-
-    Also returns the neighbour's row and the radius of the disc.
+    """Return the height of the neighbour above the tangent, on the side of the normal of every point (0: none), the
+    neighbour's row, and the radius of the disc.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
@@ -213,11 +204,6 @@ class TooWide:
     """Returns the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
 
     A path that differs from the previous one in a few places is only searched there.
-
-    Parameters
-    ----------
-    centres
-        shapely geometry of the allowed tool centres.
     """
 
     def __init__(self, centres: Any, rules: PocketRules) -> None:
@@ -226,7 +212,7 @@ class TooWide:
         self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, pocket_path: PocketPath) -> Floats:
-        """Return the points of a path."""
+        """Return the points."""
         path = way_of(pocket_path, self.rules)
         moved_cells = self.cells.of(np.vstack([_without(path.xy, self.previous), _without(self.previous, path.xy)]))
         changed = self.cells.around(moved_cells, _REACHES)

@@ -14,18 +14,8 @@ from leafcut.model.tool import Tool
 
 @dataclass(frozen=True)
 class ToolCut:
-    """Effect of one tool of a program on the stock.
-
-    Attributes
-    ----------
-    tool
-        The tool, from the library or from the program's comments.
-    removed_mm3
-        Removed volume.
-    cut_s, air_s
-        Feed time in the material and in the air, s.
-    deepest_mm, widest_mm
-        Maximum depth and width of its cuts.
+    """Effect of one tool, from the library or from the program's comments, on the stock; feed time in the material and
+    in the air, s; maximum depth and width of its cuts, mm.
     """
 
     tool: Tool
@@ -60,14 +50,8 @@ class StockCut:
 
     Attributes
     ----------
-    program
-        Its name as given.
-    machine
-        Machine of the times.
     block, derived
         The stock before the first cut, and whether it was derived from the cuts.
-    field
-        The remaining stock.
     tools
         In the order of first use.
     rapids, collisions
@@ -75,10 +59,6 @@ class StockCut:
     same_as, differences
         The other program (None without one), and the positions where it leaves different stock, largest first: `before`
         is the height of the other.
-    issues
-        Dangers of the program, and assumptions.
-    defaults
-        Options used from the user's defaults.
     part
         File of the part that was the stock before the program's cuts; "" for a block.
     """

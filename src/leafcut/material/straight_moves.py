@@ -30,8 +30,6 @@ class StraightMoves:
         float64[m, 6], mm: start and end.
     row
         int64[m]: row of `path` that each belongs to.
-    rapid
-        bool[m].
     tool
         int64[m]: tool number.
     path
@@ -59,10 +57,7 @@ class StraightMoves:
         )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and highest corner of the area swept by tools on some moves, at least one, mm.
-
-        Z is the height of the tip.
-        """
+        """Return the lowest and highest corner of the area swept by tools on at least one move, mm; Z of the tip."""
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
         start, end = self.ends[selected, :3], self.ends[selected, 3:]
@@ -71,19 +66,9 @@ class StraightMoves:
 
 
 def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
-    """Return a toolpath as straight moves.
-
-    Parameters
-    ----------
-    max_deviation
-        Maximum chord error of arcs, mm.
-    max_length
-        Maximum length of the pieces of cuts in the plane, mm; rapids are not split.
-
-    Raises
-    ------
-    PlanError
-        There would be more moves than `MOST_MOVES`.
+    """Return a toolpath as straight moves. `max_deviation`: maximum chord error of arcs, mm. `max_length`: maximum
+    length of the pieces of cuts in the plane, mm; rapids are not split. Raises PlanError if there would be more moves
+    than `MOST_MOVES`.
     """
     path = expand(path)
     is_motion = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])

@@ -21,14 +21,8 @@ RIM, RIM_PLACES = 0.1, 24
 
 
 class SafeTiles(NamedTuple):
-    """Square tiles and the minimum crossing height of each.
-
-    Attributes
-    ----------
-    heights
-        float64[rows, columns], mm: rows by ascending y; −∞ without material.
-    x, y, side
-        Lower left corner of the first tile, and side of a tile, mm.
+    """Square tiles and the minimum crossing height of each. `heights`: float64[rows, columns], mm: rows by ascending y;
+    −∞ without material. `x`, `y`, `side`: lower left corner of the first tile, and side of a tile, mm.
     """
 
     heights: NDArray[np.float64]

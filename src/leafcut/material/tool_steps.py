@@ -40,8 +40,6 @@ class ToolWay:
         Length of the step that ends here, mm, float64[n]; 0 after a plunge and for the outgoing point of a corner.
     run
         int64[n]: number of the run, feed moves without a retract.
-    piece
-        int64[n]: number of the piece.
     """
 
     xy: Points
@@ -57,10 +55,7 @@ class ToolWay:
 
 
 def step_of(rules: PocketRules) -> float:
-    """Return the length of a step, mm: at most `STEP` diameters.
-
-    Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
-    """
+    """Return the length of a step, mm: at most `STEP` diameters."""
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 
