@@ -49,10 +49,8 @@ def plain_corners(speed: Floats) -> Corners:
 
 
 def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return the corners of a controller that uses the junction deviation.
-
-    The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
-    of half the angle between them.
+    """Return the corners of a controller that uses the junction deviation: the circle that touches both moves and
+    stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine of half the angle between them.
     Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
     """
     cosine = -(before.end * after.start).sum(axis=1)

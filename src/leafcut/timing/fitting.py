@@ -205,7 +205,6 @@ def _least_squares(
 
 def _errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
     """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
-
     The variance is that of the residuals, but at least 1, the variance expected from the weights.
     """
     degrees_of_freedom = len(residual) - len(parameters)

@@ -59,10 +59,7 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """The lines of a text as sent, without blanks and comments: bytes and words of each, int64[n].
-
-    By row: the values of the line that starts at the row, otherwise 0.
-    """
+    """Bytes and words of each line as sent, without blanks and comments, int64[n]; by row, 0 where no line starts."""
 
     size: NDArray[np.int64]
     words: NDArray[np.int64]
@@ -77,10 +74,7 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the lines that start at the rows of a path.
-
-    Without the text, each row is one line as written by our posts, with three decimals.
-    """
+    """Return the lines that start at the rows of a path; without the text, each row is one line with three decimals."""
     n = len(path)
     if lines is not None and path.line.any():
         starts = np.append(True, path.line[1:] != path.line[:-1])[:n]

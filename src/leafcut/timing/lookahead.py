@@ -39,10 +39,7 @@ _BLOCK = 1 << 13
 
 
 class Pieces(NamedTuple):
-    """Moves and corner arcs, in order: mm, mm/s, mm/s².
-
-    `join` is the speed limit at the end of a piece, `move` the number of the move to which it belongs.
-    """
+    """Moves and corner arcs, in order: mm, mm/s, mm/s². `join` is the speed limit at the end of a piece."""
 
     length: Floats
     velocity: Floats
@@ -157,9 +154,8 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
 
 
 def _lookahead_minimum(value: Floats, depth: int) -> Floats:
-    """Return the minimum of every value and the `depth` values after it.
-
-    In blocks of the window's size: a window is the end of one block and the start of the next.
+    """Return the minimum of every value and the `depth` values after it, in blocks of the window's size: a window is
+    the end of one block and the start of the next.
     Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
     """
     window = depth + 1

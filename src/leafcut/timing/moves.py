@@ -31,16 +31,10 @@ class Moves:
 
     Attributes
     ----------
-    row
-        Row of the toolpath.
     length, velocity, limit, acceleration
         `velocity` is the requested speed, at most `limit`, the speed that the axes allow along the move.
     start, end
         Unit tangents, float64[m, 3].
-    turn
-        The round part.
-    rapid
-        G0.
     mode, tolerance
         `REST`, `EXACT` or `BLEND` after the move; P of G64, 0 without.
     flushed
@@ -78,18 +72,9 @@ def moves_of(
     joining: Floats,
     cycle_s: float = 0.0,
 ) -> Moves:
-    """Return the moves of a path without canned cycles.
-
-    Parameters
-    ----------
-    delta
-        Displacement of every row, float64[n, 3], mm.
-    turns
-        Its arcs.
-    mode, tolerance, joining
-        By row: end mode of the move, and P and Q of G64 in mm.
-    cycle_s
-        Minimum duration of a move: the planning interval of the controller.
+    """Return the moves of a path without canned cycles. `delta`: displacement of every row, float64[n, 3], mm; `mode`,
+    `tolerance`, `joining`: by row: end mode of the move, and P and Q of G64 in mm; `cycle_s`: minimum duration of a
+    move: the planning interval of the controller.
     """
     steps = _steps(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
@@ -120,7 +105,6 @@ def _steps(
     tolerance: Floats,
     joining: Floats,
 ) -> MovingRows:
-    """Return the rows that move, and whether a stop separates them."""
     arc_of = np.full(len(path), -1, dtype=np.int64)
     arc_of[turns.row[turns.length > 0]] = np.flatnonzero(turns.length > 0)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
@@ -148,7 +132,6 @@ def changes_power(path: Toolpath) -> Mask:
 
 
 def _straight_limits(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return length, limits of velocity and acceleration, and tangents of straight moves."""
     moved = np.abs(steps.delta)
     length = np.sqrt((moved * moved).sum(axis=1))
     safe = np.where(length > 0, length, 1.0)
@@ -160,7 +143,6 @@ def _straight_limits(steps: MovingRows, machine: Machine) -> tuple[Floats, Float
 
 
 def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floats, Floats]:
-    """Return the unit tangents at the start and at the end of helices of given length."""
     sweep, normal = turn.sweep[rows, None], turn.normal[rows]
     upwards = np.abs(normal) * turn.rise[rows, None]
     along = [turn.radius[rows, None] * sweep * np.cross(normal, out[rows]) for out in (turn.out, turn.out_end)]
@@ -168,7 +150,7 @@ def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floa
 
 
 def _round_limits(turns: Turns, rows: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
-    """Return the limits of velocity and acceleration along helices, from the slowest axis in plane and the rise."""
+    """Return the limits along helices, from the slowest axis in plane and the rise."""
     axes = AXES[turns.plane[rows]]
     length = turns.length[rows]
     flat = turns.turn.radius[rows] * turns.turn.sweep[rows]

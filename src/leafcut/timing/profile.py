@@ -74,7 +74,7 @@ def move_time(
 
 
 def _times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the seconds of moves with cruise = distance / velocity and ramp = distance / acceleration, elementwise."""
+    """Seconds of moves with cruise = distance / velocity and ramp = distance / acceleration, elementwise."""
     reached = cruise * cruise >= ramp
     safe = np.where(reached & (cruise > 0), cruise, 1.0)
     seconds: NDArray[np.float64] = np.where(reached, cruise + ramp / safe, 2.0 * np.sqrt(ramp))

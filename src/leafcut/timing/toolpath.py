@@ -44,17 +44,7 @@ def corner_style(machine: Machine) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PathTimes:
-    """The times of a toolpath.
-
-    Attributes
-    ----------
-    path
-        The toolpath with expanded canned cycles.
-    source
-        int32[m]: source row of each row in the original toolpath.
-    seconds
-        float64[m]: time of every row, s.
-    """
+    """The times of a toolpath with expanded canned cycles, s; `source` has the row of the original toolpath."""
 
     path: Toolpath
     source: NDArray[np.int32]
@@ -84,12 +74,7 @@ def measure(
 
     An unknown coordinate costs nothing. A move between program and machine coordinates is exact if the machine's
     `work_offset` is known. Otherwise its time is estimated from half of the axis travel, its length counts as 0, and it
-    costs nothing if the travel is unknown.
-
-    Raises
-    ------
-    PlanError
-        The expanded cycles have too many moves.
+    costs nothing if the travel is unknown. Raises PlanError if the expanded cycles have too many moves.
     """
     path, source, delta, turns, moves, move_times, standing_seconds = _timed(path, machine, start, lines)
     dark_feed = (path.kind == Kind.FEED) & (beam_off[source] if beam_off is not None else False)
@@ -115,12 +100,8 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     """Return the rows that a GRBL board executes more slowly because it waits for lines, and the loss of each, s.
 
     The reference is a board whose serial line and processor take no time. The loss of the first move after a stop,
-    before which lines are read, is excluded. For other controllers the result is empty.
-
-    Raises
-    ------
-    PlanError
-        The expanded cycles have too many moves.
+    before which lines are read, is excluded. For other controllers the result is empty. Raises PlanError if the
+    expanded cycles have too many moves.
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
@@ -132,31 +113,23 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of every moving row, s, float64[n], as summed by `measure`; 0 for other rows.
-
-    For paths without canned cycles.
-    """
+    """Return the time of every moving row of a path without canned cycles, s, float64[n], as summed by `measure`."""
     return _timed(path, machine).moving
 
 
 def clock(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of every row. Their sum is the time of `measure` with the same `lines` and `start`.
-
-    Raises
-    ------
-    PlanError
-        The expanded cycles have too many moves.
+    """Return the time of every row. Their sum is the time of `measure` with the same `lines` and `start`. Raises
+    PlanError if the expanded cycles have too many moves.
     """
     timed = _timed(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
 
 
 class _Timed(NamedTuple):
-    """A path with expanded cycles, the source of its rows, and their times.
-
-    Displacement of the rows, mm; arcs; moves and their seconds; standing time per row, s.
+    """A path with expanded cycles, the source of its rows, and their times: displacement of the rows, mm; arcs; moves
+    and their seconds; standing time per row, s.
     """
 
     path: Toolpath

@@ -35,12 +35,8 @@ def travel_metric(
     ``time``: seconds of a rapid in x and y, with the acceleration factor included in the accelerations. A move over one
     of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) also costs the Z rapids up and down by `lift_height_mm`, each from
     rest to rest. ``distance``: millimetres, plus twice the height for a lift. With a `relief`, a move also costs the
-    rise to its travel height and the descent.
-
-    Raises
-    ------
-    PlanError
-        Zones that are not rows of four finite numbers, a negative height, or an unknown objective.
+    rise to its travel height and the descent. Raises PlanError for zones that are not rows of four finite numbers, a
+    negative height, or an unknown objective.
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
@@ -74,12 +70,8 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b` (mm) over a level sheet, as computed in the search.
-
-    Raises
-    ------
-    PlanError
-        The metric is for maps, or travel heights differ.
+    """Return the cost of travel from `a` to `b` (mm) over a level sheet, as computed in the search. Raises PlanError if
+    the metric is for maps, or travel heights differ.
     """
     from leafcut.kernels.cost import CODES, distance
 
