@@ -211,7 +211,6 @@ class Flow:
     # Structure of the program.
 
     def _survey(self) -> None:
-        """Find the construct of every O-word of the program, and the lines of loops."""
         self._of_line = {}
         self._looped = bytearray(len(self._lines))
         open_ones: dict[str, Construct] = {}

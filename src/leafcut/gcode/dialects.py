@@ -365,7 +365,6 @@ _TABLES = ("torch", "sources")
 
 
 def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
-    """Fill missing keys from the shipped dialect `base`."""
     if base is None:
         return said
     below = parse_toml(_content(base), base, DIALECT)

@@ -314,7 +314,6 @@ class Scanner:
         return value
 
     def _operation(self, level: int) -> float:
-        """Parse operands and operators of at least the precedence `level`."""
         left = self.value()
         while True:
             self.peek()
@@ -326,7 +325,6 @@ class Scanner:
             left = _checked(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
 
     def _target(self) -> int | str:
-        """Parse `#` and the number or name after it."""
         self.peek()
         self.position += 1
         if self.peek() == "<":
@@ -396,7 +394,6 @@ def _shown(value: float) -> str:
 
 
 def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
-    """Return the value of a function; raise an error for arguments outside its domain."""
     if any(math.isnan(a) for a in arguments):
         return UNKNOWN
     try:

@@ -315,7 +315,6 @@ class Interpreter:
                 self.reason = _MESSAGE
 
     def _subprograms(self, words: SortedBlock) -> None:
-        """Record calls and ends of subprograms, and codes after which the state is unknown."""
         unknown, letters = words.unknown or [], words.letters
         for word in list(unknown):
             if word.letter != "M":
@@ -381,7 +380,6 @@ class Interpreter:
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
     def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
-        """Record the reason to keep this block unchanged, and the axes that are unknown afterwards."""
         self.unclear.append((reason, lost))
 
     def _act_or_keep(self, words: SortedBlock) -> None:

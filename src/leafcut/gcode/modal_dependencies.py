@@ -142,7 +142,6 @@ class BlockReader:
         return Reliance(frozenset(relies), frozenset(sets))
 
     def _inert(self, block: int, words: BlockWords | None) -> bool:
-        """Return whether a block is an output or a setting of the controller."""
         if int(self.program.line[block]) in self._obeyed:
             return words is None or words.empty
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}

@@ -136,7 +136,6 @@ def _first_line(lines: tuple[str, ...]) -> int:
 
 
 def _readable(line: str) -> bool | None:
-    """Return whether a line has G-code words; None for a line with other text."""
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
         if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
@@ -178,7 +177,6 @@ class _BlockRecord:
         self._plain = {}
 
     def add(self, line: int, rows: int, reason: str) -> None:
-        """Add a block whose rows start at `rows`, with the reason why it is fixed, and record the state."""
         if reason:
             self.fixed[len(self.line)] = reason
         self.line.append(line)
@@ -413,7 +411,6 @@ class _ProgramReader:
         return body not in ("", "%") or any(map(is_active_comment, comments)) or (fagor and bool(comments))
 
     def _state(self, statement: Statement, at: int) -> int:
-        """Execute IF, WHILE, GOTO, DO or END."""
         self.state.line = at + 1
         after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)

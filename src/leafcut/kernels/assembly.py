@@ -100,7 +100,6 @@ def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
 
 @part
 def _is_successor(place: NDArray, u: int, v: int) -> bool:
-    """Return whether v directly follows u in A."""
     return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
 
 

@@ -199,7 +199,6 @@ def _fill(board: Board) -> None:
 
 @part
 def _start(board: Board) -> None:
-    """Start a motion if there is one and the machine is at rest."""
     count = board.counts
     if not count[RUNNING] and count[DONE] < count[PLANNED]:
         count[RUNNING] = 1

@@ -154,7 +154,6 @@ class _ToolRun(NamedTuple):
 def _sweep_strip(
     run: _ToolRun, rows: CellRows, *, ends: Floats, inset: Floats, margin: float, top: float
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Cut rows of a field by the moves that reach them; return these moves and their results."""
     from leafcut.kernels.sweep import sweep
 
     middle = rows.y + 0.5 * (rows.first + rows.last - 1) * rows.cell

@@ -23,7 +23,7 @@ _SAME = 1e-3
 
 
 def block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
-    """Return the bounding box of a surface (down to its lower end) and fixtures. Raises PlanError if it has no width."""
+    """Return the bounding box of a surface (down to its bottom) and fixtures. Raises PlanError if it has no width."""
     low, high = mesh.low, mesh.high
     floor = float(low[2])
     if not mesh.closed or low[2] >= high[2]:

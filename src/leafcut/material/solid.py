@@ -175,7 +175,6 @@ def _collisions(
     block: StockBlock,
     origin: tuple[float, float],
 ) -> tuple[Collision, ...]:
-    """Return collisions of rapids, shanks and holders with the material: the deepest piece of each row."""
     depths = {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
         Body.SHANK.value: removed.shank,

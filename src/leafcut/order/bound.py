@@ -220,7 +220,6 @@ def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
 
 
 def _sets(tree: SpanningTree, n: int) -> Sets:
-    """Return the sets of nodes that merge along the edges of the tree, shortest first."""
     order = np.argsort(tree.length, kind="stable")
     a, b = np.ascontiguousarray(tree.edges[:, order])
     left, right, up = (np.zeros(2 * n, dtype=np.int32) for _ in range(3))

@@ -65,7 +65,6 @@ def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
 
 
 def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callable[[], bool]) -> float | None:
-    """Return a lower bound computed with the nearest-neighbour tour as upper bound, or None."""
     relaxed = tour_instance(instance.problem, instance, late)
     if relaxed is None:
         return None

@@ -145,7 +145,6 @@ def _join_cheapest(
 def _lists_of_ends(
     cost: CostModel, ends: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
-    """Return candidate lists within a set of nodes, their costs, and the node of each row."""
     m, explicit = len(ends), cost.code == EXPLICIT
     tree, order = plant_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
     nodes = ends if explicit else ends[order]

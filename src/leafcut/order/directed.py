@@ -263,7 +263,6 @@ def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
 def _candidates(
     problem: RoutingProblem, cost: CostModel, way: Ints, begin: Ints, beyond: int, k: int
 ) -> tuple[Listed, Listed]:
-    """Return the cheapest successors and the cheapest predecessors of every cluster."""
     m, nodes = len(begin) - 1, len(way)
     k = min(k, m - 1)
     if problem.metric.name == "EXPLICIT" or m < nodes <= DENSE_LIMIT:

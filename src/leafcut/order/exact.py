@@ -126,7 +126,6 @@ class _Table:
         self.members = [np.flatnonzero(problem.cluster == c) for c in range(m)]
 
     def cheapest(self, begun: Floats, home: Floats) -> tuple[float, Ints]:
-        """`begun`: cost up to and including each node as the first."""
         problem, m = self.problem, self.problem.n_clusters
         spent = np.full((1 << m, problem.n_nodes), np.inf)
         for c in range(m):

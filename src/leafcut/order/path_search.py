@@ -127,7 +127,6 @@ class PathSearch:
         return not self.alone or self.stop.thrift.goes_on(seconds, self.best.cost)
 
     def _mean_way(self) -> float:
-        """Return the mean cost of a move between nodes, without service."""
         rules, route = self.instance.rules, self.route
         return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
 

@@ -81,7 +81,6 @@ def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, s
 
 
 def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
-    """Return the initial forest, in which each node is a separate part."""
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
     part, found = np.arange(n, dtype=np.int32), np.full(n, -1, dtype=np.int32)

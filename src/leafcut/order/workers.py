@@ -88,7 +88,6 @@ class Workers:
 def _timed(
     work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
 ) -> tuple[tuple[int, int], float, Share]:
-    """Return the identity of the worker, the time in seconds, and the result."""
     began = time.perf_counter()
     share = work(instance, item, stop)
     return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share

@@ -311,7 +311,6 @@ def _known_solution(problem: RoutingProblem, nodes: Ints, options: SolveOptions)
 
 
 def _remove_ends(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingProblem, Ints]:
-    """Return the problem without its first and last nodes, and its nodes as nodes of `problem`."""
     removed = np.isin(problem.cluster, problem.cluster[np.concatenate([first, last])])
     node_of = np.flatnonzero(~removed).astype(np.int32)
     clusters, cluster = np.unique(problem.cluster[node_of], return_inverse=True)
@@ -342,7 +341,6 @@ def _with_cost(
     number: int, problem: RoutingProblem, nodes: Ints, searched: Solution, options: SolveOptions, quick: SearchOne,
     cancelled: threading.Event, bounds: Callable[[RoutingProblem], Deadline],
 ) -> Solution:  # fmt: skip
-    """Return the solution with the cost of the whole stage, and with a bound if requested."""
     from leafcut.order.certificate import certify
     from leafcut.order.instance import path_cost
 

@@ -117,7 +117,6 @@ def _diameter(contour: Contour) -> float:
 
 
 def _count_chains(lines: Sequence[Contour]) -> int:
-    """Return the number of outlines formed by lines that meet at their ends."""
     leader = list(range(len(lines)))
 
     def lead(k: int) -> int:

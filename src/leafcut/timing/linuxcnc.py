@@ -163,7 +163,6 @@ def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats
 
 
 def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float) -> Floats:
-    """Return the mean speed at which an overlap of both moves would start."""
     half = [m.acceleration * (1.0 - kink) * 0.5 * np.where(m.turn.radius > 0, TANGENTIAL, 1.0) for m in (before, after)]
     first, second = overlap_speeds(before, after, (half[0], half[1]), half_angle, shortened=0.5)
     return (first + second) / 2.0

@@ -118,7 +118,6 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
 
 
 def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
-    """Return the overlap of every move with the next one, s."""
     saved = np.zeros(len(moves))
     followed = np.flatnonzero(follows)
     before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (followed, followed + 1))

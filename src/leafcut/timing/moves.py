@@ -150,7 +150,6 @@ def _tangents(turn: Turn, rows: NDArray[np.int64], length: Floats) -> tuple[Floa
 
 
 def _round_limits(turns: Turns, rows: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
-    """Return the limits along helices, from the slowest axis in plane and the rise."""
     axes = AXES[turns.plane[rows]]
     length = turns.length[rows]
     flat = turns.turn.radius[rows] * turns.turn.sweep[rows]

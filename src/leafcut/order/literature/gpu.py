@@ -66,8 +66,6 @@ class GpuAnts(Ants):
 
 
 class _Builder:
-    """The instance and the trails on the GPU, and buffers for one batch of ants."""
-
     def __init__(self, instance: Instance, trails: Trails, tours: NDArray[np.int32]) -> None:
         from numba import cuda as there
 

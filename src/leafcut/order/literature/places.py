@@ -123,7 +123,6 @@ class Places:
         return {"pheromone": pheromone, "step": trails.step(best, *self._example(trails))}
 
     def _example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
-        """Return the first node, and the most probable next nodes of an ant that starts there."""
         instance = self.instance
         here = int(np.flatnonzero(instance.label == 0)[0])
         near = instance.candidates[here]

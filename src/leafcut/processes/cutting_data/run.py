@@ -137,7 +137,6 @@ def _tool_works(
 
 
 def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield the end mills of the library, which a drawing of holes does not use."""
     library = library_of(settings, machine)
     assert library is not None  # --cut-length needs --tools
     for tool in library.tools:

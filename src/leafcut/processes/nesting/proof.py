@@ -135,7 +135,6 @@ def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) ->
 
 
 def _have_common_edge(a: Polygon, b: Polygon, kerf: float) -> bool:
-    """Return whether two outlines have parallel edges exactly one kerf apart."""
     if abs(a.distance(b) - kerf) > ROUNDING:
         return False
     return bool(b.exterior.intersection(a.buffer(kerf + SAME_PLACE)).length >= COMMON)
@@ -221,7 +220,6 @@ def _middle(path: Polyline) -> tuple[float, float]:
 
 
 def _is_same(a: Contour, b: Contour) -> bool:
-    """Return whether two contours have the same kind, extents, length and area."""
     if a.kind != b.kind or a.path.closed != b.path.closed or _differ(a.path.extents, b.path.extents):
         return False
     area = abs(abs(a.path.area) - abs(b.path.area))

@@ -285,7 +285,6 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
 
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
-    """Return the remnants of the best nest, and the text of each drawing by file name."""
     from leafcut.processes.nesting.plan.remains import remains
     from leafcut.processes.nesting.post import write_stock
     from leafcut.processes.nesting.proof import check_remnants

@@ -51,7 +51,6 @@ def with_air(
 def _confirmed(
     pieces: Sequence[PocketPiece], divided: list[list[PocketPiece]], rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Measure the divided pieces; pieces that turn out to cut get their original kind back."""
     parts = [part for pieces_of in divided for part in pieces_of]
     if all(part.kind != "air" for part in parts):
         return divided

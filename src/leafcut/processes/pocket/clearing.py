@@ -178,7 +178,6 @@ def _clearing(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> Clearing:
-    """Return a region cleared by a strategy: directly, or roughed with stock left and then finished along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes

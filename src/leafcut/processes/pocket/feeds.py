@@ -175,7 +175,6 @@ class _Places:
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
     def least_by_segment(self, shares: Floats) -> Floats:
-        """Return for each step the lowest feed on its line or arc."""
         if not len(self.vertices):
             return shares
         middle = self.ends - 0.5 * np.diff(self.ends, prepend=0.0)
@@ -185,7 +184,6 @@ class _Places:
         return np.asarray(least[segment])
 
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
-        """Divide a piece where its feed changes."""
         length = piece.path.length
         if not len(shares) or not length > NOTHING:
             return [piece]
@@ -198,7 +196,6 @@ class _Places:
         return divided(piece, [(start, piece.kind, share) for start, share in zip(starts, values, strict=True)])
 
     def _snapped(self, place: float, snap: float) -> float:
-        """Return a station, or the vertex near it."""
         corners = np.append(0.0, self.vertices)
         near = float(corners[int(np.argmin(np.abs(corners - place)))])
         return near if abs(near - place) <= snap else place

@@ -53,7 +53,6 @@ def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
 def _fill(
     root: int, spaces: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
-    """Fill the holes of a part, largest pieces first."""
     members: list[Placement] = []
     used: Counter[int] = Counter()
     for space in spaces:

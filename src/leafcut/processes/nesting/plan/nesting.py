@@ -66,7 +66,6 @@ def _blocks(
     kerf: float,
     inner: Sequence[tuple[float, float]],
 ) -> tuple[list[NestPiece], list[int]]:
-    """Group pieces into blocks that fit the smallest sheet for the piece."""
     grouped: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
@@ -233,7 +232,6 @@ def _uses_shapes(task: NestTask) -> bool:
 
 
 def _nest_on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
-    """Return a nest by shapes on sheets that cost no more than another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
     def attempt(plan: FillPlan) -> Nest:
@@ -281,7 +279,6 @@ class _Clock:
         self.end = time.monotonic() + self.all
 
     def start_plan(self, task: NestTask, plan: FillPlan, plans: float) -> None:
-        """Share the remaining time among the strips of this plan and of `plans` plans in total."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
         for stock, count in plan:

@@ -93,7 +93,6 @@ def _positions(
 
 
 def _thin(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
-    """Return at most `limit` of the points, evenly thinned."""
     if len(points) <= limit:
         return points
     return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]

@@ -99,7 +99,6 @@ class ShapePacker:
         return result
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
-        """Return the pieces, and the length used."""
         strip = self._pack(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
             return self._placed_pieces(strip), strip.width

@@ -132,7 +132,6 @@ def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Even
 
 
 def _send_task(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
-    """Send the task; standard input stays open while an answer is awaited."""
     assert process.stdin is not None
     try:
         process.stdin.write(json.dumps(task).encode() + b"\n")

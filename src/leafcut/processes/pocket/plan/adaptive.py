@@ -78,8 +78,6 @@ class _Spot:
 
 @dataclass
 class _Work:
-    """A growing path, and the discs that it cleared."""
-
     rules: PocketRules
     limit: float
     #: Edge of the region, shapely, prepared.
@@ -145,7 +143,6 @@ class _Work:
         return tool + rho - math.sqrt(rho * rho + tool * tool + 2.0 * rho * tool * math.cos(angle))
 
     def grow(self, axis: Axis) -> None:
-        """Clear discs along the axis, short branches first."""
         children = axis.children()
         spots = {0: _Spot(0, axis.xy[0])}
         stack = [(child, 0) for child in reversed(children[0])]
@@ -260,7 +257,6 @@ class _Work:
         self.at, self.disc = to, disc
 
     def _discs_between(self, a: int, b: int) -> list[int]:
-        """Return the path between two discs in the tree of discs."""
         up, down = [a], [b]
         while up[-1] != down[-1]:
             longer = up if up[-1] > down[-1] else down  # a disc is younger than its predecessor
@@ -275,7 +271,6 @@ class _Work:
         return (ax + middle * (bx - ax), ay + middle * (by - ay))
 
     def along_walls(self, rings: list[Points]) -> None:
-        """Remove the cusps along every edge of the region, nearest edge first."""
         walls = [self._begun(ring if self.turn > 0 else ring[::-1]) for ring in rings]
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
@@ -296,7 +291,6 @@ class _Work:
 
 
 def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyline:
-    """Return an arc about (x, y) in parts of at most half a turn."""
     parts = max(math.ceil(abs(sweep) / math.pi - 1e-9), 1)
     angles = start + sweep * np.linspace(0.0, 1.0, parts + 1)
     bulges = np.append(np.full(parts, math.tan(0.25 * sweep / parts)), 0.0)

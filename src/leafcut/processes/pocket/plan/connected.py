@@ -83,7 +83,6 @@ def best(
 
 
 def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
-    """Shorten paths, except near the points `kept`, and join them."""
     rules = region.rules
     ground, allowed = _ground(region, paths), region.polygon.buffer(1e-7)
     paths = [shorten(path, ground, region, allowed, kept, stopped) for path in paths]

@@ -101,6 +101,5 @@ class CoverageGrid:
 
 
 def _spans(first: Indices, end: Indices) -> Indices:
-    """Return all rows from each `first` up to its `end`."""
     counts = end - first
     return np.repeat(first - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())

@@ -130,7 +130,6 @@ def grid_points(
 
 
 def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
-    """Return a lower bound of the steps longer than the pitch, from points with fewer than two neighbours."""
     if len(columns) < 2:
         return 0
     # A frame of empty cells avoids checks at the border.

@@ -67,7 +67,6 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
 
 
 def _sampled(polygon: Any, spacing: float) -> Points:
-    """Return points on all rings, with all corners, float64[n, 2]."""
     parts = []
     spacing = max(spacing, polygon.length / _MOST)
     for ring in (polygon.exterior, *polygon.interiors):

@@ -143,12 +143,10 @@ class RegionPaths:
 
 
 def _dense(ring: Points, spacing: float) -> Points:
-    """Return a ring with extra corners, at most `spacing` mm apart."""
     return np.asarray(shapely.segmentize(shapely.LinearRing(ring), spacing).coords)[:-1]
 
 
 def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
-    """Return indices of corners of a ring that are about `spacing` mm apart."""
     along = np.concatenate([[0.0], np.hypot(*np.diff(ring, axis=0).T).cumsum()])
     step = np.floor(along / spacing).astype(np.int64)
     stops = np.flatnonzero(np.diff(step, prepend=-1) > 0)

@@ -234,7 +234,6 @@ class RingLinks:
         return float(line.length) if self.allowed.covers(line) else math.inf
 
     def _place_children(self) -> None:
-        """Find the best joint of each ring beside the spine."""
         left = [(ring, child) for ring in reversed(self.spine) for child in reversed(self.children[ring])]
         while left:
             ring, child = left.pop()
@@ -252,7 +251,6 @@ class RingLinks:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
-        """Return the cheapest joint of two rings with free links, or None."""
         if (parent, child) not in self.options:
             self.options[parent, child] = self._options(parent, child)
         options = self.options[parent, child]
@@ -333,7 +331,6 @@ class RingLinks:
         return True
 
     def _around(self, ring: int, start: float, end: float) -> Points:
-        """Return the path along a ring from one station to another, with the detours around its children."""
         here = self.cut[ring]
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
         parts, at = [], start

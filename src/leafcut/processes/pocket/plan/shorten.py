@@ -159,7 +159,6 @@ class _Bends:
             self._try(i)
 
     def trim(self) -> None:
-        """Remove superfluous segments at both ends."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):

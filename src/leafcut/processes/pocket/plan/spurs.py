@@ -63,7 +63,6 @@ def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Poi
 
 
 def _worth(shape: Any, rules: PocketRules) -> list[Any]:
-    """Return the polygons larger than `SPECK`."""
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 

@@ -253,7 +253,6 @@ class _FeedRun:
 
     @property
     def entered(self) -> bool:
-        """Whether the first piece is an entry loop."""
         return self.pieces[0].kind == "entry"
 
 

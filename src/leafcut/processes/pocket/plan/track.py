@@ -31,7 +31,6 @@ class Track:
 
     @cached_property
     def _steps(self) -> Any:
-        """Spatial index of the segments."""
         steps: Any = shapely.linestrings(segments(self.points))
         return shapely.STRtree(steps)
 

@@ -53,7 +53,6 @@ def _in_order(rings: list[Points]) -> list[Points]:
 
 
 def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
-    """Return the pass along a ring with its leads, at a position with room for the widest lead."""
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:

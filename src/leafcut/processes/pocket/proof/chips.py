@@ -40,16 +40,12 @@ class MeasuredChips:
 
 @dataclass(frozen=True)
 class _Ramp:
-    """A descent, sloped or straight: its last move, and its maximum power, W."""
-
     cut: PocketCut
     power: float
 
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Samples at one height where the tool cuts: their moves, feeds, chips and power."""
-
     cuts: list[PocketCut]
     move: Indices
     feed: Floats
@@ -154,7 +150,6 @@ def _levels(
 
 
 def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
-    """Yield the moves at one height that overload the tool or the spindle, or are too fast."""
     thick, strong, fast = (
         _worst(level, level.chip / limits.chip),
         _worst(level, level.power / limits.power),

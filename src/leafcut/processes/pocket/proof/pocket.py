@@ -438,7 +438,6 @@ class EarlierCuts:
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
 
     def _near(self, place: Floats, row: int, height: float, distance: float) -> list[int]:
-        """Return the moves before a row, not above a height, within a distance of a place."""
         near = np.sort(self._tree.query(shapely.Point(place), predicate="dwithin", distance=distance))
         chosen: list[int] = near[(self._row[near] < row) & (self._top[near] <= height)].tolist()
         return chosen
@@ -447,7 +446,6 @@ class EarlierCuts:
 def _beyond_walls(
     cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float]
 ) -> list[Difference]:
-    """Return the moves that are deeper than their pocket, or whose tool edge is beyond a wall."""
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance

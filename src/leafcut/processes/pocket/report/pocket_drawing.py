@@ -187,7 +187,6 @@ def _arrows(frame: Frame, path: PocketPath) -> str:
 
 
 def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
-    """Return marks at the start, the end, and all entries of the tool."""
     drawn = [path for path in paths if path.pieces]
     if not drawn:
         return []

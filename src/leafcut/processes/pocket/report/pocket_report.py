@@ -143,7 +143,6 @@ class PocketReport(PathReport[PocketDetail]):
         return times
 
     def _path_facts(self) -> list[Fact]:
-        """Return the measures of the written path over one level."""
         outcome, m = self.outcome, written(self.outcome)
         rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
 
