@@ -47,6 +47,8 @@ class Torch:
         S sets the beam power; S0 switches the beam off while the head keeps moving.
     dark_rapids
         The controller switches the beam off in every rapid, regardless of S.
+    arc_output, height_output
+        Digital outputs (M62 to M65) that keep the arc off during a move and hold the torch height; None without one.
     feed_output
         Analog output (M67, M68) that reduces the feed, in percent, while M52 P1 is active; None: only F sets the feed.
     probe
@@ -132,6 +134,8 @@ class Dialect:
     point_required
         A length without a decimal point may mean thousandths. The point is always written, and required when reading.
     opening
+        Blocks before all others, for example to select the language.
+    units_mm, units_inch
         Words that select the unit; without one for inches, all programs are in millimetres.
     preamble
         Blocks between the units and the first move. They select the plane and absolute mode and cancel active modes.
@@ -151,11 +155,15 @@ class Dialect:
         Letter for the repeats of a cycle.
     tool_change
         ``M6``; ``pause``: T, then a stop for a manual tool change; ``M0``: the same in one block, M0 T1.
+    stop_word
+        Word that stops the program until the operator continues: ``M0``, or ``M226`` if M0, M1 and M2 end the program.
     rapid_feed
         Rapids also use the last F, so G0 states the rapid feed, and every cut after it restates its own.
     arc_turns
         G2 and G3 accept the number of turns in P.
     corner_tolerance
+        G64 accepts the corner tolerance in P.
+    rounding
         With G61 the tool stops after every move; with G64 it rounds corners as its acceleration requires.
     arc_ends
         Even a full circle states its end point.

@@ -106,6 +106,7 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
     no delay. The second descent uses the feed of the first cutting move, as in leafcut's plans; the real feed is a
     controller setting. Probing is not included, because its path and feed are settings. Outputs synchronized with
     motion (M62, M63, M67) are left out, since the machine does not stop for them.
+    `clearance` is the height of travel moves above the sheet, mm.
     """
     choices = materials_of(lines)
     starts = [line for line, _ in choices]

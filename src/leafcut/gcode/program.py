@@ -72,6 +72,7 @@ class Modal:
     cycle_words
         Letter and value of the modal words of the active cycle (R, Z, P, Q …), as written.
     unit
+        Millimetres in one unit; None before it is stated.
     incremental, absolute_centres, to_initial
         G91, G90.1 and G98.
     feed_mode, feed

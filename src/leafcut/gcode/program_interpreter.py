@@ -89,6 +89,7 @@ def interpret_program(
     opened.
 
     Parameters
+    ----------
     units
         "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     on_progress

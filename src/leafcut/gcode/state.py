@@ -74,6 +74,8 @@ class InterpreterState(Modal):
         The active motion or cycle if it is unsupported, otherwise ``""``.
     transform
         G code, in tenths, of an active rotation, scaling or mirroring; 0 without one.
+    surface
+        G96 (constant surface speed) is active.
     rotary
         Line and letter of the first move of a rotary axis.
     feed_forgotten

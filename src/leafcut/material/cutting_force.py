@@ -39,7 +39,7 @@ def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: f
 
     hm = f_z (1 − cos φ) / φ for a tooth engaged over the angle φ, with cos φ = 1 − 2 ae/D: the mean of f_z sin φ
     (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width this is 2 f_z / π. It tends to the
-    catalogues' f_z √(ae/D) for narrow cuts.
+    catalogues' f_z √(ae/D) for narrow cuts. `width` is ae, mm, limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
     angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares

@@ -53,7 +53,8 @@ def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | Non
 
     Exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is accurate to t
     / (r sin φ). That is 0.1 degrees at 90 for a tool of 10 mm and 0.01 mm. Cuts of less than 2t may give 0. Positions
-    in between are not evaluated: an edge met head-on within a step shows at its end.
+    in between are not evaluated: an edge met head-on within a step shows at its end. `entry`:
+    points on the loop of the descent, which are cleared already and give 0.
     """
     n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))

@@ -28,7 +28,8 @@ def largest_stock(
     """Return the maximum material over the cuts of a program that none of its rapids would meet.
 
     The program is assumed to be safe: above a rapid there can be no material, unless a cut went as deep before.
-    Everywhere else there may be material. Raises PlanError if there would be too many cells.
+    Everywhere else there may be material. With `dogleg`, only the end of a rapid in several axes counts. Raises
+    PlanError if there would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE

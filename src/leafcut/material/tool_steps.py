@@ -55,7 +55,10 @@ class ToolWay:
 
 
 def step_of(rules: PocketRules) -> float:
-    """Return the length of a step, mm: at most `STEP` diameters."""
+    """Return the length of a step, mm: at most `STEP` diameters.
+
+    Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
+    """
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 

@@ -107,6 +107,8 @@ class _Table:
 
     Attributes
     ----------
+    ways
+        float64[nodes, nodes]: costs from the exit of one node to the entry of another.
     begun, home
         float64[nodes]: on an open path, costs up to and including a first node, and from a last node to the end.
     needs

@@ -28,6 +28,7 @@ class Thrift:
 
     The search time is derived from the work done, so that results are reproducible. Gains shrink from period to period.
     A period is therefore not worth its time if it lasts longer than the machine time that the previous one saved.
+    Without `holds`, every period is worth its time; `spared`: the rule has ended the search.
     """
 
     holds: bool = False
@@ -65,8 +66,8 @@ class Stop:
     """All stopping criteria of a search.
 
     `now` is called often (between ants) and checks only cancellation, the time limit and the target. `reached` is
-    called between iterations. `target`: cost at which a tour is good enough, as the search counts it (without service);
-    `satisfied`: set by `Best.offer` when a tour reaches the target.
+    called between iterations. `patience`: iterations without a better tour; `target`: cost at which a tour is good
+    enough, as the search counts it (without service); `satisfied`: set by `Best.offer` when a tour reaches the target.
     """
 
     iterations: float = math.inf

@@ -118,6 +118,8 @@ class Process(Work, Protocol):
 
     Attributes
     ----------
+    name
+        Its name, which file formats use, too.
     asked_as
         Values of ``--process`` that select it.
     reads
@@ -130,6 +132,8 @@ class Process(Work, Protocol):
         The format of which several files become one program; "" for none.
     instead
         Wrong values of ``--process`` → advice.
+    command, help
+        Its command, which is also a value of ``--process``, and one line of help.
     takes
         Its input, in words.
     asks

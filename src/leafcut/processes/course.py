@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 def run_process(process: Process, job: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
     """Return the verified program of some files, and the report of the job.
 
-    Parameters
-    ----------
-
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
     with announced(job.report):

@@ -75,7 +75,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Cached because a page of the studio looks up hundreds."""
+    """Cached: a page of the studio looks up hundreds of options."""
     return {name: group for group in groups for name in group.specs()}
 
 

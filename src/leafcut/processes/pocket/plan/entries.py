@@ -58,12 +58,8 @@ def come_down(
 
     A ramp goes forth and back along the path and ends at its start. If the path starts with a `ring` that is shorter
     than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool
-    centres). If neither fits, the tool plunges.
-
-    ring
-        The first piece of the path if it is closed.
-    top
-        Height of the material, mm.
+    centres). If neither fits, the tool plunges. `ring` is the first piece of the path if it is closed;
+    `top` is the height of the material, mm.
     """
     start, asked = path.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]

@@ -21,7 +21,7 @@ def stock_tops(
     """Return the height of the material of each pocket before milling, mm: 0 at the top, negative below.
 
     It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
-    pocket is filled up to the rim of the outer one, whether that is milled or not.
+    pocket is filled up to the rim of the outer one, whether that is milled or not. `triangles`, float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []

@@ -40,9 +40,9 @@ TEETH = 2
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill of a library: by number, else by diameter, else its only one. Raises OptionError if the
-    library lacks the requested tool, or has several and none was requested; PlanError if the library has no end mill,
-    or the requested tool is no end mill, has another diameter, or is too short.
+    """Return the end mill of a library: by number, else by the diameter `asked`, mm, else its only one. Raises
+    OptionError if the library lacks the requested tool, or has several and none was requested; PlanError if the library
+    has no end mill, or the requested tool is no end mill, has another diameter, or is too short.
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:

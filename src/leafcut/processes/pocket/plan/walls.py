@@ -24,7 +24,8 @@ TOUCH = 0.1
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     """Return a pass along every wall of a region, from the cleared area and back.
 
-    Lead-in and lead-out are quarter circles; without room for them, the pass starts on the wall.
+    Lead-in and lead-out are quarter circles; without room for them, the pass starts on the wall. `roughed` is the
+    shapely geometry of the tool centres of roughing, whose area is cleared.
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)

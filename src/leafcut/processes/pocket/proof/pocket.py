@@ -484,7 +484,7 @@ def stock_top_differences(
     """Return the pockets with material higher than `tops` over them or within a tool radius around them.
 
     Other pockets of the solid count as full up to their rims. Each triangle above the height is tested by its
-    distance; the code is independent of the planning of heights.
+    distance; the code is independent of the planning of heights. `triangles`, float64[n, 3, 3], mm.
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):
