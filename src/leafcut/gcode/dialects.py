@@ -1,9 +1,5 @@
-"""G-code dialects of controllers, as data.
-
-Each dialect is a TOML file in the folder `dialects/`, with a source for every value. Others are given as the path of a
-file, or come from an installed package (`leafcut.dialects`).
-
-dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
+"""G-code dialects of controllers, as data: TOML files in `dialects/`, with a source for every value; a user's own
+file; or an installed package (`leafcut.dialects`).
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
-"""Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`.
-
-    numbers    12  -.5  #3  #<name>  #<_global>  #[1+2]  [expression]  FUNCTION[…]  and a sign before any of them
-    operators  **   * / MOD   + -   EQ NE GT GE LT LE   AND OR XOR    by precedence, from left to right
-
-Source: LinuxCNC, G-code overview (numbered and named parameters, expressions, functions). Values that only the machine
-knows (offsets, pins, parameters set by another program) are `UNKNOWN`, and so are all values computed from them.
+"""Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`. Values that only the machine knows
+(offsets, pins, parameters set by another program), and all values computed from them, are `UNKNOWN`. Source:
+LinuxCNC, G-code overview (numbered and named parameters, expressions, functions).
 """
 
 from __future__ import annotations

@@ -1,13 +1,8 @@
-"""The interpreter of G-code blocks, and the strict reader of leafcut's own programs.
+"""The interpreter of G-code blocks, in the order of RS274/NGC table 8: feed mode, F, S, T, tool change, spindle,
+coolant, dwell, plane, units, offsets, distance mode, motion, stop.
 
-The words of a block are sorted into modal groups, then carried out in the order of RS274/NGC table 8: feed mode, F, S,
-T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop.
-
-    interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
-
-An unsupported block is an error in leafcut's own programs. In programs of other CAMs (`keeps_unknown` in the state) it
-becomes a row FOREIGN: the block is kept unchanged in its position, and the axes that it may move are unknown until they
-are programmed again. An invalid block is an error in both.
+An unsupported block is an error in leafcut's own programs. In programs of other CAMs (`keeps_unknown`), it becomes a
+row FOREIGN, and the axes that it may move are unknown until they are programmed again.
 """
 
 from __future__ import annotations

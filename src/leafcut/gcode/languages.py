@@ -1,8 +1,5 @@
-"""Recognition of unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens.
-
-    other_language("BEGIN PGM 12 MM\\nTOOL CALL 1 Z S3000")      'this is a program in Heidenhain's plain language …'
-
-Each of them has words that never occur outside comments in a program for a mill, a laser or a torch.
+"""Recognition of unsupported programs: for lathes and 3D printers, and in the languages of Heidenhain and Siemens, by
+words that never occur outside comments in a program for a mill, a laser or a torch.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
-"""Controller materials that a program defines in comments, and the moves that the controller adds at every cut.
-
-    with_controller_moves(path, program.lines, 10.0)
-
-`gcode.torch.for_controller` removes heights and waits from programs for such a controller; this module adds them again.
+"""Controller materials that a program defines in comments, and the moves that the controller adds at every cut, which
+`gcode.torch.for_controller` leaves out.
 Source: QtPlasmaC manual, material handling: ``(o=0, …)`` applies to this program; ``o=1`` and ``o=2`` are stored in
 the table under the number ``nu``, and selected by M190.
 """

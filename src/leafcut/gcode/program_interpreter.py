@@ -1,9 +1,6 @@
-"""Reader of programs of any CAM: text in, `Program` out, with the modal state before every block.
-
-`control_flow` and `jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` executes it. Plain
-lines (G0 to G3, coordinates, F and S in ordinary modes) skip these steps and are executed directly.
-
-    interpret_program("G21\\nG90 G0 Z5\\nX1 Y2\\nG1 Z-1 F100\\nG0 Z5\\nM2", dialect("linuxcnc")).path
+"""Reader of programs of any CAM: text in, `Program` out, with the modal state before every block. `control_flow` and
+`jumps` choose the next line, `expressions` evaluates its numbers, `interpreter` executes it. Plain lines (G0 to G3,
+coordinates, F and S in ordinary modes) skip these steps.
 """
 
 from __future__ import annotations

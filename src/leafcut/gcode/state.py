@@ -147,10 +147,8 @@ class InterpreterState(Modal):
         return values if self.cycle is None else (None, *values[1:])
 
     def forget(self, cause: str) -> None:
-        """Mark position and modes as unknown after `cause`, whose effect the program does not show.
-
-        Units and feed mode are assumed to be unchanged: otherwise the following numbers would be meaningless, and the
-        order of operations does not depend on them.
+        """Mark position and modes as unknown after `cause`, except units and feed mode: without them the following
+        numbers would be meaningless.
         """
         self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
         self.path.initial_plane = None
@@ -278,10 +276,8 @@ class InterpreterState(Modal):
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_length(self, register: int) -> None:
-        """Select the tool length offset of a register; 0 cancels it.
-
-        A different register moves the Z origin by an unknown amount. Selecting the active register again changes
-        nothing, unless the tool or the table may have changed since.
+        """Select the tool length offset of a register; 0 cancels it. A different register, or the same one after a
+        change of tool or table, moves the Z origin by an unknown amount.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)

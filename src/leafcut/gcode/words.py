@@ -1,9 +1,4 @@
-"""A line of G-code as words: letters with numbers, comments, the block-delete slash and the percent sign.
-
-    N10 g0x1.5 Y-.5 (over the hole) ; go
-
-Spaces between words and the case of letters do not matter; a number contains no space.
-"""
+"""A line of G-code as words: `N10 g0x1.5 Y-.5 (over the hole) ; go`. Spaces between words and case do not matter."""
 
 from __future__ import annotations
 
@@ -62,11 +57,9 @@ class Word(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """One line: its words in order, its comments, and its marks.
-
-    `percent` is the text after a leading percent sign (often empty), or None without such a sign.
-    `deleted`: the line starts with a slash, so that a switch on the machine may skip it.
-    `call` is the name and the arguments of a modal call of a cycle, or ("", ()), which ends it.
+    """One line: its words, comments and marks. `percent` is the text after a leading percent sign, or None; `deleted`:
+    a switch on the machine may skip the line (slash). `call` is the name and the arguments of a modal call of a
+    cycle, or ("", ()), which ends it.
     """
 
     line: int

@@ -103,10 +103,8 @@ def usual_cell(
     cells: int = USUAL_CELLS,
     most_cells: int = MOST_CELLS,
 ) -> float:
-    """Return the default cell size for a block and the diameter of the smallest tool, mm.
-
-    A share of the tool's diameter. If that gives too many cells, larger, up to a fifth of the diameter; even larger
-    only if the cells would not fit into memory. In steps of 0.01 mm.
+    """Return the default cell size, mm, in steps of 0.01 mm: a share of the smallest tool's diameter; for too many
+    cells up to a fifth of it, and more only if the cells would not fit into memory.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     preferred = max(share * smallest, math.sqrt(area / cells))

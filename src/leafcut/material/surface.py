@@ -93,10 +93,8 @@ def safe_tiles(
 
 
 def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> Rims:
-    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n].
-
-    A hole is already open in the mesh of a finished part, but not in the mesh of a blank. Therefore the rim just
-    outside the tool counts, and the centre.
+    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n]: the rim just outside
+    the tool and the centre, because a hole may be open in the mesh.
     """
     from leafcut.kernels.surface import heights_at
 

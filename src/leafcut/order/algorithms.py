@@ -174,10 +174,8 @@ def check_options(
 def warm_up(
     problem: RoutingProblem, options: SolveOptions, aco: AcoOptions | None = None, firefly: FireflyOptions | None = None
 ) -> None:
-    """Compile every kernel that the search needs, or load it from disk, before the clock starts.
-
-    It runs one or two iterations on a small problem of the same kind, which is fast if the kernels are compiled. Ctrl-C
-    ends it, and the next call runs it again.
+    """Compile every kernel that the search needs, or load it from disk, before the clock starts, by an iteration or
+    two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
     """
     method, firefly = method_for(problem, options), firefly or FireflyOptions()
     options = replace(

@@ -1,8 +1,5 @@
-"""Simulated annealing of a path: remove some clusters and insert each at its cheapest position.
-
-With precedence among few clusters of many nodes, exchanges along candidate lists do not reach every good path. Removal
-and insertion do, with the nodes chosen by dynamic programming. A step examines the whole path, so the method suits
-paths of few clusters.
+"""Simulated annealing of a path: remove some clusters and insert each at its cheapest position, with the nodes chosen
+by dynamic programming. A step examines the whole path, so the method suits paths of few clusters.
 """
 
 from __future__ import annotations
@@ -73,9 +70,8 @@ class Forgetting:
 
     def cool_down(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
         """Anneal from a given path for `steps` steps; return the best path as the problem's nodes int32[clusters].
-
-        `mean` is the mean cost of a move. `go_on` is called with the number of steps since its last call, and returns
-        whether to continue.
+        `mean` is the mean cost of a move; `go_on` gets the number of steps since its last call, and returns whether
+        to continue.
         """
         walk, instance = self.walk, self.instance
         path = self.number[nodes]

@@ -1,8 +1,6 @@
-"""Held-Karp lower bound on the cost of a tour.
-
-Subgradient ascent searches for node penalties that maximize the weight of the minimum 1-tree. It works on a sparse
-graph, where steps are cheap. The minimum 1-tree over all edges under these penalties then proves the bound, so the
-ascent itself need not be exact. For few nodes, every step uses all edges.
+"""Held-Karp lower bound on the cost of a tour. Subgradient ascent on a sparse graph finds node penalties that maximize
+the minimum 1-tree; the minimum 1-tree over all edges under these penalties proves the bound. For few nodes, every
+step uses all edges.
 """
 
 from __future__ import annotations

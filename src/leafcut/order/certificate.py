@@ -142,10 +142,8 @@ def certify(
 def bound_of(
     instance: Instance, upper: float, cancelled: threading.Event, late: Callable[[], bool] = lambda: False
 ) -> float | None:
-    """Return a lower bound on the cost of any path of the problem, including service, or None.
-
-    `upper` is the travel cost of a known path. The computation ends when `cancelled` is set (for example by Ctrl-C) or
-    when `late` returns True.
+    """Return a lower bound on the cost of any path of the problem, including service, or None; `upper` is the travel
+    cost of a known path. Ends when `cancelled` is set or `late` returns True.
     """
     from leafcut.order.bound import lower_bound
 

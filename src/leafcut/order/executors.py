@@ -1,8 +1,6 @@
-"""Executors for tasks: threads, processes, or a Dask cluster, all behind `concurrent.futures.Executor`.
-
-A task is an importable function with arguments that can be pickled; threads accept any function. Workers may join and
-die; the unfinished tasks of a dead worker are repeated by another. An unreachable cluster or a dead scheduler gives a
-one-line error. Dask is imported only when it is used.
+"""Executors for tasks: threads, processes, or a Dask cluster, all behind `concurrent.futures.Executor`. A task is an
+importable function with arguments that can be pickled (threads accept any). The unfinished tasks of a dead worker
+are repeated by another. Dask is imported only when it is used.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
-"""`Instance`: a routing problem as a closed tour, in arrays for the kernels.
+"""`Instance`: a routing problem as a closed tour, in arrays for the kernels. A given start and end are extra nodes
+joined by a tied edge; a free end is a node at zero distance from all others.
 
-Extra nodes turn an open path into a closed tour: a given start and end are nodes joined by a tied edge; a free end is a
-node at zero distance from all others. A tour over these nodes is a path over the clusters, at the same cost.
-
-Nodes are numbered for locality: neighbours in the plane are close in memory. `Instance.label` maps nodes to clusters;
-the extra nodes come last.
+Nodes are numbered for locality: neighbours in the plane are close in memory. The extra nodes come last.
 """
 
 from __future__ import annotations
@@ -202,10 +199,8 @@ class Instance:
 
     @cached_property
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """Candidate lists for exchanges, without the free node: nodes int32[n, k] and costs float64[n, k].
-
-        Moves that start at the free node already find every gain with it. As the first candidate of every node it made
-        the search slower without shortening the tours.
+        """Candidate lists for exchanges, without the free node: nodes int32[n, k] and costs float64[n, k]. Moves that
+        start at the free node already find every gain with it.
         """
         if self.cost.free < 0:
             return self.candidates, self.lengths
@@ -286,10 +281,8 @@ def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[n
 
 
 def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
-    """Return the closed-tour form of `problem`; `n_candidates` = 0 makes all nodes candidates of each other.
-
-    A cluster of several nodes is represented by the mean of its entries and exits; `order.exact.choose_nodes` chooses
-    the node afterwards.
+    """Return the closed-tour form of `problem`; `n_candidates` = 0 makes all nodes candidates of each other. A cluster
+    of several nodes is represented by the mean of its entries and exits.
     """
     places = cluster_places(problem)
     n = len(places)

@@ -26,9 +26,7 @@ def on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) 
 
 def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
     """Return the pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or more: none).
-
-    The strength of an edge is its share of all pheromone at an end, times two, since a path has two edges at every
-    position. The larger of both ends counts.
+    The strength of an edge is twice its share of all pheromone at an end; the larger of both ends counts.
     """
     there = (lists >= 0) & (lists < len(points)) & (lists != owner[:, None])
     amount = np.where(there, trails, 0.0)

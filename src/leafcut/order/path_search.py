@@ -1,9 +1,6 @@
-"""The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence.
-
-As in `order.kicks`, the path is kicked locally, repaired by exchanges that respect the precedence, and restored if it
-became longer. From time to time it may become longer, to escape a local optimum: with asymmetric costs and precedence,
-many more paths have no improving exchange. Small problems start from the best path of a few ants, and alternate with
-`order.annealing`.
+"""The search for paths with choices: clusters of several nodes, costs that differ by direction, and precedence. As in
+`order.kicks`, but the path may become longer from time to time: with asymmetric costs and precedence, many more
+paths are local optima. Small problems start from a few ants, and alternate with `order.annealing`.
 """
 
 from __future__ import annotations
@@ -91,10 +88,9 @@ class PathSearch:
         self.shortest = math.inf
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
-        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations.
-
-        A small problem alternates between kicks and annealing. The first phase has `phase` kicks per node, and each
-        further phase twice as many. The result depends only on the seed and the number of iterations.
+        """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations. A
+        small problem alternates between kicks and annealing; the first phase has `phase` kicks per node, each
+        further phase twice as many.
         """
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)

@@ -57,10 +57,8 @@ class Population(SearchView):
 
 
 def search(population: Population, best: Best) -> int:
-    """Run an algorithm until a stopping criterion holds; return the number of finished iterations.
-
-    The best tour of an iteration is the first of its cheapest tours, regardless of the thread. Ctrl-C ends the search
-    and keeps the best tour.
+    """Run an algorithm until a stopping criterion holds; return the number of finished iterations. The first of the
+    cheapest tours of an iteration counts, regardless of the thread. Ctrl-C keeps the best tour.
     """
     best.view = population
 

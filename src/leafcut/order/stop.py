@@ -24,11 +24,9 @@ def clock() -> float:
 
 @dataclass
 class Thrift:
-    """Ends a search when it takes longer than the machine time it saves.
-
-    The search time is derived from the work done, so that results are reproducible. Gains shrink from period to period.
-    A period is therefore not worth its time if it lasts longer than the machine time that the previous one saved.
-    Without `holds`, every period is worth its time; `spared`: the rule has ended the search.
+    """Ends a search when it takes longer than the machine time it saves: a period is not worth its time if it lasts
+    longer than the machine time that the previous one saved. The search time is derived from the work done, so that
+    results are reproducible. Without `holds`, every period is worth its time.
     """
 
     holds: bool = False

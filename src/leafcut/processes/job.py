@@ -127,10 +127,8 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues on the machine: unchecked limits, and assumed values.
-
-    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
-    its work (`placing.negative_axes`).
+    """Return issues on unchecked limits and assumed values. A part on the negative side of the zero is a warning, or a
+    note if ``--origin`` set the zero; `box` is the extent of its work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):

@@ -1,9 +1,6 @@
-"""Search for the order of a plan: its stages are ordered together, within the time limit of the job.
-
-If a stage starts where another ends, the shortest path of a single stage may lengthen the whole. So all stages are
-first ordered quickly, and again between their neighbours, which fixes the first and last choice of each. Then each is
-searched thoroughly between these ends. The quick searches do a small, fixed amount of work: more time never gives a
-longer result.
+"""Search for the order of a plan. All stages are first ordered quickly, and again between their neighbours, which
+fixes the first and last choice of each; then each is searched thoroughly between these ends. The quick searches do
+a fixed amount of work, so that more time never gives a longer result.
 """
 
 from __future__ import annotations

@@ -1,8 +1,5 @@
-"""Mirror, rotate and move a drawing before it is planned.
-
-The order is fixed: mirror, then rotate, both about the zero of the drawing, then set the origin. A mirrored board is
-machined from its back. Because placing comes first, leads, kerf side, climb milling and arc directions need no
-correction. Only this module sets the zero of a program, so all programs of a part share it.
+"""Mirror, then rotate a drawing about its zero, then set the origin, before it is planned: leads, kerf side, climb
+milling and arc directions need no correction. Only this module sets the zero of a program.
 """
 
 from __future__ import annotations
@@ -86,11 +83,9 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its position is known.
-
-    `box`: smallest x and y, largest x and y of the work, mm.
-
-    On a table whose travel starts at the zero of the machine, any negative work counts.
+    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its position is known. `box` has the
+    smallest and the largest x and y of the work, mm. If the travel starts at machine zero, any negative work
+    counts.
     """
     if machine.work_offset is not None:
         return ""

@@ -32,8 +32,6 @@ class Plan:
         The job with its final machine, the part as placed, and the dialect of the program.
     spec
         The request that the judge reads; it does not depend on the plan.
-    stages
-        The tasks, and their choices.
     kind
         The process as an outcome names it; of a foreign program ``drill``, ``mill``, ``laser`` or ``plasma``.
     box
@@ -44,16 +42,12 @@ class Plan:
         The order that the header compares with.
     start
         The first position of the tool, mm, if the user states it.
-    issues
-        Issues found before the search.
     keeps_given
         Whether the order of the input must stay; then no order is searched.
     search_share
         Share of the time left for the search; the passes have the rest.
     unforced
         Whether the order of the input or the nearest-neighbour order may replace a worse one, unless the user asks for
-        that algorithm.
-    encoding
         Encoding of the program file.
     limits
         The machine whose limits are checked, if the machine of the job only times the program.

@@ -11,10 +11,8 @@ from leafcut.model.turns import Turns
 
 
 class MovingRows(NamedTuple):
-    """The rows of a toolpath that move the tool, in columns.
-
-    Row, displacement (float64[m, 3], mm), arc index (-1: straight), feed (mm/s), rapid, end mode, P and Q of G64 (mm),
-    and whether the machine stops before the next move.
+    """The rows of a toolpath that move the tool: row, displacement (float64[m, 3], mm), arc index (-1: straight), feed
+    (mm/s), rapid, end mode, P and Q of G64 (mm), and whether the machine stops before the next move.
     """
 
     row: NDArray[np.int64]
@@ -33,10 +31,8 @@ class MovingRows(NamedTuple):
 
 
 def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Return the moves with straight feed moves merged, and shallow arcs replaced by chords, as G64 allows.
-
-    Merged moves have one feed.
-    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too).
+    """Return the moves with straight feed moves merged, at one feed, and shallow arcs replaced by chords, as G64
+    allows. Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too).
     """
     from leafcut.kernels.chords import merge_chords
 

@@ -82,10 +82,8 @@ def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
 
 
 def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
-    """Return the machine with the accelerations and the corner value that best fit the measured times.
-
-    A parameter that the programs do not determine, or that has no effect, keeps its value; the corner value is dropped
-    first. A single program, or programs whose time does not depend on the acceleration, fit nothing.
+    """Return the machine with the accelerations and the corner value that best fit the measured times. A parameter
+    that the programs do not determine, or that has no effect, keeps its value; the corner value is dropped first.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)

@@ -87,10 +87,8 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
 
 def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
-    """Return the height of travel from each position to the next, float64[n - 1], mm: the higher of the two, or more.
-
-    For a straight move, the tiles that it touches count, with a small tolerance; with unsynchronised axes (`dogleg`),
-    the whole box between the positions.
+    """Return the height of travel from each position to the next, float64[n - 1], mm. The tiles that a straight move
+    touches count, or the whole box between the positions if the axes are unsynchronised (`dogleg`).
     """
     from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 

@@ -1,8 +1,6 @@
-"""Tour construction on a GPU, one ant per thread.
-
-The kernel `kernels.construct.construct_tour` and its callees are compiled for CUDA from the CPU source, so an ant draws
-the same random numbers and compares the same edges. The GPU may use fused multiply-add, so the last digit can differ
-from the CPU. The same seed gives the same result on the same GPU.
+"""Tour construction on a GPU, one ant per thread, from the CPU source of `kernels.construct.construct_tour`. An ant
+draws the same random numbers as on the CPU; fused multiply-add may change the last digit. The same seed gives the
+same result on the same GPU.
 """
 
 from __future__ import annotations

@@ -104,10 +104,8 @@ def within(limits: list[CuttingLimit], results: Yields) -> Mask:
 
 
 def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
-    """Return the error for the limit that excludes all candidates, after `within` left none.
-
-    A slower spindle with a smaller chip improves every limited quantity, so a single limit is too narrow, apart from
-    the steps of the grid.
+    """Return the error for the limit that excludes all candidates. A slower spindle with a smaller chip improves every
+    limited quantity, so a single limit is too narrow, apart from the steps of the grid.
     """
     for limit in limits:
         if not limit.alone:

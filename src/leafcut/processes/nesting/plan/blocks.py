@@ -1,8 +1,5 @@
-"""Blocks of equal parts one kerf apart for common-line cutting: pairs, two rows, or a grid.
-
-A block is nested as one piece, with the full gap around it, so that every cut between its parts can start in the
-surrounding scrap. Rectangles form rows and grids. Other parts form pairs: the second part is rotated by 180° and placed
-at the longest possible straight edge.
+"""Blocks of equal parts one kerf apart for common-line cutting: rows or grids of rectangles, pairs of other parts. A
+block is nested as one piece with the full gap around it, so that every cut can start in the surrounding scrap.
 """
 
 from __future__ import annotations

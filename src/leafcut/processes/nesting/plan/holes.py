@@ -20,10 +20,8 @@ MAX_TRIED = 40
 def filled_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return the pieces with parts placed in their holes, and the number of each.
-
-    Parts are filled from the smallest to the largest, so that a part in a hole may itself contain others. `spacing`
-    (mm) stays between a part and the edge of the hole. The members of all pieces add up to all quantities.
+    """Return the pieces with parts placed in their holes, smallest parts first, and the number of each; the members of
+    all pieces add up to all quantities. `spacing` (mm) stays between a part and the edge of the hole.
     """
     filled, counts = list(pieces), [part.quantity for part in parts]
     clear = clear_of(spacing)

@@ -22,10 +22,8 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
 def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
-    """Return the remnants of a sheet, largest first, each moved to (0, 0).
-
-    `spacing` (mm) separates them from the parts. Strips narrower than `least` are removed, and so are pieces that a
-    disc of that diameter does not fit.
+    """Return the remnants of a sheet, largest first, each moved to (0, 0), `spacing` (mm) away from the parts. Strips
+    narrower than `least` and pieces without a disc of that diameter are dropped.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline

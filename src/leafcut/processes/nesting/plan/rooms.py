@@ -41,10 +41,8 @@ def clear_of(spacing: float) -> float:
 def find_position(
     piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
 ) -> FoundPosition | None:
-    """Return the leftmost, then lowest, position of a piece within a room; None if it does not fit.
-
-    Candidates are the positions of a grid, and those that match a corner of the piece with a corner of the room.
-    `quick` tries only the grid, and stops at the first rotation that fits.
+    """Return the leftmost, then lowest, position of a piece within a room, or None. Candidates are on a grid or match
+    two corners; `quick` tries only the grid, and stops at the first rotation that fits.
     """
     if region.is_empty:
         return None

@@ -1,8 +1,5 @@
-"""Chooses the cheapest sheets of several kinds that hold all parts, within the available numbers.
-
-A greedy choice takes one sheet at a time, by parts per cost; free remnants come first. Then all cheaper choices with
-enough area are candidates, and the cheapest that holds all parts wins. If there are too many candidates to try, the
-search uses bisection, or the utilisation reached in earlier attempts.
+"""Chooses the cheapest of several kinds of sheet. A greedy choice (parts per cost, free remnants first) sets the
+limit; then the cheapest of all cheaper choices that holds all parts wins.
 """
 
 from __future__ import annotations
@@ -56,10 +53,9 @@ def cheapest_of(
     attempt: Callable[[FillPlan, int], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest plan that holds all parts, or `best` if no plan does.
-
-    `plans` are sorted by cost. More than `tries` plans are searched by bisection, because more expensive plans usually
-    hold more. `attempt` nests on a plan; its second argument is the number of tries left.
+    """Return the nest on the cheapest of the plans (sorted by cost) that holds all parts, or `best`. More than `tries`
+    plans are searched by bisection, because more expensive plans usually hold more; `attempt` gets a plan and the
+    tries left.
     """
     low, high = 0, len(plans)
     for tries_left in range(tries, 0, -1):

@@ -1,9 +1,6 @@
-"""Script that runs the irregular nester in a subprocess: a strip from standard input, the answer on standard output.
-
-leafcut survives a panic of the nester's Rust code, and can stop a search after a number of steps. The steps depend on
-the seed only, so such a search is repeatable; the nester's own clock is never used.
-
-This script does not import leafcut, so that it starts quickly.
+"""Script that runs the irregular nester in a subprocess: a strip from standard input, the answer on standard output. A
+panic of the nester's Rust code does not end leafcut, and a number of steps makes a search repeatable. The script
+does not import leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations

@@ -44,11 +44,7 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """Limits of the search for a strip; infinite by default.
-
-    The search ends after `steps` steps, after giving up on `failures` widths, or after `seconds`. `workers` is the
-    number of threads; it changes the result.
-    """
+    """Limits of the search for a strip: steps, widths given up (`failures`), seconds. `workers` changes the result."""
 
     steps: float = math.inf
     failures: float = math.inf

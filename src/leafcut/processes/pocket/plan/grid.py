@@ -173,10 +173,8 @@ def grid_problem(
     *,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
-    """Return the problem of visiting all points of a grid, and the context for `grid_path`.
-
-    The cost between points is the length of the shortest path inside the region, mm, or the cost of a retract if that
-    is less: no feed move crosses an island or a wall. Raises PlanError like `grid_points`.
+    """Return the problem of visiting all points of a grid, and the context for `grid_path`. Costs are lengths of the
+    shortest paths inside the region, mm, or of a retract if that is less. Raises PlanError like `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)

@@ -1,8 +1,5 @@
-"""Straight moves and shortest paths inside a region of tool centres.
-
-Nodes are the points to visit, and points on the boundary. Close nodes are connected by a straight move if it stays
-inside, and neighbours on the boundary by the boundary itself. So a path around an island goes straight to its boundary,
-along it, and straight on.
+"""Straight moves and shortest paths inside a region of tool centres. Nodes are the points to visit and points on the
+boundary; close nodes are connected by a straight move, neighbours on the boundary along it.
 """
 
 from __future__ import annotations

@@ -20,10 +20,8 @@ LINK_STEPS = 2.0
 
 
 def rings(region: CentreRegion) -> list[Ring]:
-    """Return the rings that clear a region, from the walls inwards.
-
-    The material along walls and islands is on the right of the tool for climb milling (with a clockwise spindle), on
-    its left for conventional milling.
+    """Return the rings that clear a region, from the walls inwards. With a clockwise spindle, the material along walls
+    is on the right of the tool for climb milling, on its left for conventional milling.
     """
     cut: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon

@@ -58,10 +58,8 @@ def fine(path: Points, longest: float) -> Points:
 def shorten(
     path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long and stays within the limits of all sample points of the area.
-
-    The path stays unchanged within a radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path
-    is valid but may be longer than necessary.
+    """Return a path that is at most as long and stays within the limits of all sample points; unchanged within a
+    radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path is valid but not the shortest.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):

@@ -33,11 +33,8 @@ def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
 
 
 def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
-    """Return paths that clear all of `ground`, with spurs from the points nearest to uncut areas.
-
-    A spur leads straight towards the most distant point of an area until the tool clears it, and back. More spurs
-    follow while anything remains. Spurs stay in `ground`: if one from the nearest pass would leave it, the next pass
-    is tried.
+    """Return paths that clear all of `ground`, with spurs from the nearest pass straight towards uncut areas and back,
+    until nothing remains. A spur that would leave `ground` starts from the next pass.
     """
     room = ground.buffer(ROUNDING)
     shapely.prepare(room)

@@ -95,10 +95,8 @@ def simulated_levels(
     levels: Sequence[Sequence[float]],
     finishing: Sequence[Sequence[float]] = (),
 ) -> list[SimulatedLevel]:
-    """Simulate each pocket at each of its `levels` and at the heights of its finishing passes.
-
-    Levels with equal paths are simulated once. The neighbours of a finishing pass between two levels are the passes of
-    the lower level, which the program cut before.
+    """Simulate each pocket at its `levels` and at the heights of its finishing passes, whose neighbours are the passes
+    of the next lower level. Levels with equal paths are simulated once.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
