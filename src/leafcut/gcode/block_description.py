@@ -92,9 +92,7 @@ def subprogram_digest(lines: Sequence[str], dialect: Dialect) -> str:
 
 
 class RangeDigests:
-    """Digests of ranges of lines, each in constant time: a prefix hash of the digests of all lines with text (Rabin
-    and Karp 1987).
-    """
+    """Digests of ranges of lines, each in constant time, by a prefix hash (Rabin and Karp 1987)."""
 
     _BASE, _PRIME = 0x1E3779B97F4A7C15F39CC0605CEDC835, 2**127 - 1
 

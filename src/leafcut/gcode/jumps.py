@@ -145,9 +145,7 @@ class Jumps:
         return (line + 1 if condition else end + 1), ""
 
     def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
-        """Return the exception for text up to the line `last`; if that text may jump out, all following text is
-        included.
-        """
+        """Return the exception for text up to `last`; if that text may jump out, all following text is included."""
         inside = [compact(self._lines[at]) for at in range(line, last + 1)]
         goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
         away = any(goal is None or not line <= goal <= last + 1 for goal in goals)

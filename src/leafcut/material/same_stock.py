@@ -54,9 +54,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
-    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `size` cells belong
-    together.
-    """
+    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `size` cells join."""
     positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
     for index, (row, column) in enumerate((positions // size).tolist()):
@@ -76,9 +74,7 @@ def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
 
 
 def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
-    """Return the differing cells, bool[rows, columns], as in `stock_differences`. Raises ValueError if the cells
-    differ.
-    """
+    """Return the cells that differ (`stock_differences`), bool[rows, columns]. Raises ValueError for another grid."""
     first, second = ((field.heights.shape, field.x, field.y, field.cell) for field in (before, after))
     if first != second:
         raise ValueError("height fields of different cells cannot be compared")

@@ -82,9 +82,7 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block of material for displaying a run. Raises PlanError if the block is unknown; OptionError if a
-    tool has no diameter.
-    """
+    """Return the block for displaying a run. Raises PlanError if it is unknown; OptionError without a tool diameter."""
     return _prepare(path, stock)[1]
 
 

@@ -1,8 +1,4 @@
-"""The best tour of a search, and snapshots of the search for observers.
-
-A search calls its observer after each iteration. A snapshot is built only if the observer requests it; its memory and
-time grow with the number of nodes and candidates. Observing does not change the result.
-"""
+"""The best tour of a search, and snapshots of the search for observers, built on request after each iteration."""
 
 from __future__ import annotations
 
@@ -143,10 +139,7 @@ class Best:
         return self.known_bound if self.stop.cancelled.is_set() else self.bound
 
     def tell(self, iteration: int, alone: bool = True, costs: NDArray[np.float64] | None = None) -> None:
-        """Report progress after an iteration and call the observer.
-
-        `alone`: the search waits for this call. `costs` are the costs of the iteration's tours, if available.
-        """
+        """Report progress after an iteration with the `costs` of its tours; `alone`: the search waits for this call."""
         if self.progress is not None:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service

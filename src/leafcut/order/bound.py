@@ -127,10 +127,7 @@ def _steps(n: int) -> int:
 
 
 def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
-    """Return the best bound of an ascent in which every step proves a bound; None if the time ran out before a step.
-
-    The steps equal `kernels.one_tree.climb`, but use dense n² arrays, which need less compilation.
-    """
+    """Return the best bound of an ascent in which each step proves a bound, on dense arrays; None without a step."""
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
     looked_up = _looked_up(cost, n)
@@ -155,10 +152,7 @@ def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | N
 
 
 def _looked_up(cost: CostModel, n: int) -> CostModel:
-    """Return the costs as a matrix: every step needs all of them, and moves with heights are slow to compute.
-
-    The spanning tree has no edge at the hub, hence no tied or free edge.
-    """
+    """Return the costs as a matrix, without tied or free edges: moves with heights are slow to compute."""
     if cost.code == codes.EXPLICIT:
         return cost
     leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)

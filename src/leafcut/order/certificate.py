@@ -52,10 +52,7 @@ def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Dead
 
 
 def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
-    """Compute a lower bound for an observed search, which shows its gap from the start, with the clock stopped.
-
-    The solution gets its own bound afterwards, so observing does not change the result.
-    """
+    """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
     if not (best.observer.wants_bound and best.bound is None and options.bound):
         return
     if instance.problem.n_clusters > MOST_BOUNDED:
@@ -124,10 +121,8 @@ def certify(
     problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
     instance: AnyInstance | None = None, deadline: Deadline | None = None,
 ) -> Solution:  # fmt: skip
-    """Return `solution` with its lower bound, which is computed unless `bound` is given.
-
-    The bound ignores precedence, which can only raise the cost (`relaxation`). No bound is computed for a cancelled
-    search. A bound above the cost of the solution is dropped. At the deadline, the best bound so far is used.
+    """Return `solution` with its lower bound, computed unless given, but not for a cancelled search. It ignores
+    precedence, which can only raise the cost (`relaxation`). A bound above the cost is dropped.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:

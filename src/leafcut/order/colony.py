@@ -143,10 +143,7 @@ class ColonyView(SearchView):
 
 
 def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:
-    """Return one tour per founder and its cost (inf if the time ran out first).
-
-    An ant builds a greedy tour with slightly randomized edge costs, improves it by sequential exchanges, and kicks it.
-    """
+    """Return a tour per founder and its cost (inf if the time ran out): greedy by random costs, exchanges, kicks."""
     words = founders.words.copy()
     tours, costs = np.zeros((len(words), instance.n), dtype=np.int32), np.full(len(words), math.inf)
     for k, word in enumerate(founders.words):
@@ -197,10 +194,7 @@ def assembly_for(n: int) -> Assembly:
 
 
 def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = None) -> Share:
-    """Recombine each tour in `mine` with its partner in `other`, keeping improvements; return the tours and costs.
-
-    Unless stopped, the result depends on the arguments only.
-    """
+    """Recombine each tour in `mine` with its partner in `other`, keeping improvements; return the tours and costs."""
     n, pairs = instance.n, len(meetings.mine)
     tours, gains, words = meetings.mine.copy(), np.zeros(pairs), meetings.words.copy()
     tour = work_tour(np.arange(n, dtype=np.int32), queued=False)

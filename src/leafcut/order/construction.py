@@ -42,10 +42,7 @@ def none_visited(instance: Instance) -> Unvisited:
 
 
 def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
-    """Return the nearest-neighbour tour int32[n], from the given start or from the first cluster.
-
-    Few nodes are handled in plain Python, which needs no compilation and gives the same tour.
-    """
+    """Return the nearest-neighbour tour int32[n], from the start or the first cluster."""
     if instance.n <= FEW:
         return _nearest_of_few(instance)
     from leafcut.kernels.construct import nearest_neighbour_tour
@@ -89,10 +86,8 @@ def _without(
 
 
 def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDArray[np.int32]:
-    """Return the greedy tour int32[n]: repeatedly add the cheapest edge that can still be part of a tour.
-
-    The tour contains the tied edge; the free node joins the two ends of the remaining path. With `random`, every edge
-    is lengthened by a random share of up to `MOST_NOISE`, which gives different tours of similar quality.
+    """Return the greedy tour int32[n]: repeatedly add the cheapest edge that can still be part of a tour. With
+    `random`, edges are lengthened by up to `MOST_NOISE`, which gives different tours of similar quality.
     """
     cost, n = instance.cost, instance.n
     tail, beside = np.arange(n, dtype=np.int32), np.full((n, 2), -1, dtype=np.int32)

@@ -17,10 +17,8 @@ BOUND_PART = 0.1
 
 
 class Deadline:
-    """Time budget shared by the searches of a run.
-
-    Only searches and lower bounds count; reading, planning, compiling and verification always finish. Each search gets
-    a share of the remaining time. Time that an earlier search does not need goes to later searches.
+    """Time budget of the searches and lower bounds of a run. Each search gets a share of the remaining time; time that
+    an earlier search does not need goes to later searches.
     """
 
     def __init__(self, limit: float | None = None, parent: Deadline | None = None) -> None:

@@ -110,10 +110,7 @@ class DirectedInstance:
         return with_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
-        """Return the problem's nodes int32[clusters] in the order of a path int32[n], by the entries of its clusters.
-
-        A closed path without precedence starts with cluster 0.
-        """
+        """Return the problem's nodes int32[clusters] in the order of a path int32[n]; a closed path starts with 0."""
         order = node[1:] if self.anchored else node
         if not self.anchored and not len(self.pairs):
             order = np.roll(order, -int(np.flatnonzero(order == 0)[0]))

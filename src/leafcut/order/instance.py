@@ -72,9 +72,8 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
 
 
 def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
-    """Return the k-d tree of the points float64[n, 2], and the original index int32[n] of each point of the tree.
-
-    The tree numbers the points in leaf order; the last `apart` points (at most two) keep their indices.
+    """Return the k-d tree of the points float64[n, 2] in leaf order, with the last `apart` points (at most two) last,
+    and the original index int32[n] of each.
     """
     n = len(xy)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
@@ -102,10 +101,8 @@ def nearby_buffers(k: int) -> Nearby:
 
 
 def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
-    """Return candidates int32[total, k] of the first n nodes, and their costs float64[total, k].
-
-    The k-d tree provides them by quadrant. Without a tree, or if all nodes are candidates, all nodes are compared.
-    Lists with fewer than k candidates are padded with -1 at infinite cost.
+    """Return candidates int32[total, k] of the first n nodes, by quadrant if there is a tree, and their costs
+    float64[total, k]; padded with -1 at infinite cost.
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:

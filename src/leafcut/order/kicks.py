@@ -152,10 +152,7 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: B
 
 
 def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> int:
-    """Improve the greedy tour to a local optimum, then by kicks; return the number of iterations.
-
-    An iteration has `kicks_per_iteration` kicks. The result depends only on the seed and the number of iterations.
-    """
+    """Improve the greedy tour to a local optimum, then by `kicks_per_iteration` kicks; return the iterations."""
     return kick_on(instance, first_tour(instance, BREADTH, stop, best), seed, stop, best, 0, math.inf)
 
 

@@ -230,10 +230,7 @@ class _PathView(SearchView):
 
 
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run one search per thread; each occasionally restarts from the best path of all.
-
-    A work budget allows a single search only, because the result of several depends on their speed.
-    """
+    """Run one search per thread; each may restart from the best path of all. A work budget allows only one."""
     options, stop, best = run.options, run.stop, run.best
     if options.iterations is not None:
         stop.iterations = options.iterations

@@ -52,10 +52,7 @@ class TourPiece:
 
 
 def cut(instance: Instance, tour: NDArray[np.int32], random: np.random.Generator) -> list[NDArray[np.int32]]:
-    """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge.
-
-    The number of pieces depends only on n.
-    """
+    """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge."""
     n, a, b = len(tour), instance.cost.tied_a, instance.cost.tied_b
     count = max(2, round(n / PIECE))
     if a < 0:
@@ -68,10 +65,7 @@ def cut(instance: Instance, tour: NDArray[np.int32], random: np.random.Generator
 
 
 def instance_of(instance: Instance, nodes: NDArray[np.int32]) -> tuple[Instance, NDArray[np.int32], NDArray[np.int32]]:
-    """Return the instance of a piece int32[m] with its ends tied, the piece in the new numbering, and the labels.
-
-    The label int32[m] of a node is its number in the whole instance. Candidates outside the piece are removed.
-    """
+    """Return the instance of a piece int32[m] with tied ends, the piece in its numbering, and its labels int32[m]."""
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
     # The extra entry maps candidate -1 to -1.

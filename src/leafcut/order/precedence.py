@@ -65,9 +65,8 @@ def followers(pairs: Ints, n: int) -> NDArray[np.bool_]:
 
 
 def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
-    """Return the impossible moves bool[n, n] and the transitive reduction of the pairs.
-
-    A move from i to j is impossible if j must precede i, or if another cluster must come between them.
+    """Return the impossible moves (backwards, or past a cluster) bool[n, n], and the transitive reduction of the
+    pairs.
     """
     later, between = followers(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = rows(pairs, n)
@@ -77,7 +76,7 @@ def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
 
 
 def _sorted(pairs: Ints, n: int) -> list[int]:
-    """Leave out cycles and the clusters that depend on them."""
+    """Return the topological order, without cycles and the clusters that depend on them."""
     begin, after = rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()

@@ -36,10 +36,7 @@ class Thrift:
 
     @classmethod
     def of(cls, options: SolveOptions, problem: RoutingProblem) -> Thrift:
-        """Return the rule for a search.
-
-        It is inactive with a time limit, an iteration limit or the preset `thorough`, and if costs are not times.
-        """
+        """Return the rule; inactive with limits of time or iterations or preset `thorough`, and without times."""
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 

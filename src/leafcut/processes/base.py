@@ -224,10 +224,7 @@ class Process(Work, Protocol):
         ...
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the fastest candidate by the machine model, which is more detailed than the costs of the search.
-
-        If the user selects an order (`nn`, `none`, or a fixed order), it stays.
-        """
+        """Return the fastest candidate by the detailed machine model; a user's order (`nn`, `none`) stays."""
         from leafcut.processes.ordering import restated
 
         solve = plan.job.settings.solve

@@ -52,9 +52,7 @@ class Job:
             self.progress(Progress(step, share, trial=trial))
 
     def start_step(self, step: str) -> Heartbeat:
-        """Report that a stage starts; return a function that repeats the report. The receiver may raise to cancel the
-        job.
-        """
+        """Report that a stage starts; return a function that repeats the report. The receiver may raise to cancel."""
         return looking_for(self.progress, step)
 
     def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:

@@ -100,9 +100,7 @@ def find_order(
 
 
 def check_order(stages: Sequence[Stage], order: Order) -> None:
-    """Raise PlanError for an order that does not do each task once or breaks a precedence, independently of the
-    search.
-    """
+    """Raise PlanError for an order that does not do each task once or breaks a precedence."""
     if not all(isinstance(nodes, np.ndarray) for nodes in order.choices):
         return
     for stage, nodes in zip(stages, order.choices, strict=True):

@@ -1,7 +1,5 @@
-"""Junctions of moves: the speed through a corner, and the controller's motion there.
-
-This module has the terms, and the corners of controllers that only slow down for them: ``round`` uses the junction
-deviation of feed moves under G64. Rapids end in position. GRBL's corners are part of `kernels.grbl_clock`.
+"""Junctions of moves: the speed through a corner, and the controller's motion there; and the corners of controllers
+that only slow down (``round``: junction deviation of feed moves under G64, rapids end in position).
 """
 
 from __future__ import annotations

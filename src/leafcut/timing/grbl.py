@@ -1,7 +1,5 @@
-"""Times of moves on GRBL 1.1, by simulating the board's planner, buffers and serial line.
-
-`kernels.grbl_clock` simulates the board. This module converts the rows of a toolpath to its input: lines of bytes,
-moves, and stops.
+"""Times of moves on GRBL 1.1: converts the rows of a toolpath to the input of `kernels.grbl_clock`, which simulates
+the board's planner, buffers and serial line.
 """
 
 from __future__ import annotations

@@ -172,8 +172,7 @@ def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
     """Return the speeds of two overlapping moves: of the first when the second starts, and the speed that it reaches.
-
-    `half` are the accelerations of both, `shortened` the share of their lengths that certainly remains.
+    `half` are the accelerations, `shortened` the share of their lengths that certainly remains.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
@@ -186,10 +185,8 @@ def overlap_speeds(
 
 
 def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
-    """Return the limits of velocity and acceleration along moves that share the acceleration with the normal.
-
-    If the axes could run an arc so fast that its normal share exceeds `NORMAL`, that is the limit, and `TANGENTIAL`
-    remains along it, even at a low feed. On a wider arc, the rest of the circle remains.
+    """Return the limits of velocity and acceleration along moves that share the acceleration with the normal: at most
+    `NORMAL` across and `TANGENTIAL` along it, or on a wider arc the rest of the circle.
     """
     radius = moves.turn.radius
     is_arc = radius > 0

@@ -49,10 +49,7 @@ class Pieces(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the seconds of every move, float64[m]; an arc in a corner belongs to the move before it.
-
-    `style` is the corner style: linuxcnc or round. GRBL's moves are timed in `timing.grbl`.
-    """
+    """Return the seconds of every move, float64[m], with the arc in the corner after it (style linuxcnc or round)."""
     if not len(moves):
         return np.zeros(0)
     # A straight move has radius 0 and a reversal has width 0; the quotients are discarded afterwards.

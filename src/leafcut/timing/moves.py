@@ -1,7 +1,5 @@
-"""The moves of a toolpath in columns: length, direction, speed, and the data needed for look-ahead.
-
-A move is one straight or round segment that takes time. Rows that do not move the tool are omitted, but mark where a
-move must end at rest.
+"""The moves of a toolpath in columns: length, direction, speed, and the data needed for look-ahead. Rows that do not
+move the tool are omitted, but mark where a move must end at rest.
 """
 
 from __future__ import annotations
@@ -120,9 +118,8 @@ def _steps(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return the rows that only change the power of a beam in the block of a move: no stop in laser mode.
-
-    M3, M4 and M5 wait for rest, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
+    """Return the rows that only change the power of a beam in the block of a move, without a stop. Source: GRBL 1.1,
+    laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)

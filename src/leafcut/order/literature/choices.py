@@ -1,7 +1,5 @@
-"""The move set of choices: ants order clusters, and dynamic programming chooses the node of each cluster.
-
-Orders respect the precedence, and costs may differ by direction. With local search, the exchanges of
-`order.path_search` then improve the path.
+"""The move set of choices: ants order clusters within the precedence, dynamic programming chooses their nodes, and
+with local search the exchanges of `order.path_search` improve the path.
 """
 
 from __future__ import annotations

@@ -89,9 +89,8 @@ class Flight:
     def aim(
         self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
     ) -> tuple[float, int]:
-        """Return the attractiveness of the target of a firefly, and the number of nodes of its longest inversion.
-
-        `apart` returns the number of edges that differ from another firefly. The brightest firefly moves at random.
+        """Return the attractiveness of the target of a firefly, and the number of nodes of its longest inversion;
+        `apart` returns the number of edges that differ from another firefly.
         """
         short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}

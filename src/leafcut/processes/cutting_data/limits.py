@@ -21,9 +21,7 @@ _ROUNDING_TOLERANCE = 1e-9
 
 
 class SpeedGrid(NamedTuple):
-    """The speeds (rpm) and feeds (mm/s) that keep the feed per tooth (`least_chip` … `largest_chip`, mm) within
-    bounds.
-    """
+    """Speeds (rpm) and feeds (mm/s) that keep the feed per tooth (`least_chip` … `largest_chip`, mm) within bounds."""
 
     lowest_rpm: float
     highest_rpm: float

@@ -159,9 +159,8 @@ def _region(nest: Nest, placement: Placement) -> Polygon:
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
 ) -> list[str]:
-    """Return the errors of remnants, each given with the position of its corner on the sheet, mm.
-
-    Remnants must lie within the sheet, and `spacing` (mm) away from every part and from parts in its holes.
+    """Return the errors of remnants, each given with the position of its corner, mm: they must lie within the sheet,
+    and `spacing` (mm) away from every part.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)

@@ -158,9 +158,7 @@ def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> li
 
 
 class _Places:
-    """Stations of the steps of a piece, mm; `vertices` are the ends of lines and arcs, `lifted`: it starts with a
-    descent.
-    """
+    """Stations of the steps of a piece, mm; `vertices` are ends of lines and arcs, `lifted`: starts with a descent."""
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
         self.steps, self.ends, self.vertices, self.lifted = steps, ends, vertices, lifted

@@ -37,9 +37,8 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program by comparison and simulation; return it read back, with its uncut areas and, with
-    load-dependent feeds, its chips. Raises VerifyError with the first difference, gouge or danger, and their
-    number.
+    """Prove the program by comparison and simulation; return it read back, its uncut areas and, with load-dependent
+    feeds, its chips. Raises VerifyError with the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (

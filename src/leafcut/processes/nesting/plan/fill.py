@@ -42,9 +42,7 @@ class Packer(Protocol):
 
 @dataclass(frozen=True)
 class NestTask:
-    """Parts as pieces, their numbers, and the sheets; `remnants`: packers of non-rectangular sheets, by index of the
-    kind.
-    """
+    """Parts as pieces, their numbers, and the sheets; `remnants`: packers of non-rectangular kinds of sheet."""
 
     parts: tuple[NestPart, ...]
     pieces: tuple[NestPiece, ...]

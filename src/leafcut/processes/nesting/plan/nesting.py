@@ -79,10 +79,7 @@ def _blocks(
 def variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield unchecked nests, or a line of text for a failed variant.
-
-    Nesting by shapes tries consecutive seeds from the given seed; nesting by rectangles tries each rule of `RULES`.
-    """
+    """Yield unchecked nests (by consecutive seeds, or by each of the `RULES`), or a line about a failed variant."""
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
         yield from _nest_on_several(task, search, on_progress, cancelled)
@@ -103,10 +100,8 @@ def variants(
 def _nest_on_several(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
-
-    The first variant by shapes chooses the sheets for all others. With a time limit, it is the only variant by shapes,
-    and gets the time left by the rectangles.
+    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets, which
+    the first variant chooses for all others. With a time limit, there is only one variant by shapes.
     """
     shapes, nests = _uses_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
@@ -164,10 +159,7 @@ def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packe
 
 
 def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
-    """Return the task with packers for non-rectangular sheets, shared by all variants because they are deterministic.
-
-    With a time limit, each sheet gets its share of the time, and none after the end.
-    """
+    """Return the task with packers for non-rectangular sheets; all variants share these deterministic packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
     kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]

@@ -149,10 +149,7 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def share_of(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return pieces with a total weight (mm²) of about `area`: the same share of each, then the largest that fit.
-
-    All pieces if their weight is at most `area`; at least one.
-    """
+    """Return pieces of about `area` in total weight (mm²), at least one: an equal share of each, then the largest."""
     total_weight = sum(weight(piece) * count for piece, count in counts.items())
     if total_weight <= area:
         return +counts

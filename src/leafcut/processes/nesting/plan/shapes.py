@@ -79,10 +79,7 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; the `last` ones as far to the left as found.
-
-        Too many pieces for one search are packed as identical bands across the sheet.
-        """
+        """Return the offered pieces that fit; too many for one search are packed as equal bands across the sheet."""
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MAX_PIECES)
         if bands == 0:

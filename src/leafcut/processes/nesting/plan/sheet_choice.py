@@ -131,9 +131,7 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 
 
 def cheaper(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return plans with enough area that cost less than a complete nest, the cheapest first. `densest`: highest
-    utilisation assumed.
-    """
+    """Return plans with enough area (at most `densest` used) cheaper than a complete nest, the cheapest first."""
     if any(reference.unplaced):
         return []
     costs, areas = sheet_costs(task.stocks), [densest * packer.sheet_area for packer in packers]

@@ -59,9 +59,8 @@ class StripSearch:
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the time limits of exploration and compression in whole seconds, in total at least `seconds`.
-
-    This script ends the search, since the nester's own clock drops fractions of a second in each phase.
+    """Return the limits of exploration and compression in whole seconds, in total at least `seconds`; this script ends
+    the search, since the nester's own clock drops fractions of a second.
     """
     if seconds >= NEVER:
         return NEVER, NEVER

@@ -27,10 +27,7 @@ CELLS = 2
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Sample points, float64[n, 2], with the maximum distance of the path from each, float64[n], mm.
-
-    `pieces` are the segments of the path that may be within the limit of one of them.
-    """
+    """Sample points float64[n, 2], the maximum distance of the path from each, mm, and the segments near them."""
 
     points: Points
     limits: Points
@@ -66,10 +63,7 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def beside(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the points that may be within the limit of selected segments of a path, bool[n − 1].
-
-        Segments must not be longer than half the longest limit.
-        """
+        """Return the points that may be within the limit of selected segments, bool[n − 1], which must be short."""
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:

@@ -1,7 +1,4 @@
-"""Cleared area as discs, and the exact engagement of a tool that moves around one more disc.
-
-The tool's centre has been everywhere in the discs, so discs larger by the tool's radius are cleared.
-"""
+"""Area cleared by tool centres in discs, and the exact engagement of a tool that moves around one more disc."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ _SLACK = 1e-6
 
 
 class Fronts:
-    """Discs that a tool has cleared, in order.
-
-    `turn` is 1 for counter-clockwise arcs with the material on the right, -1 for clockwise ones.
-    """
+    """Discs that a tool has cleared, in order; `turn` is 1 for counter-clockwise arcs, -1 for clockwise ones."""
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
         self.tool = tool_radius
@@ -49,10 +43,8 @@ class Fronts:
         return self.count - 1
 
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a circle outside all discs, as start and sweep (rad, in the sense of `turn`).
-
-        Arcs that lie beyond the discs by at most `fine` mm, or by the equivalent of a straight cut `thin` mm wide, are
-        omitted.
+        """Return the arcs of a circle outside all discs, as start and sweep (rad, in the sense of `turn`), except
+        within `fine` mm of the discs, or within the equivalent of a straight cut `thin` mm wide.
         """
         return self._arcs(x, y, radius, self.discs)
 

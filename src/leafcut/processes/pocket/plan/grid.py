@@ -151,9 +151,8 @@ def _refuse(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion) -> Grid:
-    """Return the best grid of several offsets and angles: the one with the smallest lower bound of its path.
-
-    The finishing pass clears the rest. If the region is too small for any point, the grid is a single point inside it.
+    """Return the grid with the smallest lower bound of its path, of several offsets and angles; a single point for a
+    region too small for any.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -187,10 +186,8 @@ def grid_problem(
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
-    """Return the path over the points in an order int32[n], then along every wall.
-
-    The direction along walls follows climb or conventional milling. The order starts from the end that makes the links
-    to the walls cheaper. The tool retracts if the path inside the region costs more.
+    """Return the path over the points in an order int32[n], then along every wall in the milling direction. The order
+    may be reversed for cheaper links; the tool retracts if the path inside the region costs more.
     """
     nodes = [int(k) for k in order]
     rough = _over_points(context, nodes)

@@ -27,19 +27,14 @@ _AS_WIDE = 0.75
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """One region of allowed tool centres: shapely Polygon of chords, mm, at least radius and stock away from all
-    walls.
-    """
+    """A region of allowed tool centres: shapely Polygon of chords, mm, at least radius and stock away from walls."""
 
     polygon: Any
     rules: PocketRules
 
     @property
     def middle(self) -> Points | None:
-        """Centre line of a slot as wide as the tool, float64[n, 2]; None if the region is wider anywhere.
-
-        The region of such a slot is a strip as wide as the tolerance; its ends are its most distant points.
-        """
+        """Centre line of a slot as wide as the tool, float64[n, 2]; None if the region is wider anywhere."""
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
         ring = self.rings[0]

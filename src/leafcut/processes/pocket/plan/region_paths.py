@@ -80,10 +80,8 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n]; inf without a path.
-
-        Rows are relaxed by the rows of their neighbours until they converge. The order sweeps the plane back and forth,
-        so a few sweeps suffice. A row is relaxed again if one of its neighbours changed.
+        """Return the lengths of the shortest paths between all points, float64[n, n]; inf without a path. Rows are
+        relaxed by the rows of their neighbours in sweeps across the plane until they converge.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)

@@ -107,10 +107,8 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of joined rings: the minimum spanning tree of joints (Kruskal 1956).
-
-    The straight line between the nearest points of two groups of rings is free: along a wall that blocks it, another
-    ring would be nearer.
+    """Return the pairs of joined rings: the minimum spanning tree of joints (Kruskal 1956). The line between the
+    nearest points of two groups is free: along a wall that blocks it, another ring would be nearer.
     """
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
@@ -145,9 +143,7 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints of all rings, the stretches that they occupy, and the path through all rings; after `stopped`, not the
-    best.
-    """
+    """Joints of all rings, the stretches that they occupy, and the path; after `stopped`, the first possible ones."""
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
         self.region, self.cut, self.stopped = region, cut, stopped
@@ -172,10 +168,7 @@ class RingLinks:
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def ways(self, avoided: Points) -> list[Points]:
-        """Return the path through all rings, float64[n, 2], then paths for rings without a free joint.
-
-        Joints keep away from the positions `avoided`, float64[n, 2], if that costs little.
-        """
+        """Return the path through all rings, float64[n, 2], away from `avoided`, then rings without a free joint."""
         self._clear()
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.spine, self.spans, strict=True):

@@ -20,8 +20,8 @@ LINK_STEPS = 2.0
 
 
 def rings(region: CentreRegion) -> list[Ring]:
-    """Return the rings that clear a region, from the walls inwards. With a clockwise spindle, the material along walls
-    is on the right of the tool for climb milling, on its left for conventional milling.
+    """Return the rings that clear a region, from the walls inwards; the material along walls is on the right of the
+    tool for climb milling with a clockwise spindle, on its left for conventional milling.
     """
     cut: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon
@@ -41,10 +41,7 @@ def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 
 def contour(region: CentreRegion) -> PocketPath:
-    """Return contour-parallel clearing: closed rings from the inside out, linked at depth if the link is free.
-
-    A ring is cut after all rings inside it; the next ring is the nearest to the tool.
-    """
+    """Return closed rings from the inside out, the nearest next, linked at depth if the link is free."""
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]

@@ -179,10 +179,7 @@ def _depths(pockets: Sequence[Pocket]) -> str:
 
 
 def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return for each pocket the index of the (deepest) pocket in whose floor it lies, or None.
-
-    Material that remains in a pocket is an island, so the outer pocket clears everything above the inner one.
-    """
+    """Return for each pocket the index of the deepest pocket in whose floor it lies, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):

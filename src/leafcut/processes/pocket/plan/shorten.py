@@ -81,10 +81,7 @@ def shorten(
 def chamfer(
     path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path with chamfers on sharp corners where the sample points stay within their limits.
-
-    Corners near the points `links`, float64[n, 2], stay; once `stopped` returns true, all corners stay.
-    """
+    """Return a path with chamfers on sharp corners, except near the points `links`, float64[n, 2]."""
     if stopped():
         return path
     corners = _Corners(fine(path, PIECE * region.rules.radius), ground, region.rules, allowed)
@@ -252,10 +249,7 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _Corners(_Bends):
-    """One round over all sharp corners of a path, which chamfers replace.
-
-    Passes that diverge by more than `SIDE_BY_SIDE` are not side by side: the step-over does not apply between them.
-    """
+    """One round over all sharp corners of a path; passes that diverge by more than `SIDE_BY_SIDE` have no step-over."""
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 

@@ -79,10 +79,7 @@ def _at(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, 
 
 
 def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return the number of points on wall passes that are more than a step-over from the adjacent line.
-
-    A line more than two step-overs away is not adjacent: another wall lies between.
-    """
+    """Return the number of points on wall passes that are more than a step-over, but not two, from the nearest line."""
     if not runs or not walls:
         return 0
     lines = np.concatenate([segments(run) for run in runs])

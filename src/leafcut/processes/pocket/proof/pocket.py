@@ -164,10 +164,7 @@ def thinnest(rules: PocketRules) -> float:
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
-    """Yield each height at which one of the rows ends: its moves, their path, and its engagement.
-
-    A descent counts as its end point, without engagement. Heights with equal paths are computed once.
-    """
+    """Yield each height at which one of the rows ends: its moves, path and engagement; 0 for the end of a descent."""
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
     for z in sorted({round(float(cut.path[-1, 2]), 3) for cut in cuts if cut.row in rows}):
         there = [cut for cut in cuts if abs(float(cut.path[-1, 2]) - z) <= ROOM]
