@@ -108,9 +108,8 @@ def _number(text: str) -> float | str:
 
 
 def _figures(line: str, bare: str) -> Sequence[object]:
-    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, by name; otherwise its text.
-
-    The filter ignores a parameter with a space before the equals sign, and uses the last of duplicate names.
+    """Return the parameters of a comment such as ``(o=0, kw=1.5, na=steel)``, by name (the last of duplicates, none
+    with a space before the equals sign); otherwise its text.
     """
     if not bare.startswith("("):
         return [bare]

@@ -167,9 +167,8 @@ class Flow:
         return self._begin(start, times, line)
 
     def call_program(self, number: int, times: int, line: int) -> int | None:
-        """Start the subprogram O`number` (M98), to be run `times` times; return its first line, or None.
-
-        In a number with more than four digits, the leading digits may be the repeats: P30012 calls O12 three times.
+        """Start the subprogram O`number` (M98) `times` times; return its first line, or None. P30012 calls O12 three
+        times.
         """
         if self._labels is None:
             self._labels = {}

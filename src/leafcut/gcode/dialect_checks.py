@@ -58,10 +58,7 @@ _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
 def fault_of(key: str, value: Any, kind: Any) -> str:
-    """Return a description of the error in the value of a key of type `kind`, or "".
-
-    Keys of the table ``[torch]`` have the form ``torch.key``.
-    """
+    """Return the error in the value of a key (or ``torch.key``) of type `kind`, or ""."""
     if kind is bool:
         return "" if isinstance(value, bool) else f"is {_shown(value)}, but must be true or false"
     if kind is int:
@@ -105,10 +102,8 @@ def _shown(value: Any) -> str:
 
 
 def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the keys of a complete table with inconsistent words, each with a description of the error.
-
-    Values have their types, and missing keys their defaults. Both the controller and leafcut must support every word
-    that leafcut writes, otherwise no program could be read back.
+    """Yield the keys of a complete table with inconsistent words, and the errors: both the controller and leafcut must
+    support every word that leafcut writes.
     """
     g_words, m_words = table["g_words"].split(), table["m_words"].split()
     for key, words, letter, known in (

@@ -270,10 +270,7 @@ class Dialect:
 
 
 def dialects(torch: bool | None = None) -> list[str]:
-    """Return the sorted names of all dialects, including those of working plug-ins.
-
-    `torch` selects the dialects with a torch (True) or without one (False).
-    """
+    """Return the sorted names of all dialects, or of those with a torch (True) or without one (False)."""
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 

@@ -61,9 +61,8 @@ _LEVELS = {
 
 @dataclass
 class ProgramParameters:
-    """Parameters set by the program. `known` returns the few that follow from its modal state.
-
-    Any other parameter is `UNKNOWN`; a local name that the program does not set is an error.
+    """Parameters set by the program, and the few that `known` returns from its modal state. Any other is `UNKNOWN`; a
+    local name that the program does not set is an error.
     """
 
     known: Callable[[str], float | None] = lambda _: None
@@ -195,9 +194,8 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
 
 
 def spelled_words(line: str) -> tuple[Word, ...] | None:
-    """Return the words of a line with their numbers as text; the value of an expression is nan.
-
-    None if the line sets a parameter, computes a number other than a length, feed, speed or time, or has an error.
+    """Return the words of a line with their numbers as text, nan for expressions. None if the line sets a parameter,
+    computes a number other than a length, feed, speed or time, or has an error.
     """
     try:
         body, _ = split_line(line)
@@ -217,10 +215,7 @@ def spelled_words(line: str) -> tuple[Word, ...] | None:
 
 
 class Scanner:
-    """Parser for words, parameters and expressions of a line.
-
-    `computed`: a value was not a plain number; `of_machine`: a machine parameter is set.
-    """
+    """Parser of a line. `computed`: a value was not a plain number; `of_machine`: a machine parameter is set."""
 
     def __init__(self, text: str, parameters: ProgramParameters) -> None:
         self.text = text

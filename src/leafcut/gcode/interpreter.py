@@ -619,9 +619,8 @@ class Interpreter:
         raise BlockError(f"G4 needs its time, {dialect.dwell_letter}")
 
     def _states_dwell(self, letters: dict[str, Word]) -> bool:
-        """Return whether a dwell states its time in the form of its controller; otherwise remove its words.
-
-        Fanuc, Haas and Mach also accept X or U, in seconds; a number without a point may be in thousandths.
+        """Return whether a dwell states its time in the form of its controller; otherwise remove its words. Fanuc,
+        Haas and Mach also accept X or U, in seconds; a number without a point may be in thousandths.
         """
         dialect = self.state.dialect
         given = [letter for letter in "PXUFSK" if letter in letters]

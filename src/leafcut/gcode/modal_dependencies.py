@@ -1,7 +1,5 @@
-"""Modal dependencies of a range of blocks: the modes it inherits from earlier blocks, and the modes it sets.
-
-`G1 Z-1` inherits the feed from an earlier line; `X5` inherits the motion and the Y position. If the range is moved,
-they must be restated at its new position.
+"""Modal dependencies of a range of blocks: modes inherited from earlier blocks (`G1 Z-1`: the feed; `X5`: the motion
+and the Y position), which must be restated after a move, and modes that it sets.
 """
 
 from __future__ import annotations
@@ -175,9 +173,8 @@ HERE = "here"
 
 
 def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
-    """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them.
-
-    None if they do not move. `clearance` is the height above which the tool may descend anywhere, mm.
+    """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them; None without
+    a move. `clearance` is the height above which the tool may descend anywhere, mm.
     """
     program = reader.program
     path, first = program.path, program.first

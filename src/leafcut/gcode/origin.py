@@ -1,7 +1,5 @@
-"""Words that move the origin of the program coordinates: G10, G52, G92 and related codes.
-
-The position in the new coordinates is known only if the word states it (G92 X0, G10 L20 of the active frame); otherwise
-the axis is unknown until it is programmed again.
+"""Words that move the origin: G10, G52, G92 and related codes. The new position is known only if the word states it
+(G92 X0, G10 L20 of the active frame); otherwise the axis is unknown until it is programmed again.
 """
 
 from __future__ import annotations

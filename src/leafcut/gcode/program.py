@@ -1,7 +1,4 @@
-"""`Program`: a program of any CAM, block by block, with its motions and the modal state before every block.
-
-Reordering the text of a program needs more than its toolpath: the line and the modal state of every motion.
-"""
+"""`Program`: a program of any CAM, block by block, with its motions and the modal state before every block."""
 
 from __future__ import annotations
 

@@ -118,11 +118,7 @@ def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 
 
 def _first_line(lines: tuple[str, ...]) -> int:
-    """Return the first line of the program, from 0: the line of the percent sign below a title, or 0.
-
-    A title is text above the first percent sign that is not G-code. If there is a block of G-code above it, the sign
-    ends the program.
-    """
+    """Return the first line of the program, from 0: the line of the first percent sign, if only a title is above it."""
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
     for line in lines[:percent]:

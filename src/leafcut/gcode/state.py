@@ -219,10 +219,7 @@ class InterpreterState(Modal):
         self.feed_rate = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
-        """Return the feed, mm/s, of a cut of `length` mm.
-
-        With G93, F is the reciprocal of the duration of the cut in minutes, and every block needs its own.
-        """
+        """Return the feed, mm/s, of a cut of `length` mm; with G93, F is the reciprocal of its duration in minutes."""
         if self._feed_without_unit is not None:
             self._assume_unit()
         if self.feed_mode == 93:

@@ -64,9 +64,8 @@ _USUAL_POINT = math.radians(118)
 
 
 def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
-    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``).
-
-    The line is 0 without such a comment, or if other comments give sizes in `unit`.
+    """Return line and text of the first size in a comment with a unit other than `unit` (``mm`` or ``in``); line 0
+    without one, or if other comments give sizes in `unit`.
     """
     first = (0, "")
     for number, text in enumerate(lines, 1):
@@ -81,17 +80,13 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
 
 
 def tool_width(program: Program, block: int) -> float:
-    """Return the tool diameter, mm, from the last comment about it before a block, or 0.
-
-    Comments about other tools are ignored. A tool list at the top is included.
-    """
+    """Return the tool diameter, mm, from the last comment about the tool of a block, or 0."""
     return _described(program, block)[0]
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
-    """Return the tool of a block from its comments; None without a diameter, or without the angle of a V-bit.
-
-    Mills are flat unless the comment names another kind. A comment up to line `since` counts only if it names the tool.
+    """Return the tool of a block from its comments; None without a diameter, or without the angle of a V-bit. Mills
+    are flat by default. A comment up to line `since` counts only if it names the tool.
     """
     width, comment = _described(program, block, since)
     if not width:

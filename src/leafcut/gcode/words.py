@@ -97,10 +97,8 @@ def plain_block(line: str) -> Block | None:
 
 
 def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return a line without comments and outer spaces, and its comments.
-
-    With `nested`, a comment inside a comment belongs to the outer comment. Raises BlockError if the line is too long,
-    or a comment is unclosed, or nested although `nested` is False.
+    """Return a line without comments and outer spaces, and its comments, which may be `nested`. Raises BlockError for
+    a line that is too long, or an unclosed or wrongly nested comment.
     """
     if len(line) > MAX_LINE:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")
@@ -161,9 +159,8 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
 
 
 def words_of(body: str) -> tuple[Word, ...]:
-    """Return the words of a line without comments and marks.
-
-    A colon before a number at the start of a line stands for O, as in the ISO code of Fanuc.
+    """Return the words of a line without comments and marks; a leading colon stands for O, as in the ISO code of
+    Fanuc.
     """
     words = []
     if body[:1] == ":" and body[1:2].isdigit():

@@ -1,7 +1,4 @@
-"""Ruin and recreate on a path: remove a few clusters, reinsert them, and choose the nodes there again.
-
-A longer path is accepted with a probability that decreases with the temperature.
-"""
+"""Ruin and recreate on a path: remove a few clusters, reinsert them, and choose the nodes there again."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""Number and duration of kernel compilations, and the message shown on the first run on a machine.
-
-It does not load Numba, so a refused file or option does not wait for that.
+"""Number and duration of kernel compilations, and the message on the first run. It does not load Numba, so that a
+refused file or option does not wait for that.
 """
 
 from __future__ import annotations

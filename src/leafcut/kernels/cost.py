@@ -326,10 +326,8 @@ def is_straight(cost: CostModel) -> bool:
 
 @part
 def straight(xy: NDArray, code: int, i: int, j: int) -> float:
-    """Return the same as `travel` for straight costs; short enough to be inlined into the calling loops.
-
-    A call of `travel` passes all fields of the cost model. It made local search a quarter slower, and twice as slow
-    with free or tied nodes.
+    """Return the same as `travel` for straight costs, short enough to be inlined: a call passes all fields of the cost
+    model, which made local search a quarter slower.
     """
     dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
     length = math.sqrt(dx * dx + dy * dy)

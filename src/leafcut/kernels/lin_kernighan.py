@@ -444,9 +444,8 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
 def improve_queued(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, breadth: NDArray, max_nodes: int
 ) -> float:
-    """Make improving moves at the queued nodes until the queue is empty, the log is full, or `max_nodes` are examined.
-
-    Return the total gain. Changes: tour.
+    """Make improving moves at the queued nodes until the queue is empty, the log is full, or `max_nodes` are examined;
+    return the gain. Changes: tour.
     """
     total = 0.0
     examined = 0

@@ -1,7 +1,4 @@
-"""Orders of clusters: construction by ants, inversions by fireflies, and the choice of nodes.
-
-An order is an array of clusters that always satisfies the precedence constraints. `Clusters` describes the clusters.
-"""
+"""Orders of clusters within the precedence: construction by ants, inversions by fireflies, and the choice of nodes."""
 
 from __future__ import annotations
 

@@ -254,9 +254,8 @@ def find_exchange(
 def improve_route(
     cost: CostModel, route: Route, rules: Rules, breadth: NDArray, min_gain: float, max_searches: int
 ) -> float:
-    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `max_searches` are done.
-
-    Return the total gain. Changes: route.
+    """Make exchanges at the queued nodes until the queue is empty, the log is full, or `max_searches` are done; return
+    the gain. Changes: route.
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:

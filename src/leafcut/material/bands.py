@@ -20,10 +20,7 @@ def bands_of(points: Floats, side: float) -> Bands:
 
 
 def pieces_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (segment, point) whose distance is within the limit of the point, by segment.
-
-    Arrays are float64[m, 2], float64[n, 2] and float64[n], mm.
-    """
+    """Return the pairs (segment, point) within the limit of the point, by segment; float64[m, 2], [n, 2], [n], mm."""
     count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
     if len(start) and len(points):
         limit = float(limits.max())

@@ -77,10 +77,8 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at a feed in mm/s, W; 0 without a limit.
-
-    The end cuts over the whole area of the tool, with the descent per tooth as chip thickness, like the end of a ramp
-    (`material.cutting_force.ramp_power`).
+    """Return the power of a straight plunge at a feed in mm/s, W, like the end of a ramp
+    (`material.cutting_force.ramp_power`); 0 without a limit.
     """
     if limits.material is None or not sink_rate > 0.0:
         return 0.0
@@ -96,9 +94,8 @@ def plunge_feed(limits: FeedLimits, feed: float) -> float:
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed of a ramp or a helix of slope up to `angle`, rad, mm/s: `feed`, reduced to the power limit.
-
-    A flatter ramp has a slightly larger horizontal feed, so the full feed is assumed to be horizontal.
+    """Return the feed of a ramp or a helix of slope up to `angle`, rad, mm/s: `feed`, reduced to the power limit. The
+    full feed is assumed to be horizontal, as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
     return _within_power(limits, feed, power)

@@ -79,10 +79,8 @@ def entered(path: PocketPath, tool_path: ToolWay) -> NDArray[np.bool_]:
 
 
 def much_wider(rules: PocketRules) -> float:
-    """Return the width of cut from which it is reported as wider than the step-over, mm.
-
-    In a curve around remaining material, a pass removes slightly more than the step-over; in a curve around cleared
-    area, slightly less. Reported are cuts wider by half a step-over, or by half the distance to a full-width cut.
+    """Return the width of cut, mm, from which it is reported as wider than the step-over: by half a step-over, or by
+    half the distance to a full-width cut, because curves change the width slightly.
     """
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 

@@ -201,9 +201,8 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class TooWide:
-    """Returns the points of a path whose nearer neighbour is farther away than the step-over, float64[n, 2], mm.
-
-    A path that differs from the previous one in a few places is only searched there.
+    """Returns the points float64[n, 2] whose nearer neighbour is farther away than the step-over, mm; after a change
+    of the path, only searches there.
     """
 
     def __init__(self, centres: Any, rules: PocketRules) -> None:

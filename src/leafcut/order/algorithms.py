@@ -1,7 +1,5 @@
-"""Registry of algorithms, with one or both of two move sets.
-
-The move set *places* is for tours with one node per cluster, symmetric costs and no precedence. The move set *choices*
-is for paths with several nodes per cluster, asymmetric costs, or precedence.
+"""Registry of algorithms, each with one or both move sets: *places* (tours of single nodes, symmetric costs, no
+precedence) and *choices* (paths with several nodes per cluster, asymmetric costs, or precedence).
 """
 
 from __future__ import annotations

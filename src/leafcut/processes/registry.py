@@ -166,10 +166,7 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options in the order of the lists: groups of processes follow those of the job.
-
-    With `own`, the groups of processes are these, and no process is loaded.
-    """
+    """Return all groups of options, those of processes (or `own`, without loading processes) after those of the job."""
     if own is None:
         own = [group for process_ in processes() for group in process_.options]
     position = SHARED.index(CutDataOptions) + 1
@@ -289,10 +286,7 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
-    """Return the value of ``--process`` that repeats the job; "" if the inputs alone decide.
-
-    The kind of a program is read from the program, so a requested kind is repeated.
-    """
+    """Return the value of ``--process`` that repeats the job; "" if the inputs alone decide."""
     chosen = process_for(inputs, asked)
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked

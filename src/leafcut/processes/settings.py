@@ -61,10 +61,7 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 
 
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
-    """Return the group that contains the option `name`; refuse a removed option, or suggest the nearest one.
-
-    `groups` are searched first, so that no process is loaded if one of them contains it.
-    """
+    """Return the group of the option `name`, first from `groups`; refuse a removed one, or suggest the nearest."""
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
     names = _groups_by_option(registry.groups())
@@ -95,10 +92,8 @@ def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
-    """Return the settings for a kind of work: unused options are dropped if only a file gave them.
-
-    `input_kind` is the name of the input's format. Raises OptionError if an option given directly, not in a file, is
-    not used or names a missing file.
+    """Return the settings for a kind of work, without unused options of a file. Raises OptionError if an option given
+    directly is not used or names a missing file. `input_kind` is the name of the input's format.
     """
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
@@ -167,10 +162,7 @@ def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return the tables allowed in a file of options: section → option → its group.
-
-    The table of a process also accepts the shared options that it uses: ``[drill]`` has a thickness.
-    """
+    """Return section → option → group; the table of a process also accepts the shared options that it uses."""
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():

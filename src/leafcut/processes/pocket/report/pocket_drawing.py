@@ -82,10 +82,7 @@ def pocket_drawing(
     tool_diameter: float = 0.0,
     size: bool = False,
 ) -> str:
-    """Return the drawing of a path in every pocket as an SVG element with `words` as its title.
-
-    `name` is unique on the page; a `tool_diameter` draws the tool at its start.
-    """
+    """Return a path in every pocket as an SVG element titled `words`; `name` is unique on the page."""
     frame, window = scene.frame, f"window-{name}"
     parts = (
         *(_pocket(frame, pocket) for pocket in scene.pockets),

@@ -39,10 +39,7 @@ class StrategyFigures:
 
 
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
-    """Return all strategies over all pockets of an outcome.
-
-    A strategy that is written, or usual, in each pocket has the time of that program.
-    """
+    """Return all strategies over all pockets; one written, or usual, everywhere has the time of that program."""
     detail = outcome.detail
     whole = {
         tuple({plan.usual.strategy for plan in detail.plans}): outcome.before.time_s,
@@ -53,10 +50,7 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return all strategies over all pockets; a strategy that is refused in a pocket is refused.
-
-    `programs` join several pockets.
-    """
+    """Return all strategies over all pockets, refused if refused in one; `programs` join several pockets."""
     rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
         mine = [r for plan in plans for r in plan.results if r.strategy == name]
