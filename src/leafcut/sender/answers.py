@@ -48,8 +48,8 @@ class Status:
     ----------
     state, detail
         ``Idle``, ``Run``, ``Hold``, ``Alarm`` …; the number after it, such as 0 in ``Hold:0``.
-    machine, work, offset
-        Machine position, work position, and the offset between them.
+    offset
+        Offset between machine and work position.
     free_blocks, free_bytes
         Free space in the planner and in the receive buffer.
     overrides

@@ -34,19 +34,9 @@ _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return a jog command.
+    """Return a jog command; raise `OptionError` if an axis, a length or the feed is invalid.
 
-    Parameters
-    ----------
-    moves
-        Axis → mm, relative to the tool, or machine coordinates if `machine` is set.
-    feed
-        mm/min.
-
-    Raises
-    ------
-    OptionError
-        An axis, a length or the feed is invalid.
+    `moves` is axis → mm, relative to the tool, or machine coordinates if `machine` is set; `feed` is in mm/min.
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
@@ -59,22 +49,15 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
     """Jog by lengths (axis → mm) at a feed in mm/min; return when the controller has accepted the command.
 
-    Raises
-    ------
-    SendError
-        The jog would leave the travel, or the machine cannot be jogged now.
+    Raise `SendError` if the jog would leave the travel, or the machine cannot be jogged now.
     """
     talk.ask(jog_line(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Refuse a jog that leaves the travel, even if the controller's soft limits are off. A move back into it is
-    allowed.
+    """Raise `SendError`, in the controller's words, for a jog that leaves the travel, even with soft limits off.
 
-    Raises
-    ------
-    SendError
-        In the words of the controller's own error.
+    A move back into the travel is allowed.
     """
     if place is None or not facts.knows_place:
         return
@@ -94,17 +77,9 @@ def cancel_jog(talk: GrblConversation) -> None:
 def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
     """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
 
-    Parameters
-    ----------
-    plate, feed, travel
-        Thickness of the plate, mm; feed, mm/min; maximum distance down, mm.
-
-    Raises
-    ------
-    OptionError
-        A value is invalid.
-    SendError
-        The move would leave the machine's travel, or the probe made no contact.
+    `plate` is the thickness of the plate, mm, `feed` in mm/min, and `travel` the maximum distance down, mm. Raise
+    `OptionError` if a value is invalid, and `SendError` if the move would leave the machine's travel, or the probe made
+    no contact.
     """
     if not (math.isfinite(plate) and plate >= 0.0):
         raise OptionError("the thickness of the plate must be 0 or more, mm")
@@ -156,12 +131,8 @@ class FrameBox:
 def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     """Return the frame of a program at the program's greatest height, or at the tool's height if that is greater.
 
-    `checking.check_program` has checked that the program, and therefore the frame, stays within the travel.
-
-    Raises
-    ------
-    SendError
-        The program cuts nothing, or the machine does not report its position.
+    `checking.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
+    `SendError` if the program cuts nothing, or the machine does not report its position.
     """
     places, _ = machine_places(job, facts, fed=True)
     every, _ = machine_places(job, facts)

@@ -35,21 +35,11 @@ _UNSURE = "the controller does not report whether it was homed, and does not ins
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
-    """Refuse a machine that is not idle or whose position is unknown.
+    """Raise `SendError` for a machine that is not idle or whose position is unknown, with its state and the remedy.
 
-    Parameters
-    ----------
-    unhomed
-        The operator has confirmed the position although the machine was not homed.
-    restarted
-        The board has just restarted, so that its position is wrong unless it is homed.
-    family
-        Firmware; selects the list of alarms.
-
-    Raises
-    ------
-    SendError
-        States what the machine is doing and what to do.
+    `unhomed`: the operator has confirmed the position although the machine was not homed. `restarted`: the board has
+    just restarted, so that its position is wrong unless it is homed. `family`, the firmware, selects the list of
+    alarms.
     """
     state = state_in_words(facts.status, family)
     if facts.status.state == "Alarm":
@@ -79,14 +69,9 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 
 
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
-    """Return warnings; refuse a program that the machine cannot run in its current state.
+    """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
 
     `begun`: the program has reached a pause, so its first move was already checked.
-
-    Raises
-    ------
-    SendError
-        States the problem and its line.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -123,7 +108,6 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
 
 
 def _speed_now(facts: Facts) -> float | None:
-    """Return the spindle speed set in the controller, rpm; None if it does not report one."""
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
 
@@ -170,7 +154,6 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
 
 
 def _stored_name(job: SendJob, line: int) -> str | None:
-    """Return ``G28`` or ``G30`` if the line moves to a stored position; None for G53."""
     words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
@@ -179,10 +162,7 @@ def _stored_name(job: SendJob, line: int) -> str | None:
 def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
     """Return the end of a move in machine coordinates, float64[3] mm, NaN for an axis that does not move.
 
-    Raises
-    ------
-    SendError
-        The move goes to a stored position that the controller does not report.
+    Raise `SendError` if the move goes to a stored position that the controller does not report.
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
@@ -201,12 +181,8 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     """Return the program with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
 
-    Coordinates that such a move leaves unknown in the program alone are known here until the axis moves again.
-
-    Raises
-    ------
-    SendError
-        A move goes to a stored position that the controller does not report.
+    Coordinates that such a move leaves unknown in the program alone are known here until the axis moves again. Raise
+    `SendError` if a move goes to a stored position that the controller does not report.
     """
     path = expand(job.program.path)
     in_machine = path.kind == Kind.MACHINE
@@ -233,14 +209,9 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
 
 
 def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Refuse a rapid below the surface that is caused by a move in machine coordinates.
+    """Raise `SendError` for a rapid below the surface that is caused by a move in machine coordinates.
 
     `find_dangers` has checked all other rapids; their heights are known without the machine.
-
-    Raises
-    ------
-    SendError
-        Names the line, the height, and the stored position or work zero that causes it.
     """
     original = expand(job.program.path)
     moved = original.kind == Kind.MACHINE

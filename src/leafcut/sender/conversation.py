@@ -1,8 +1,4 @@
-"""Communication with a controller, one request at a time, independent of the firmware.
-
-This module holds the common part: port, log, waiting for an answer. Status, hold, stop and homing depend on the
-firmware: `grbl.GrblConversation`, `marlin.MarlinConversation`.
-"""
+"""Communication with a controller, one request at a time: the part that is independent of the firmware."""
 
 from __future__ import annotations
 
@@ -59,10 +55,6 @@ class Conversation(ABC):
     ----------
     patience
         Factor on all time limits, for a busy computer.
-    status
-        Last status.
-    on_status
-        Called with every status.
     offset
         Last reported offset between machine and work coordinates, in the units of the report.
     restarted
@@ -188,13 +180,7 @@ class Conversation(ABC):
         self._interrupted = True
 
     def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
-        """Return the answers received, waiting at most `seconds`; keep the last status.
-
-        Raises
-        ------
-        Interrupted
-            The operator wants something else first.
-        """
+        """Return the answers received within `seconds`; raise `Interrupted` if the operator interrupts first."""
         if self._interrupted and not self._resetting:
             self._interrupted = False
             raise Interrupted
@@ -221,8 +207,7 @@ class Conversation(ABC):
     ) -> Iterator[ControllerAnswer]:
         """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
 
-        The first query is immediate, or after the first interval if `later` is set. The caller may stop iterating
-        early.
+        The first query is immediate, or after the first interval if `later` is set.
         """
         until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
@@ -232,13 +217,7 @@ class Conversation(ABC):
             yield from self.listen()
 
     def facts(self) -> Facts:
-        """Return the facts that the controller reports.
-
-        Raises
-        ------
-        SendError
-            The machine is moving, or another firmware answers.
-        """
+        """Return the controller's facts; raise `SendError` if the machine moves or the firmware is a different one."""
         if movement := self._moving():
             raise SendError(f"the machine is {movement}; wait until it has stopped, or use --unlock")
         return self.gather()
@@ -246,27 +225,20 @@ class Conversation(ABC):
     def settings(self) -> tuple[str, str]:
         """Return the kind (`importing.KINDS`) and the text of the settings, without changing settings or moving.
 
-        Raises
-        ------
-        SendError
-            The machine is moving, does not report its settings, or another firmware answers.
+        Raise `SendError` if the machine moves, does not report its settings, or another firmware answers.
         """
         if movement := self._moving():
             raise SendError(f"the machine is {movement}; wait until it has stopped")
         return self.gather_settings()
 
     def _moving(self) -> str:
-        """Return the current activity in words; "" if the machine is at rest."""
         status = self.fresh_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
         """Send a line and return the answers to it. During a long wait, the status is queried.
 
-        Raises
-        ------
-        SendError
-            The line is refused, an alarm or a reset occurs, the answer is garbled, or none arrives.
+        Raise `SendError` if the line is refused, an alarm or a reset occurs, the answer is garbled, or none arrives.
         """
         self.send(text)
         answers: list[ControllerAnswer] = []
@@ -289,13 +261,7 @@ class Conversation(ABC):
         raise SendError(f"the controller does not respond to '{text}'")
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
-        """Query and return the status.
-
-        Raises
-        ------
-        SendError
-            The controller does not answer.
-        """
+        """Query and return the status; raise `SendError` if the controller does not answer."""
         for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
@@ -313,13 +279,7 @@ class Conversation(ABC):
         self._zeroed.clear()
 
     def home(self) -> None:
-        """Home the machine. If homing does not finish, reset it so that all motion stops.
-
-        Raises
-        ------
-        SendError
-            Homing is off, or failed.
-        """
+        """Home the machine; raise `SendError` if homing is off or fails, after a reset that stops all motion."""
         try:
             self.ask(self.home_lines(), HOMING_SECONDS)
         except (KeyboardInterrupt, Interrupted, SendError):
@@ -332,13 +292,7 @@ class Conversation(ABC):
         """Stop a homing machine, whether it answers or not."""
 
     def zero_here(self, axes: str = "XYZ") -> None:
-        """Set the program zero at the current position of the tool in the given axes.
-
-        Raises
-        ------
-        SendError
-            The command is refused.
-        """
+        """Set the program zero at the current position of the tool; raise `SendError` if the command is refused."""
         self.ask(self.zero_line(axes))
         self._zeroed |= set(axes)
         if self._zeroed >= set("XYZ"):

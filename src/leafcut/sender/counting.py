@@ -45,13 +45,7 @@ class CharacterCounter:
         return not full and self.bytes + len(line.data) <= self.capacity
 
     def send(self, line: SentLine) -> None:
-        """Record a line as sent.
-
-        Raises
-        ------
-        ValueError
-            The line does not fit.
-        """
+        """Record a line as sent; raise `ValueError` if it does not fit."""
         if not self.fits(line):
             raise ValueError(f"a line of {len(line.data)} bytes does not fit beside {self.bytes} of {self.capacity}")
         self.waiting.append(line)

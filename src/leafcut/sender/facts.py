@@ -27,18 +27,10 @@ class SettingNames:
 
 @dataclass(frozen=True)
 class Clock:
-    """Settings of a board that determine the cycle time; None if not reported.
+    """Settings of a board that determine the cycle time, per axis in mm/s and mm/s²; None if not reported.
 
-    Attributes
-    ----------
-    rates, accelerations
-        Per axis, mm/s and mm/s².
-    steps
-        Steps per mm, per axis.
-    deviation, arc_tolerance
-        Junction deviation and arc tolerance, mm.
-    motor_lock_s
-        Time after a move until the motors are released, s.
+    `steps` are per mm, per axis; `deviation` (junction) and `arc_tolerance` are in mm; `motor_lock_s` is the time after
+    a move until the motors are released.
     """
 
     rates: XYZ | None = None
@@ -67,23 +59,19 @@ class Facts:
 
     Attributes
     ----------
-    version, buffer
-        Firmware version; size of the receive buffer, bytes.
+    buffer
+        Size of the receive buffer, bytes.
     status
         Status at the last query.
     low, high
         Limits of the machine coordinates, mm; -inf and inf if not reported.
-    names
-        Names of the settings.
     unit
         Report unit, mm.
     homing, homed
         Whether the machine has homing, so that machine coordinates are meaningful; whether it was homed, None if the
         controller cannot report that.
-    soft_limits
-        Whether soft limits are on.
-    laser_mode, fastest
-        Whether laser mode is on; maximum spindle speed or laser power.
+    fastest
+        Maximum spindle speed or laser power.
     arcs
         Whether G2 and G3 are supported.
     clock
@@ -172,13 +160,7 @@ def scaled(place: XYZ, unit: float) -> XYZ:
 
 
 def moving(values: XYZ, names: tuple[str, str, str]) -> XYZ:
-    """Return rates, accelerations or steps of the axes.
-
-    Raises
-    ------
-    SendError
-        A value is 0, so that the axis cannot move.
-    """
+    """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, so that its axis cannot move."""
     if not all(value > 0.0 for value in values):
         raise SendError(f"the controller has 0 in one of {', '.join(names)}: it cannot move")
     return values

@@ -23,10 +23,7 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 def speaker_of(machine: Machine, name: str) -> type[Conversation]:
     """Return the conversation class for a machine; `name` is the machine as the user gave it.
 
-    Raises
-    ------
-    OptionError
-        Programs cannot be sent to this controller.
+    Raise `OptionError` if programs cannot be sent to this controller.
     """
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
@@ -51,14 +48,9 @@ ASKED: dict[str, type[Conversation]] = {
 def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
     """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
 
-    Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command.
-
-    Raises
-    ------
-    OptionError
-        Boards of this kind cannot be queried.
-    SendError
-        The board does not answer, has another firmware, is moving, or does not report its settings.
+    Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command. Raise
+    `OptionError` if boards of this kind cannot be queried, and `SendError` if the board does not answer, has another
+    firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
         raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be read from a port; use a file of its settings")

@@ -91,10 +91,7 @@ class GrblConversation(Conversation):
     def connect(self) -> Status:
         """Wait for the controller to answer and return its status.
 
-        Raises
-        ------
-        SendError
-            Nothing answers, or another firmware does.
+        Raise `SendError` if nothing answers, or another firmware does.
         """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._knock):
@@ -134,10 +131,7 @@ class GrblConversation(Conversation):
     def gather(self) -> Facts:
         """Return the facts that the controller reports.
 
-        Raises
-        ------
-        SendError
-            Another firmware answers, or a required fact is missing.
+        Raise `SendError` if another firmware answers, or a required fact is missing.
         """
         self._settle()
         answers: list[ControllerAnswer] = []
@@ -149,10 +143,7 @@ class GrblConversation(Conversation):
     def gather_settings(self) -> tuple[str, str]:
         """Return the kind and the text of the settings: the configuration file for FluidNC.
 
-        Raises
-        ------
-        SendError
-            Another firmware answers, or it does not report its settings.
+        Raise `SendError` if another firmware answers, or it does not report its settings.
         """
         self._settle()
         build_info = self.ask("$I")
@@ -227,10 +218,7 @@ class GrblConversation(Conversation):
     def unlock(self) -> bool:
         """Bring a machine on hold, moving or locked to rest without homing; return whether it was locked.
 
-        Raises
-        ------
-        SendError
-            It stays locked.
+        Raise `SendError` if it stays locked.
         """
         status = self.fresh_status()
         if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
@@ -243,12 +231,7 @@ class GrblConversation(Conversation):
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Hold, wait for rest, then reset: the spindle is off and all lines are discarded. Return the status.
 
-        `on_answer` is called with every answer meanwhile.
-
-        Raises
-        ------
-        SendError
-            The controller no longer answers.
+        `on_answer` is called with every answer meanwhile. Raise `SendError` if the controller no longer answers.
         """
         try:
             self.hold()
@@ -266,13 +249,7 @@ class GrblConversation(Conversation):
                 return
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Reset the controller and return its status.
-
-        Raises
-        ------
-        SendError
-            The controller no longer answers.
-        """
+        """Reset the controller and return its status; raise `SendError` if it no longer answers."""
         self._resetting = True
         try:
             return self._reset(on_answer)
@@ -297,9 +274,7 @@ class GrblConversation(Conversation):
         return self.fresh_status()
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Wait until an alarm is fully reported (half a second on GRBL), because resets are ignored until then. Then
-        reset.
-        """
+        """Wait until an alarm is fully reported (half a second on GRBL; resets are ignored until then), then reset."""
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 

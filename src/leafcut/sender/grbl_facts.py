@@ -57,17 +57,8 @@ _FLUIDNC_NAMES = SettingNames(
 def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
     """Return the facts from the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
-    Parameters
-    ----------
-    homed
-        Homed since the connection was opened.
-    configuration
-        FluidNC's answer to ``$CD``.
-
-    Raises
-    ------
-    SendError
-        The controller is not GRBL 1.1 or newer (no version or no settings), or its settings are invalid.
+    `homed` means since the connection was opened; `configuration` is FluidNC's answer to ``$CD``. Raise `SendError` if
+    the controller is not GRBL 1.1 or newer (no version or no settings), or its settings are invalid.
     """
     reports = [report for report in answers if isinstance(report, Report)]
     build = next((report for report in reports if report.name == "VER"), None)
@@ -96,7 +87,6 @@ class _Settings(dict[str, str]):
     """The answer to ``$$``: ``$110`` → text."""
 
     def number(self, setting: int, default: float = 0.0) -> float:
-        """Return a setting as a number; `default` if the controller lacks it."""
         text = self.get(f"${setting}", "")
         try:
             return float(text) if text else default
@@ -104,7 +94,6 @@ class _Settings(dict[str, str]):
             raise SendError(f"the controller has ${setting}={text}, which is no number; check its settings") from None
 
     def known(self, setting: int) -> float | None:
-        """Return a setting as a number; None if the controller lacks it."""
         return self.number(setting) if self.get(f"${setting}") else None
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:

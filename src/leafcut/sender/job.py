@@ -51,20 +51,10 @@ class DrilledHole:
 
 @dataclass(frozen=True, eq=False)
 class SendJob:
-    """A program and the context in which it was read.
+    """A program and the context in which it was read: the `machine` and the `dialect`.
 
-    Attributes
-    ----------
-    file, machine, dialect
-        Its name; the machine and the dialect for which it was read.
-    program
-        The interpreted program.
-    steps
-        Lines and pauses to send.
-    issues
-        Warnings for the operator.
-    accept
-        Codes of issues that the operator has accepted, so that they do not prevent sending.
+    `steps` are lines and pauses to send, `issues` warnings for the operator; issues with a code in `accept` were
+    accepted by the operator and do not prevent sending.
     """
 
     file: str
@@ -130,10 +120,7 @@ def read_job(
 ) -> SendJob:
     """Return a program that suits a machine, as far as can be checked without it.
 
-    Parameters
-    ----------
-    accept
-        Codes of issues that the operator has accepted, so that they do not prevent sending.
+    Issues with a code in `accept` do not prevent sending.
 
     Raises
     ------
@@ -149,13 +136,7 @@ def read_job(
 
 
 def program_text(file: str | Path, name: str) -> str:
-    """Return the text of a program; `name` is used in messages.
-
-    Raises
-    ------
-    ReadError
-        It cannot be read, or is not G-code.
-    """
+    """Return the text of a program; `name` is used in messages. Raise `ReadError` if it is not readable G-code."""
     text = read_program(file)
     if problem := other_language(text):
         raise ReadError(name, problem)
@@ -163,13 +144,7 @@ def program_text(file: str | Path, name: str) -> str:
 
 
 def accepted_codes(words: str) -> tuple[str, ...]:
-    """Return the codes in a list such as ``L801,L806``.
-
-    Raises
-    ------
-    OptionError
-        A code does not exist.
-    """
+    """Return the codes in a list such as ``L801,L806``; raise `OptionError` for an unknown code."""
     codes = tuple(entry.strip().upper() for entry in words.split(",") if entry.strip())
     for code in codes:
         if code not in CODES:

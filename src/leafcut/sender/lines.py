@@ -111,11 +111,8 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> li
 def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
     """Return the steps of a program, with its pauses, from line `first` to its end (M2, M30).
 
-    Raises
-    ------
-    ReadError
-        A line has a word or a letter that the controller lacks, is a command of the controller itself ($), or is too
-        long.
+    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command of the controller itself
+    ($), or is too long.
     """
     reader = _LineReader(dialect)
     steps: list[SentStep] = []
@@ -132,8 +129,6 @@ def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) 
 
 
 class _LineReader:
-    """Reader with memory of the preceding lines: the selected tool and the last remark."""
-
     def __init__(self, dialect: Dialect) -> None:
         self.dialect, self.ended, self.begun = dialect, False, False
         # Marlin treats M1 as M0 (M0_M1.cpp); others ignore it.
@@ -143,7 +138,6 @@ class _LineReader:
         self.remark = ""
 
     def read(self, line: str, number: int) -> list[SentStep]:
-        """Return the steps of one line."""
         body, comments = split_line(line.strip(), nested=True)
         if body.startswith("%"):
             self.ended = self.begun

@@ -1,10 +1,9 @@
 """Communication with Marlin 2, one numbered line at a time.
 
-Every line has a number and a checksum, ``N7 G1 X10*95``. Marlin executes a line without a number even if it is
-corrupted: noise may turn ``G1 X10`` into ``G1 X1``. It refuses a corrupted numbered line and requests it again
-(``Resend: 7``). Numbers also make it safe to repeat a line that may be lost, because it is never executed twice. The
-next line is sent when the last one is answered. Marlin answers when a move is planned, not when it is finished, so its
-look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) stays full.
+Every line has a number and a checksum, ``N7 G1 X10*95``: Marlin executes a corrupted line without a number (noise may
+turn ``G1 X10`` into ``G1 X1``), but requests a corrupted numbered line again (``Resend: 7``) and executes none twice.
+The next line is sent when the last one is answered. Marlin answers when a move is planned, not when it is finished, so
+its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) stays full.
 
 Marlin has no realtime byte for its status. ``M400`` and ``M114`` report whether it is at rest, and its position. They
 wait in the queue like any line, so they are sent only when no other line is. While it runs, its progress is known from
@@ -165,7 +164,6 @@ class MarlinConversation(Conversation):
         return answers
 
     def _take_turn(self) -> list[ControllerAnswer]:
-        """Repeat a line or send the next internal line when it is due."""
         now, flying = self.clock(), self._flying
         if self._wanted is not None:
             until, number = self._wanted
@@ -187,7 +185,6 @@ class MarlinConversation(Conversation):
         return []
 
     def _digest(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
-        """Process an answer and return the answers that matter to the caller."""
         match answer:
             case Accepted():
                 return self._ok()
@@ -214,7 +211,6 @@ class MarlinConversation(Conversation):
         return [answer]
 
     def _at_display(self, action: str) -> list[ControllerAnswer]:
-        """Follow a request from the machine's own display."""
         if action in ("pause", "paused"):
             self._held = True
         elif action in ("resume", "resumed"):
@@ -234,7 +230,6 @@ class MarlinConversation(Conversation):
         return self._answered()
 
     def _answered(self) -> list[ControllerAnswer]:
-        """Mark the unanswered line as answered."""
         line, self._flying, self._times = self._flying, None, 0
         wrong, self._wrong = self._wrong, ""
         assert line is not None
@@ -308,13 +303,7 @@ class MarlinConversation(Conversation):
         return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
-        """Send a line when no other is unanswered.
-
-        Raises
-        ------
-        SendError
-            An earlier line is not answered.
-        """
+        """Send a line when no other is unanswered; raise `SendError` if an earlier line is not answered."""
         until = self._until(PLANNED_SECONDS)
         while not self._free:
             if any(isinstance(answer, Status) for answer in self.listen()):
@@ -335,10 +324,7 @@ class MarlinConversation(Conversation):
     def connect(self) -> Status:
         """Wait for the controller to start and to answer; return its status.
 
-        Raises
-        ------
-        SendError
-            Nothing answers, or the firmware is not Marlin 2.
+        Raise `SendError` if nothing answers, or the firmware is not Marlin 2.
         """
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._knock):
@@ -373,13 +359,7 @@ class MarlinConversation(Conversation):
                 quiet = self.clock()
 
     def _firmware(self) -> tuple[str, dict[str, bool]]:
-        """Return the name and the capabilities of the firmware.
-
-        Raises
-        ------
-        SendError
-            It is not Marlin 2.
-        """
+        """Return the name and the capabilities of the firmware; raise `SendError` if it is not Marlin 2."""
         reports = [report for report in self.ask("M115") if isinstance(report, Report)]
         name = next((report.text for report in reports if report.name == FIRMWARE), "")
         version = _VERSION.match(name)
@@ -393,10 +373,7 @@ class MarlinConversation(Conversation):
     def gather(self) -> Facts:
         """Return the facts that the controller reports.
 
-        Raises
-        ------
-        SendError
-            It does not report its settings, its travel or busy messages.
+        Raise `SendError` if it does not report its settings, its travel or busy messages.
         """
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
@@ -428,10 +405,7 @@ class MarlinConversation(Conversation):
     def gather_settings(self) -> tuple[str, str]:
         """Return the kind and the text of the settings, with the travel if it is known.
 
-        Raises
-        ------
-        SendError
-            It does not report its settings.
+        Raise `SendError` if it does not report its settings.
         """
         settings = self._words("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
@@ -479,13 +453,7 @@ class MarlinConversation(Conversation):
         return "G92 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring the machine to rest and clear its stop condition.
-
-        Raises
-        ------
-        SendError
-            It does not answer.
-        """
+        """Bring the machine to rest and clear its stop condition; raise `SendError` if it does not answer."""
         if self.fresh_status().state == "Run":
             self.stop()
         self.ask("M999 S1")  # without S1 it would request lines again
@@ -494,10 +462,7 @@ class MarlinConversation(Conversation):
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
         """Stop the spindle if the machine has not moved; otherwise stop the motors at once.
 
-        Raises
-        ------
-        SendError
-            The controller no longer answers.
+        Raise `SendError` if the controller no longer answers.
         """
         unmoved, self._held, self._resetting = not self._moved, False, True
         try:
@@ -530,7 +495,6 @@ class MarlinConversation(Conversation):
         return self._keep_status(status)
 
     def _rested(self) -> Status:
-        """Return the status once the machine is at rest."""
         status = self.fresh_status(PLANNED_SECONDS)
         while status.state == "Run":
             status = self.fresh_status(PLANNED_SECONDS)
@@ -555,10 +519,7 @@ class MarlinConversation(Conversation):
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
     """Return whether soft end stops are on, and the limits of the travel, mm, from the answer to M211.
 
-    Raises
-    ------
-    SendError
-        The firmware has no soft end stops, so the travel is unknown.
+    Raise `SendError` if the firmware has no soft end stops, so that the travel is unknown.
     """
     ends = {match[1].lower(): match for match in _ENDS.finditer(text)}
     if "min" not in ends or "max" not in ends:

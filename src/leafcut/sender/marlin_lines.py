@@ -45,7 +45,7 @@ _ERRORS = {
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Parse a line of a controller; a line with unprintable characters is `Strange` (noise)."""
+    """Parse a line of a controller; one with unprintable characters is `Strange` (noise)."""
     line = line.strip()
     if not line.isprintable() or "\ufffd" in line:
         return Strange(shown(line))

@@ -43,12 +43,8 @@ class SerialPort:
     def __init__(self, name: str, baud: int = BAUD) -> None:
         """Open the port.
 
-        Raises
-        ------
-        OptionError
-            The port does not exist or is a file or folder, or the baud rate is unknown.
-        SendError
-            It is in use, or access is denied.
+        Raise `OptionError` if the port does not exist or is a file or folder, or the baud rate is unknown, and
+        `SendError` if the port is in use, or access is denied.
         """
         serial = _pyserial()
         if baud not in BAUDS:

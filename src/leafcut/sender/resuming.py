@@ -31,13 +31,7 @@ _TOLERANCE = 2e-4
 
 
 def line_of_hole(job: SendJob, number: int) -> int:
-    """Return the line at which a hole starts; holes are counted from 1 in program order.
-
-    Raises
-    ------
-    OptionError
-        The program has no such hole.
-    """
+    """Return the first line of a hole, counted from 1 in program order; raise `OptionError` if it does not exist."""
     if not 1 <= number <= len(job.holes):
         have = count_of(len(job.holes), "hole") if job.holes else "the program has no holes: use --from-line instead"
         raise OptionError(f"--from-hole {number}: the program has {have}")
@@ -45,13 +39,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
 
 
 def check_place(from_hole: int | None, from_line: int | None) -> None:
-    """Refuse two resume positions.
-
-    Raises
-    ------
-    OptionError
-        Both are given.
-    """
+    """Raise `OptionError` if two resume positions are given."""
     if from_hole is not None and from_line is not None:
         raise OptionError("--from-hole and --from-line both set the line to resume at; leave one out")
 
@@ -61,12 +49,8 @@ def rest_of(
 ) -> tuple[int, Sequence[SentStep], int | None]:
     """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
 
-    Without a resume position: line 0 and all steps.
-
-    Raises
-    ------
-    OptionError
-        The hole or line does not exist, both are given, or the program cannot resume there.
+    Without a resume position: line 0 and all steps. Raise `OptionError` if the hole or line does not exist, both are
+    given, or the program cannot resume there.
     """
     check_place(from_hole, from_line)
     if from_hole is None and from_line is None:
@@ -82,16 +66,9 @@ def rest_of(
 def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
     """Return the steps that resume a program at a line, and the tool that must be in the spindle (None if not named).
 
-    Parameters
-    ----------
-    height
-        Current height of the tool in program Z, mm. The tool never descends before it is above its position.
-
-    Raises
-    ------
-    OptionError
-        The program has no block at or after the line, or depends on an unknown state there; the message gives the
-        reason.
+    `height` is the current height of the tool in program Z, mm; the tool never descends before it is above its
+    position. Raise `OptionError`, with the reason, if the program has no block at or after the line, or depends on an
+    unknown state.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
@@ -130,10 +107,7 @@ def _place_before(job: SendJob, row: int, line: int) -> XYZ:
 def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
     """Return the lines that restore the machine's state and position before a block.
 
-    Raises
-    ------
-    OptionError
-        The state cannot be restored: inverse time feed (G93), no units, or no feed for the descent.
+    Raise `OptionError` if that is impossible: inverse time feed (G93), no units, or no feed for the descent.
     """
     if modal.feed_mode != 94:
         raise OptionError("G93 gives each move a time: the program cannot be resumed there; start from the first line")
@@ -170,7 +144,6 @@ def _rapid_feed(job: SendJob, axes: str) -> str:
 
 
 def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
-    """Return the move down to the resume position."""
     path = job.program.path
     before = path.before[row]
     moves = np.flatnonzero(path.kind[row:] <= Kind.ARC_CCW)
@@ -261,13 +234,7 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
 
 
 def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
-    """Read the lines to send, and compare them with the rest of the program.
-
-    Raises
-    ------
-    OptionError
-        The moves differ.
-    """
+    """Read the lines to send, and raise `OptionError` if their moves differ from the rest of the program."""
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
     resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
     original_path, resumed_path = job.program.path, resumed.program.path

@@ -65,22 +65,11 @@ _HELD_BY = 2
 
 @dataclass(frozen=True)
 class RunView:
-    """Progress of a program.
+    """Progress of a program: the `line` in work and the last line `taken` by the controller, from 1.
 
-    Attributes
-    ----------
-    state
-        Machine state as the controller reports it.
-    line, taken
-        Current line, and last line accepted by the controller.
-    hole
-        Number of the current hole; 0 before the first.
-    place
-        Position in program coordinates, mm; None if not reported.
-    feed, override
-        mm/min; percent of the programmed feed.
-    done_s, left_s
-        Elapsed cycle time, and remaining cycle time at this override, s.
+    `hole` is the number of the current hole, 0 before the first; `place` the position in program coordinates, mm, None
+    if not reported; `feed` in mm/min; `override` in percent of the programmed feed. `done_s` and `left_s` are the
+    elapsed and, at this override, the remaining cycle time.
     """
 
     state: str
@@ -102,8 +91,6 @@ class Ending:
     ----------
     complete
         Every line was accepted and the machine has come to rest after the last.
-    reason
-        Reason of an early end, in words.
     taken, sent, line
         Last accepted line, last sent line, and current line. If not `sure`, the machine did not report its position,
         and it was in that line or a later one.
@@ -169,8 +156,6 @@ class SendRun:
 
     Attributes
     ----------
-    talk, facts, job, steps
-        The controller, its facts, the program, and the steps to send.
     prompt
         Asks the operator at a pause; None without an operator.
     observe
@@ -218,10 +203,6 @@ class SendRun:
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
 
     def _stepping_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
-        """Return the steps with a pause before every hole after hole `after`, in hole-by-hole mode.
-
-        The lines before the first hole raise the tool and start the spindle.
-        """
         return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
@@ -255,13 +236,7 @@ class SendRun:
             return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
-        """Assume that the first tool is mounted if nobody can be asked; refuse a program with any other pause.
-
-        Raises
-        ------
-        OptionError
-            Names the pause.
-        """
+        """Assume that the first tool is mounted if nobody can be asked; raise `OptionError` at any other pause."""
         fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
         cut = int(fed[0]) if len(fed) else self._first
         first = next((step for step in self.left if isinstance(step, Pause)), None)
@@ -315,7 +290,6 @@ class SendRun:
         self._asked_at = 0.0
 
     def _fill(self) -> None:
-        """Send as many steps as fit; at a pause, wait until the machine is at rest."""
         while self.left:
             step = self.left[0]
             if isinstance(step, Pause):
@@ -336,7 +310,6 @@ class SendRun:
             self._rests = 0
 
     def _check_connection(self) -> None:
-        """Query the status when it is due; detect a lost connection and lost answers."""
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
@@ -395,7 +368,6 @@ class SendRun:
             raise _Ended(f"{problem}; {_MAX_ERRORS} errors; the rest was not checked")
 
     def _see(self, status: Status) -> None:
-        """Process a status: position of the machine, and whether it is at rest."""
         if status.state in LOCKED:
             raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
@@ -423,7 +395,6 @@ class SendRun:
 
     @property
     def _earliest(self) -> int:
-        """The earliest line that the machine may be in."""
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
@@ -513,7 +484,6 @@ class SendRun:
                 pass
 
     def _place_text(self) -> str:
-        """Return the current line as text, if it is known."""
         if self.taken < self._first:
             return "before the program"
         return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or after line {self.line}"
@@ -522,7 +492,6 @@ class SendRun:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
 
     def _leave_check(self) -> Ending:
-        """Leave check mode, by a reset on GRBL."""
         status = self.talk.reset()
         errors = self._errors
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
@@ -546,7 +515,6 @@ class SendRun:
             return "no stop could be sent"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
-        """Count answers and update the position while the machine comes to rest."""
         if isinstance(answer, Accepted | Refused):
             line = self.counter.answered()
             if line is not None and line.number:
@@ -600,7 +568,6 @@ class SendRun:
         )
 
     def _hole(self) -> DrilledHole | None:
-        """Return the unfinished hole: the hole at the line, or the next hole if that one is finished."""
         hole = self.job.hole_at(self.line)
         if hole is None:
             return self.job.holes[0] if self.job.holes and self.taken >= self._first else None
