@@ -145,10 +145,7 @@ def _answered(arguments: Sequence[str]) -> int:
 def _with_command(arguments: Sequence[str]) -> list[str]:
     """Return the words with the command `optimize` inserted if the first word is a file.
 
-    Raises
-    ------
-    OptionError
-        The command is from an earlier version or from another program.
+    Raise `OptionError` if the command is from an earlier version or from another program.
     """
     words = [*arguments]
     first = words[0] if words else ""
@@ -241,7 +238,6 @@ def app(arguments: Sequence[str] = ()) -> App:
 
 
 def _add(application: App, name: str, command: Callable[..., int], help: str | None = None, epilogue: str = "") -> None:
-    """Add a command, such as ``drill`` or ``lab run``; `epilogue` is the epilogue of its help."""
     *parent, last = name.split()
     parent_app = application[parent[0]] if parent else application
     shown: dict[str, Any] = {} if parent else {"group": _GROUP_OF.get(name, _MAKE), "show": name != "filter"}
@@ -249,7 +245,6 @@ def _add(application: App, name: str, command: Callable[..., int], help: str | N
 
 
 def _working_names() -> tuple[str, ...]:
-    """Return the commands with options of the option groups: `optimize`, the processes' commands, and others."""
     return ("optimize", *registry.commands(), *_WORKING)
 
 

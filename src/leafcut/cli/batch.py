@@ -34,18 +34,10 @@ WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
 class BatchRow:
     """A row of the table: the result of an input.
 
-    Attributes
-    ----------
-    state
-        `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written.
-    before_s, after_s
-        Machine time of the usual order, or of the given program, and of the new program; "" if unknown.
-    issues
-        Number of issues except notes; `worst` is the severity of the worst.
-    line
-        Reason of a refusal.
-    key, program_sha256
-        Hash of input, options and version, and hash of the program.
+    `state` is `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written. `before_s` is the machine time of
+    the usual order or of the given program, `after_s` that of the new program; "" if unknown. `issues` is the number of
+    issues except notes, `worst` the severity of the worst, `line` the reason of a refusal. `key` is the hash of input,
+    options and version, `program_sha256` that of the program.
     """
 
     input: str
@@ -65,12 +57,8 @@ class BatchRow:
 class BatchTask:
     """One input with its options.
 
-    Attributes
-    ----------
-    source
-        The input, already read: a worker on another machine needs no file of this machine.
-    target, report
-        Files to write; "" for none.
+    `source` is already read, so that a worker on another machine needs no file of this machine. `target` and `report`
+    are the files to write; "" for none.
     """
 
     name: str
@@ -242,7 +230,6 @@ def _kept(task: BatchTask, answer: Any) -> BatchResult:
 
 
 def _key(source: str, asked: str) -> str:
-    """Return the hash of input, options and version."""
     data = read_source(source)[1].data or source.encode()
     return hashlib.sha256(b"\0".join([hashlib.sha256(data).digest(), asked.encode()])).hexdigest()
 
@@ -295,10 +282,7 @@ def _append(table: Path, row: BatchRow) -> None:
 def read_table(table: Path) -> dict[str, BatchRow]:
     """Return the rows of an earlier batch in this folder, by input; an incomplete line is ignored.
 
-    Raises
-    ------
-    OutputError
-        The file is a different table.
+    Raise `OutputError` if the file is a different table.
     """
     if not table.is_file():
         return {}

@@ -66,20 +66,10 @@ def command_of(
 ) -> Callable[..., int]:
     """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
-    Parameters
-    ----------
-    first
-        Names of the main options, which come first in the help.
-    fixed
-        Values of arguments of the function that have no flag.
-    annotations
-        Annotations of arguments, which replace the annotations in the function.
-    help
-        Replaces the docstring of the function.
-    helps
-        Returns replacements for the help texts and displayed defaults of options; "" keeps the original.
-    all_shown
-        Show all options in the help; otherwise only the main options, if the command has any.
+    The main options, `first`, come first in the help; the others are hidden unless `all_shown` is set or no option is
+    main. `fixed` has values of arguments that have no flag, `annotations` replaces annotations of the function, and
+    `help` its docstring. `helps` returns replacements for the help texts and displayed defaults of options; "" keeps
+    the original.
     """
     fixed = fixed or {}
     own_parameters = [
@@ -119,10 +109,7 @@ def command_of(
 
 
 def _plain(value: Any) -> Any:
-    """Convert a value from the displayed type to a plain one, because worker processes cannot unpickle that type.
-
-    A list may be given by several flags.
-    """
+    """Convert a value from the displayed type, which worker processes cannot unpickle; join a list of several flags."""
     if isinstance(value, list):
         return ",".join(value)
     return str(value) if isinstance(value, str) else value

@@ -111,7 +111,6 @@ def install_kernels(*, as_json: Json = False) -> int:
 
 
 def _choices() -> dict[str, Sequence[str]]:
-    """Return the choices of arguments, by argument name, if known."""
     from leafcut.gcode.dialects import dialect_list
     from leafcut.processes import registry
     from leafcut.processes.settings import all_options
@@ -143,8 +142,6 @@ def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None)
 
 
 def _stand_in(signature: inspect.Signature) -> Callable[..., int]:
-    """Return a function with a command's signature that is never called."""
-
     def command(*_: Any, **__: Any) -> int:
         raise NotImplementedError
 

@@ -54,13 +54,8 @@ def run_filter(
 ) -> Outcome:
     """Return the program of a drawing or another program, for the machine on which LinuxCNC runs.
 
-    The arguments are as in `api.optimize`. Without a machine in the options or the options file, LinuxCNC's machine is
-    used. If LinuxCNC did not start this process, the machine in the user's defaults is used.
-
-    Raises
-    ------
-    ReadError, OptionError, PlanError, PostError, VerifyError
-        One line with the problem and the remedy.
+    The arguments are as in `api.optimize`, and so are the errors. Without a machine in the options or the options file,
+    LinuxCNC's machine is used. If LinuxCNC did not start this process, the machine in the user's defaults is used.
     """
     progress = FilterProgress()
     progress.report(0)
@@ -98,7 +93,7 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
 
 
 def _process(file: str, machine: str) -> str:
-    """Return the default of ``--process``: the first process that suits the file and the machine's head.
+    """Return the first process that suits the file and the machine's head, the default of ``--process``.
 
     For example, a torch cuts what a spindle would drill, and an image with outlines becomes pockets on a mill. Without
     a match, and for programs, the result is ``auto``.
@@ -117,10 +112,7 @@ def _process(file: str, machine: str) -> str:
 def check_file(words: Sequence[str]) -> str:
     """Return the only file in a filter's arguments.
 
-    Raises
-    ------
-    OptionError, ReadError
-        There is not exactly one file, or it does not exist.
+    Raise `OptionError` if there is not exactly one file, and `ReadError` if it does not exist.
     """
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")

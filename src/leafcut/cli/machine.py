@@ -75,7 +75,6 @@ def import_machine(
 
 
 def _asked(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
-    """Return the kind and the text of the settings of the board at a port."""
     from contextlib import closing
 
     from leafcut.sender.firmware import asked_settings
@@ -159,7 +158,6 @@ def new_machine(
 
 
 def _ask(question: str, likely: str) -> str:
-    """Ask the user on the terminal; stop at the end of the input."""
     print(f"{question}{f' [{likely}]' if likely else ''}: ", end="", file=sys.stderr, flush=True)
     line = sys.stdin.readline()
     if not line:
@@ -239,10 +237,8 @@ def _fitted_profile(machine: str, fitted: Fitted, programs: int, output: str) ->
 def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
     """Return each program with its seconds.
 
-    Raises
-    ------
-    OptionError
-        The numbers of programs and times differ, a time is invalid, or both a table and programs are given.
+    Raise `OptionError` if the numbers of programs and times differ, a time is invalid, or both a table and programs are
+    given.
     """
     from leafcut.read.time_table import parse_clock, read_times
 
@@ -351,7 +347,6 @@ def _as_answer(imported: ImportedMachine, output: str | None) -> Mapping[str, An
 
 
 def _print_profile(imported: ImportedMachine) -> None:
-    """Print the values of a profile, each with its key and source; assumed values come last."""
     from rich.console import Console
     from rich.table import Table
 

@@ -187,7 +187,6 @@ def _optimize_each(
     inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], executor: str | None,
     workers: int | None, *, dry_run: bool, as_json: bool, quiet: bool,
 ) -> int:  # fmt: skip
-    """Generate a program for each of several inputs; a refused one does not stop the others."""
     from leafcut import api
     from leafcut.cli.batch import run_batch
     from leafcut.order.executors import open_executor
@@ -253,7 +252,6 @@ def _watch(
     words: Sequence[str], output: str | None, given: Mapping[str, Any], every: str, executor: str | None,
     workers: int | None, *, quiet: bool,
 ) -> int:  # fmt: skip
-    """Generate a program for each drawing or program that is added to a folder or changed there, until Ctrl-C."""
     from leafcut.cli.watch_folder import FolderWatch
     from leafcut.order.executors import open_executor
     from leafcut.report.wording import count, time_words
@@ -323,14 +321,9 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets: in the folder of the first part, with its name.
+    """Return the default file of nested sheets, named after the first part and beside it; None without that part.
 
-    None if the first part is missing.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written, or this file or one of its numbered sheets was not written by leafcut.
+    Raise `OutputError` if it cannot be written, or if it or one of its numbered sheets was not written by leafcut.
     """
     from leafcut.read.nest_list import file_and_quantity
 

@@ -41,7 +41,6 @@ class Reporter:
         self.bar.update(self.task, completed=100.0 * now.share, description=words, left=self._left(now.share))
 
     def _left(self, share: float) -> str:
-        """Return the estimated time left at the current rate; empty if unknown."""
         now = time.perf_counter()
         if self.origin is None or not 0.0 < self.origin[1] <= share:
             self.origin = (now, share)

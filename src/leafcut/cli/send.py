@@ -158,7 +158,6 @@ def _check_wishes(
 
 
 def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
-    """Return the facts of the controller and the job with its times, after all checks."""
     from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
@@ -175,7 +174,6 @@ def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> t
 def _steps(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
 ) -> Sequence[SentStep]:
-    """Return the steps to send: all, or the rest from a hole or a line on."""
     from leafcut.sender.resuming import rest_of
 
     line, steps, tool = rest_of(job, facts, from_hole, from_line)
@@ -241,14 +239,11 @@ def _press(run: SendRun, key: str) -> None:
 
 
 class _ProgressLine:
-    """The progress line on a terminal, and the prompts at a pause."""
-
     def __init__(self, job: SendJob, *, quiet: bool) -> None:
         self.job, self.width = job, 0
         self.for_machine = not quiet and sys.stderr.isatty()
 
     def show(self, view: RunView) -> None:
-        """Rewrite the progress line."""
         from leafcut.sender.told import progress_in_words
 
         if not self.for_machine:
@@ -259,13 +254,11 @@ class _ProgressLine:
         self.width = len(line)
 
     def clear(self) -> None:
-        """End the progress line and leave it on the screen."""
         if self.width:
             print(file=sys.stderr)
             self.width = 0
 
     def ask(self, keys: Keys, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Prompt the operator at a pause."""
         self.clear()
         for line in messages:
             print(line, file=sys.stderr)

@@ -25,12 +25,8 @@ def inputs_of(words: Iterable[str]) -> list[str]:
     """Return the inputs: a folder is replaced by its files, a list (.list) by the inputs on its lines.
 
     Files of a folder are used if leafcut can read them, by content or extension. Lines of a list that start with # are
-    comments; relative paths are relative to the list.
-
-    Raises
-    ------
-    OptionError
-        A folder has no input, a list cannot be read, or there are too many inputs.
+    comments; relative paths are relative to the list. Raise `OptionError` if a folder has no input, a list cannot be
+    read, or there are too many inputs.
     """
     inputs: list[str] = []
     for word in words:
@@ -76,14 +72,8 @@ def expanded(
 
     A word with ``*``, ``?`` or ``[`` that is not a file is replaced by the matching files, sorted by name, because not
     every shell expands patterns. Several inputs are processed separately, except drill files if the command joins them
-    and no `folder` for several programs is given.
-
-    Raises
-    ------
-    ReadError
-        No file matches.
-    OptionError
-        The input is missing, standard input is combined with others, or a word is the unit of a preceding option.
+    and no `folder` for several programs is given. Raise `ReadError` if no file matches, and `OptionError` if the input
+    is missing, standard input is combined with others, or a word is the unit of a preceding option.
     """
     inputs: list[str] = []
     pattern = False
@@ -116,14 +106,8 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
 def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
     """Return the program file of each input: in its folder, or in the working folder for a built-in input.
 
-    A program that would replace one of `all_inputs` input gets ``.leafcut`` in its name.
-
-    Raises
-    ------
-    OptionError
-        Two inputs have the same program name.
-    OutputError
-        A file cannot be written.
+    A program that would replace one of `all_inputs` gets ``.leafcut`` in its name. Raise `OptionError` if two inputs
+    have the same program name, and `OutputError` if a file cannot be written.
     """
     targets = []
     known = [Path(source) for source in all_inputs]
@@ -139,13 +123,7 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Itera
 
 
 def check_own(target: str | None, inputs: Sequence[str]) -> None:
-    """Refuse to replace a file that leafcut did not write or that was changed since.
-
-    Raises
-    ------
-    OutputError
-        The file of the default name is neither an unchanged program of leafcut nor a copy of an input.
-    """
+    """Raise `OutputError` for a file that is neither an unchanged program of leafcut nor a copy of an input."""
     path = Path(target or "")
     if target is None or not path.is_file():
         return
@@ -172,12 +150,8 @@ def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
 def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
     """Return the output file of each of several inputs in a folder; None for each without a folder.
 
-    Raises
-    ------
-    OptionError
-        The folder does not exist, or two inputs have the same program name.
-    OutputError
-        A file cannot be written, or is an input.
+    Raise `OptionError` if the folder does not exist or two inputs have the same program name, and `OutputError` if a
+    file cannot be written, or is an input.
     """
     _check_names(inputs, names)
     if folder is None:

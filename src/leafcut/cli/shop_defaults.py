@@ -46,14 +46,8 @@ _OF_ALL_KINDS = ("optimize", "batch", "filter", "watch")
 class DefaultRow:
     """The value of an option that is not on the command line.
 
-    Attributes
-    ----------
-    option, value
-        The flag, and its value as typed.
-    source
-        File and line, ``leafcut``, or leafcut for this kind of work.
-    used_by
-        Commands that use it; empty if all rows belong to a single command.
+    `option` is the flag, `value` its value as typed, `source` file and line, ``leafcut``, or leafcut for this kind of
+    work. `used_by` are the commands that use it; empty if all rows belong to a single command.
     """
 
     option: str
@@ -63,15 +57,10 @@ class DefaultRow:
 
 
 def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
-    """Return all options of a command with their sources, options from files first.
+    """Return all options of a command with their sources, options from files first; without a command, only these.
 
-    Without a command, only options from files are returned.
-
-    Raises
-    ------
-    OptionError
-        The command does not exist or has no options; or a file cannot be read, or has an unknown option or an invalid
-        value, reported with its line.
+    Raise `OptionError` if the command does not exist or has no options, a file cannot be read, or it has an unknown
+    option or an invalid value, reported with its line.
     """
     from_files: dict[str, tuple[PlacedOption, Path]] = {}
     for file in filter(None, (defaults_file, options_file)):

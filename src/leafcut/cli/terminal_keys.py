@@ -24,14 +24,12 @@ class Keys:
         self._before: Any = None
 
     def __enter__(self) -> Keys:
-        """Start reading."""
         if self.terminal:
             self._raw()
             threading.Thread(target=self._watch, daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Restore the terminal."""
         self._closed.set()
         self._cooked()
 

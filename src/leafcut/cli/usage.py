@@ -54,13 +54,7 @@ WhyUnused = Callable[[str, str], str]
 
 
 def refuse_dash(flag: str, *words: str | None) -> None:
-    """Refuse standard input if only files are accepted.
-
-    Raises
-    ------
-    OptionError
-        One of the words is ``-``; `flag` is its argument or flag.
-    """
+    """Raise `OptionError` if one of the words is ``-``; `flag` is its argument or flag, which accepts only files."""
     if any(word in (DASH, HELD) for word in words):
         raise OptionError(f"{flag} -: not taken from standard input; name a file")
 
@@ -84,14 +78,8 @@ def usage_message(
 ) -> str:
     """Return the message for a command line that the parser refuses.
 
-    Parameters
-    ----------
-    command
-        The requested command, "" for none.
-    commands, options
-        All commands and all options.
-    reason_unused
-        Returns why an option exists only for other commands; "" if this command has it.
+    `command` is the requested command, "" for none. `reason_unused` returns why an option exists only for other
+    commands, "" if this command has it.
     """
     from cyclopts import (
         CoercionError,
@@ -128,7 +116,6 @@ def usage_message(
 
 
 def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
-    """Return the message for a word that is not a command: an option before a command, or a file without one."""
     if word.startswith("-"):
         near = close_to(word, ["--help", "--version"])
         if near:
@@ -141,7 +128,6 @@ def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
 def _unknown_option(
     problem: UnknownOptionError, options: Mapping[str, OptionSpec], reason_unused: WhyUnused, help_of: str
 ) -> str:
-    """Return the message for a flag that the command lacks, though another may have it."""
     flag = (problem.token.keyword or problem.token.value).partition("=")[0]
     name = flag.removeprefix("--").replace("-", "_")
     positive = name.removeprefix("no_")

@@ -53,10 +53,7 @@ class FolderPoll:
     def ready(self) -> list[Path]:
         """Poll once; return the files that are complete and were not returned in this state before.
 
-        Raises
-        ------
-        OSError
-            The folder cannot be read.
+        Raise `OSError` if the folder cannot be read.
         """
         signatures = dict(self._files())
         self.seen = {path: known for path, known in self.seen.items() if path in signatures}
@@ -113,16 +110,8 @@ def _ends(path: Path) -> bool:
 class FolderWatch:
     """Generates programs for the files of a folder, until it is stopped.
 
-    Attributes
-    ----------
-    folder, output
-        Folder of drawings and folder of programs; must differ.
-    given
-        Arguments of `api.optimize` for each.
-    written
-        Called with the row of each written program.
-    refused
-        Called with a line for each refused input, and for each obstacle.
+    `folder` and `output` must differ; `given` are the arguments of `api.optimize` for each file. `written` is called
+    with the row of each written program, `refused` with a line for each refused input and each obstacle.
     """
 
     folder: Path
@@ -136,13 +125,7 @@ class FolderWatch:
     hindered: str = ""
 
     def check(self) -> None:
-        """Refuse invalid folders and options before anything is processed.
-
-        Raises
-        ------
-        OptionError, OutputError
-            Names the problem.
-        """
+        """Raise `OptionError` or `OutputError` for invalid folders and options before anything is processed."""
         for role, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
                 raise OutputError(f"{folder}: not a folder; {role} must be there, create it first")
@@ -153,13 +136,7 @@ class FolderWatch:
         self.earlier = read_table(self.output / TABLE)
 
     def run(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Poll the folder every `seconds`, until Ctrl-C.
-
-        Raises
-        ------
-        ExecutorError
-            A cluster is lost.
-        """
+        """Poll the folder every `seconds`, until Ctrl-C; raise `ExecutorError` if a cluster is lost."""
         poll = FolderPoll(self.folder)
         while True:
             self.step(poll)
@@ -207,7 +184,6 @@ class FolderWatch:
             self._keep(result.row)
 
     def _hinder(self, line: str) -> None:
-        """Report an obstacle, once and not at every poll."""
         if line != self.hindered:
             self.hindered = line
             self.refused(line)
@@ -236,7 +212,7 @@ class FolderWatch:
     def _keep(self, row: BatchRow) -> None:
         """Store the row of an input.
 
-        If the new state is refused, delete the program of an earlier state; it could be mistaken for the new one.
+        Delete the program of an earlier state if the new state is refused; it could be mistaken for the new one.
         """
         before = self.earlier.get(row.input)
         self.rows[row.input] = row
