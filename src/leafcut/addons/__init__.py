@@ -49,14 +49,9 @@ ADDONS = {
 def write_addon(name: str, folder: str | Path) -> list[Path]:
     """Write the files of an add-on into a folder, all or none; return their paths.
 
-    They call this leafcut, through its own Python. Files of an earlier leafcut are replaced.
-
-    Raises
-    ------
-    OptionError
-        The add-on does not exist.
-    OutputError
-        The folder does not exist, a file cannot be written, or a file of the same name is not from leafcut.
+    They call this leafcut, through its own Python. Files of an earlier leafcut are replaced. Raise `OptionError` for an
+    unknown add-on, and `OutputError` if the folder does not exist, a file cannot be written, or a file of the same name
+    is not from leafcut.
     """
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")

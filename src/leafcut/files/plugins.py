@@ -72,13 +72,7 @@ class PluginKind(Generic[T]):
         return tuple(name for name in entry_point_names if name not in built_in_names)
 
     def load(self, name: str) -> T:
-        """Return the object of a plug-in; the name is from `names`.
-
-        Raises
-        ------
-        OptionError
-            The plug-in cannot be used.
-        """
+        """Return the object of a plug-in, whose name is from `names`; raise `OptionError` if it cannot be used."""
         for plugin in self._named(name):
             if plugin.adds is not None:
                 return plugin.adds
@@ -160,14 +154,9 @@ def reason(problem: BaseException) -> str:
 
 
 def file_of(name: str, loaded: Any) -> Path:
-    """Return the TOML file of an entry point.
+    """Return the TOML file of an entry point; raise `TypeError` if it names something else.
 
     A package or a module has the file ``NAME.toml`` in its folder; a path is the file; a function returns its path.
-
-    Raises
-    ------
-    TypeError
-        The entry point names something else.
     """
     if isinstance(loaded, ModuleType):
         from importlib.resources import files
@@ -210,7 +199,6 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
 
 
 def _names_own_group(folder: str) -> bool:
-    """Return whether a package in a folder of the search path may have an entry point of our groups."""
     return any(
         f"[{_GROUP_PREFIX}".encode() in _content(listing) for listing in Path(folder).glob("*-info/entry_points.txt")
     )

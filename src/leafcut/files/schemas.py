@@ -17,16 +17,8 @@ from leafcut.errors import DataError, shown
 class Schema:
     """Current and oldest schema of one kind of document.
 
-    Attributes
-    ----------
-    title
-        Name of the kind in messages.
-    current
-        The schema that leafcut writes; also assumed for a document without a number.
-    oldest
-        The oldest schema that leafcut still reads.
-    key
-        Key of the number in a document.
+    `title` names the kind in messages. leafcut writes `current`, which is also assumed for a document without a number,
+    and reads it down to `oldest`. `key` is the key of the number in a document.
     """
 
     title: str
@@ -70,17 +62,8 @@ def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
 def check_schema(schema: Schema, number: Any, place: str) -> None:
     """Check that this leafcut reads the schema of a document; warn if the schema is old.
 
-    Parameters
-    ----------
-    number
-        The schema number of the document.
-    place
-        The file, for messages.
-
-    Raises
-    ------
-    DataError
-        The number is not a whole number of 1 or more, too new or too old.
+    `place` is the file, for messages. Raise `DataError` if the number is not a whole number of 1 or more, too new or
+    too old.
     """
     if type(number) is not int or number < 1:
         raise DataError(f"{place}: '{schema.key}' is {shown(repr(number))}, but must be a whole number of 1 or more")

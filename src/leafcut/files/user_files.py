@@ -20,13 +20,7 @@ _MAX_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
-    """Return the user's defaults file, or None if it does not exist.
-
-    Raises
-    ------
-    OptionError
-        `DEFAULTS_VARIABLE` names a file that does not exist.
-    """
+    """Return the user's defaults file or None; raise `OptionError` if `DEFAULTS_VARIABLE` names a missing file."""
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
         if named and not Path(named).is_file():
@@ -69,7 +63,6 @@ def first_time(hint: str) -> bool:
 
 
 def _recorded_hints(file: Path) -> list[str]:
-    """Return the recorded hints; none if the file is unreadable or invalid."""
     try:
         with file.open("rb") as stream:
             hints = json.loads(stream.read(_LARGEST))

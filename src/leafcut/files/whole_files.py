@@ -39,13 +39,7 @@ class StandardInput:
 
     @classmethod
     def read(cls) -> StandardInput:
-        """Return all of standard input, within the size limit of a file.
-
-        Raises
-        ------
-        ReadError
-            It is empty or too large.
-        """
+        """Return all of standard input; raise `ReadError` if it is empty or larger than the size limit of a file."""
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
         except OSError as problem:
@@ -68,10 +62,7 @@ class Loaded(Protocol):
 def read_program(source: str | Path | Loaded) -> str:
     """Return the text of a G-code program; bytes that are not UTF-8 are decoded as Latin-1, as on old controllers.
 
-    Raises
-    ------
-    ReadError
-        The file cannot be read, is empty, or is too large for a program.
+    Raise `ReadError` if the file cannot be read, is empty, or is too large for a program.
     """
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
@@ -91,13 +82,7 @@ def decoded(data: bytes) -> tuple[str, str]:
 
 
 def check_is_text(source: str, data: bytes) -> None:
-    """Refuse a binary file or UTF-16 text.
-
-    Raises
-    ------
-    ReadError
-        It contains a zero byte.
-    """
+    """Raise `ReadError` for a binary file or UTF-16 text, which contain a zero byte."""
     if b"\0" in data:
         wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if wide:
@@ -118,13 +103,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def check_is_there(flag: str, path: Path | None) -> None:
-    """Refuse an option's file that does not exist or is a folder, before any work.
-
-    Raises
-    ------
-    OptionError
-        Names the option and the file.
-    """
+    """Raise `OptionError` if an option's file does not exist or is a folder, before any work."""
     try:
         exists = path is None or path.exists()
     except OSError:
@@ -139,12 +118,8 @@ def check_is_there(flag: str, path: Path | None) -> None:
 def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     """Return the tables of a TOML file, without its schema number.
 
-    Raises
-    ------
-    OptionError
-        The file does not exist.
-    DataError
-        The file cannot be read, is too large, is not TOML, or has a schema that this leafcut does not read.
+    Raise `OptionError` if the file does not exist, and `DataError` if it cannot be read, is too large, is not TOML, or
+    has a schema that this leafcut does not read.
     """
     return parse_toml(toml_bytes(path), str(path), schema)
 
@@ -152,12 +127,7 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
 def toml_bytes(path: Path) -> bytes:
     """Return the content of a TOML file.
 
-    Raises
-    ------
-    OptionError
-        The file does not exist.
-    DataError
-        It cannot be read, or is too large.
+    Raise `OptionError` if the file does not exist, and `DataError` if it cannot be read or is too large.
     """
     if not path.is_file():
         raise OptionError(f"{path}: file not found")
@@ -176,10 +146,7 @@ def toml_bytes(path: Path) -> bytes:
 def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
     """Return the tables of TOML text, without its schema number; `source` names the text in an error.
 
-    Raises
-    ------
-    DataError
-        The text is not TOML, or has a schema that this leafcut does not read.
+    Raise `DataError` if the text is not TOML, or has a schema that this leafcut does not read.
     """
     import tomllib
 
@@ -197,10 +164,7 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:
-    """Return the line of a key in a table of a TOML text, or of the table's header without a `name`.
-
-    Uses a simple line scan; None if not found.
-    """
+    """Return the line of a key in a table, or of the table's header without a `name`; None if not found."""
     current_section = ""
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
@@ -259,46 +223,26 @@ def same_file(a: Path, b: Path) -> bool:
 
 
 def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
-    """Write `text` to a file atomically: a temporary file in the same folder is renamed at the end.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written.
-    """
+    """Write `text` to a file atomically, by renaming a temporary file beside it; raise `OutputError` if it fails."""
     write_together({str(target): text}, encoding=encoding, newline=newline)
 
 
 def write_bytes(target: str | Path, data: bytes) -> None:
-    """Write `data` to a file like `write_whole`.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written.
-    """
+    """Write `data` to a file atomically; raise `OutputError` if it fails."""
     write_whole(target, data.decode("latin-1"), encoding="latin-1", newline="")
 
 
 def write_together(
     texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n", encodings: Mapping[str, str] = _ALIKE
 ) -> None:
-    """Write several related files atomically, all or none.
+    """Write several related files atomically, all or none; raise `OutputError` if one cannot be written.
 
     The first file is the main one; the others describe it. All are written under temporary names first. Then the
     previous versions of the others are removed, the first is renamed, and the others are renamed. If the process is
     killed in between, the old or the new first file exists, and never with files that describe the other version. If a
     rename fails, all files get their previous contents. Temporary files of killed runs are removed.
 
-    Parameters
-    ----------
-    encodings
-        Encodings of files that differ from `encoding`.
-
-    Raises
-    ------
-    OutputError
-        A file cannot be written.
+    `encodings` holds the encodings of files that differ from `encoding`.
     """
     import tempfile  # start-up time: not needed when writing to standard output
 
@@ -353,7 +297,6 @@ def _own_prefix(path: Path) -> str:
 
 
 def _remove_left_over(path: Path) -> None:
-    """Remove temporary files of killed processes, but not of running ones."""
     import glob  # start-up time, as above
 
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
@@ -376,7 +319,7 @@ def _runs(process: int) -> bool:
 
 
 def _backup_of(path: Path) -> Path | None:
-    """Return another name of the file's current content, for restoring it; None if the file does not exist."""
+    """Return another name (hard link or copy) of the file's current content, for restoring it; None without a file."""
     if not path.exists():
         return None
     backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
@@ -398,7 +341,6 @@ def _take_back(before: Mapping[Path, Path | None]) -> None:
 
 
 def _sync(paths: Iterable[Path]) -> None:
-    """Flush the directory entries to disk, if the system can."""
     for folder in {path.parent for path in paths}:
         with suppress(OSError):
             number = os.open(folder, os.O_RDONLY)

@@ -14,14 +14,8 @@ _Flag = Callable[[str], str]
 class Condition:
     """A condition for the use of an option.
 
-    Attributes
-    ----------
-    names
-        Options; any of them must have a value of `values`, or be on or given if `values` is empty. Without names,
-        the format of the input must be in `values`.
-    values
-    wanted
-        False: the condition must not be met.
+    Any of the options `names` must have a value of `values`, or be on or given if `values` is empty. Without names, the
+    format of the input must be in `values`. If `wanted` is false, this must not be the case.
     """
 
     names: tuple[str, ...] = ()

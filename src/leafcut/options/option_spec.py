@@ -150,10 +150,7 @@ def _is_too_long(value: Any) -> bool:
 def converted(name: str, spec: OptionSpec, value: Any) -> Any:
     """Return a typed value in internal units, or None for None.
 
-    Raises
-    ------
-    OptionError
-        It is of another kind, or out of the bounds of the specification.
+    Raise `OptionError` if it is of another kind, or out of the bounds of the specification.
     """
     if value is None:
         return None

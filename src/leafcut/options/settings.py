@@ -121,7 +121,6 @@ class Settings:
 
 
 def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
-    """Return an option's flag and its value as typed."""
     value = getattr(group, name)
     return flag_name(name if value is not False else f"no_{name}"), written(group.specs()[name], value)
 

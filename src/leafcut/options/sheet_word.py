@@ -18,14 +18,8 @@ _SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DO
 class SheetWord:
     """A requested kind of sheet: ``3000x1500:4@180`` or ``remnant.dxf``.
 
-    Attributes
-    ----------
-    name
-        Its size, or the file of its drawing.
-    size
-        Length and width, mm; None for a drawing.
-    count, price
-        None if not given. The default count of a drawing is 1.
+    `name` is its size, or the file of its drawing; `size` length and width, mm, None for a drawing. `count` and `price`
+    are None if not given; the default count of a drawing is 1.
     """
 
     name: str
@@ -37,10 +31,7 @@ class SheetWord:
 def parse_sheet(word: str) -> SheetWord:
     """Parse a sheet such as ``3000x1500:4@180``.
 
-    Raises
-    ------
-    OptionError
-        It is neither a size nor a drawing, or the count is 0.
+    Raise `OptionError` if it is neither a size nor a drawing, or the count is 0.
     """
     match = _SHEET.fullmatch(word.strip())
     name, count, price = match.groups() if match else (word, None, None)

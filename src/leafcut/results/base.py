@@ -25,13 +25,7 @@ R = TypeVar("R", bound="Result")
 
 @dataclass(frozen=True, repr=False, eq=False, kw_only=True)
 class Result:
-    """Base class of all results.
-
-    Attributes
-    ----------
-    inputs
-        The files that were read; `save` never overwrites them.
-    """
+    """Base class of all results; `save` never overwrites `inputs`, the files that were read."""
 
     inputs: tuple[str, ...] = ()
 
@@ -97,7 +91,6 @@ class Result:
         raise NotImplementedError
 
     def _picture(self) -> str:
-        """Return a stand-alone SVG; "" if there is no picture."""
         return ""
 
     def _issues(self) -> tuple[Issue, ...]:

@@ -23,13 +23,7 @@ _PLACES = ("PathScripts.post", "Path.Post.scripts")
 
 
 def export(objectslist: Any, filename: str, argstring: str) -> str:
-    """Write the program of a job and return its text. No file is written if leafcut refuses the program.
-
-    Raises
-    ------
-    RuntimeError
-        The error message of leafcut.
-    """
+    """Write the program of a job and return its text; raise `RuntimeError`, before any write, if leafcut refuses it."""
     words = shlex.split(argstring or "")
     base = "linuxcnc"
     if "--base" in words:
@@ -61,7 +55,6 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
 
 
 def _post(name: str) -> Any:
-    """Return a post-processor of FreeCAD or of the user."""
     for module in (*(f"{place}.{name}_post" for place in _PLACES), f"{name}_post"):
         try:
             return importlib.import_module(module)
@@ -72,7 +65,6 @@ def _post(name: str) -> Any:
 
 
 def _write(filename: str, data: bytes) -> None:
-    """Write the complete file, or none at all."""
     passing = f"{filename}.leafcut-part"
     try:
         with open(passing, "wb") as file:  # noqa: PTH123  # as plain as FreeCAD's own
