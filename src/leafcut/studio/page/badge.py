@@ -31,7 +31,6 @@ class Badge:
             self.place.update()
 
     def _now(self) -> dict[str, object]:
-        """Return name, state and progress in percent of the displayed job."""
         jobs = self.view.studio.jobs
         running = jobs.running()
         if self.view.job in running:

@@ -14,7 +14,6 @@ from leafcut.studio.page.job_words import option_value
 from leafcut.studio.wording import Words
 from leafcut.units import format_length, format_time
 
-#: Text for a missing value.
 _NONE = "–"
 
 

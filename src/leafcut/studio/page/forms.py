@@ -34,7 +34,6 @@ class WorkKind:
 
 
 def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the options of a group except those in `but`."""
     group = next(g for g in registry.groups() if g.section == section)
     return tuple(name for name in group.specs() if name not in but)
 
@@ -128,7 +127,6 @@ def form_of(
 
 
 def _own_choices(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
-    """Return the choices for options that may name the user's own files."""
     return {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
 
 
@@ -183,7 +181,6 @@ def _field(name: str, words: Words, default: Any, own_choices: list[tuple[str, s
 
 
 def _unit(spec: OptionSpec) -> str:
-    """Return the unit of a plain number in a field."""
     if spec.kind == "percent":
         return "%"
     return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""

@@ -44,7 +44,6 @@ def help_dialog(words: Words) -> None:
 
 @cache
 def _text(words: Words) -> str:
-    """Return the help as HTML with all texts escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from leafcut import api

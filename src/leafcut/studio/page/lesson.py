@@ -31,7 +31,6 @@ def _ants(step: SearchStep, words: Words) -> Iterator[str]:
 
 
 def _rule(step: SearchStep, words: Words) -> Iterator[str]:
-    """Yield the rule by which an ant chooses its next point."""
     v = step.values
     yield _paragraph(words("lesson.rule", ants=plain(v["m"])))
 
@@ -47,7 +46,6 @@ def _rule(step: SearchStep, words: Words) -> Iterator[str]:
 
 
 def _example(step: SearchStep, words: Words) -> Iterator[str]:
-    """Yield the choices of an ant at one point, as a table."""
     if not step.choices:
         return
     heads = "".join(
@@ -132,7 +130,6 @@ _LEARNING = {
 
 
 def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
-    """Yield the next flight of the darkest firefly."""
     v = step.values
     yield _title(words("lesson.attraction"))
     yield _paragraph(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))

@@ -24,13 +24,7 @@ def shipped(kind: str) -> list[str]:
 
 
 def shipped_text(kind: str, name: str) -> str:
-    """Return the TOML text of a shipped file.
-
-    Raises
-    ------
-    OptionError
-        The name is unknown.
-    """
+    """Return the TOML text of a shipped file; raise `OptionError` for an unknown name."""
     if name not in shipped(kind):
         raise OptionError(f"unknown name '{name}' in {kind}")
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
@@ -38,13 +32,7 @@ def shipped_text(kind: str, name: str) -> str:
 
 
 def own_text(folder: Folder, kind: str, name: str) -> str:
-    """Return the TOML text of a user's own file.
-
-    Raises
-    ------
-    OptionError
-        The file is missing or unreadable.
-    """
+    """Return the TOML text of a user's own file; raise `OptionError` if it is missing or unreadable."""
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -52,13 +40,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check(kind: str, name: str, text: str) -> None:
-    """Check a text with the reader for such files.
-
-    Raises
-    ------
-    OptionError
-        The text is invalid; the message describes the error.
-    """
+    """Check a text with the reader for such files; raise `OptionError` with the error."""
     if len(text) > MAX_CHARACTERS:
         raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters; no profile is")
     from leafcut.read.machine import load_machine
@@ -79,10 +61,7 @@ def check(kind: str, name: str, text: str) -> None:
 def save(folder: Folder, kind: str, name: str, text: str) -> None:
     """Check and save a text as one of the user's own files.
 
-    Raises
-    ------
-    OptionError
-        The name is invalid or belongs to a shipped machine, or the text is invalid.
+    Raise `OptionError` if the name is invalid or belongs to a shipped machine, or the text is invalid.
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):

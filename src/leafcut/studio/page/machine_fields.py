@@ -29,8 +29,6 @@ class AskingPanel(Protocol):
 
 
 class _Typed(Element, component="../static/machine_field.js"):
-    """The input element."""
-
     def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
         super().__init__()
         self.props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
@@ -72,26 +70,14 @@ class Field:
         self.input.update()
 
     def number(self) -> float:
-        """Return the value as a number, accepting a decimal comma.
-
-        Raises
-        ------
-        OptionError
-            The text is not a number.
-        """
+        """Return the value as a number, accepting a decimal comma; raise `OptionError` if it is not a number."""
         try:
             return float(self.value.replace(",", "."))
         except ValueError:
             raise OptionError(f"{self.label}: '{self.value}' is not a number") from None
 
     def count(self) -> int | None:
-        """Return the value as a whole number; None if empty.
-
-        Raises
-        ------
-        OptionError
-            The text is not a whole number.
-        """
+        """Return the value as a whole number, None if empty; raise `OptionError` if it is not a whole number."""
         word = self.value.strip()
         if not word:
             return None

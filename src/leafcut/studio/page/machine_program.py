@@ -89,7 +89,6 @@ class MachineProgramPanel:
         self._confirming()
 
     def _confirming(self) -> None:
-        """Add the dialog that summarizes the machine's actions and asks for confirmation of the start."""
         w = self.view.words
         with box("dialog", "confirm", id="machine-confirm", aria_labelledby="machine-confirm-name") as self.confirm:
             self.confirm_name = text("h2", "", id="machine-confirm-name", dir="auto")
@@ -125,7 +124,6 @@ class MachineProgramPanel:
     # Selection of the program.
 
     def _chosen(self) -> tuple[str, str]:
-        """Return the run whose program is selected, or the open file."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         if record is not None and view.studio.history.artefact(record.id, "program") is not None:
@@ -192,7 +190,6 @@ class MachineProgramPanel:
         return job_read
 
     def _show_drawing(self) -> None:
-        """Draw the running program, or else the open one, if it is not drawn yet."""
         from leafcut.studio.drawing.scene import toolpath_scene
 
         job = self.link.job or self.job
@@ -225,7 +222,6 @@ class MachineProgramPanel:
         )
 
     async def _with_program(self, action: Callable[[str, SendJob], Any]) -> Any:
-        """Run an action of this page with the open program."""
         await self.draw()
         job = self.job
         if job is None:
@@ -243,7 +239,6 @@ class MachineProgramPanel:
         await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
 
     async def _ask_to_start(self) -> None:
-        """Check the program and ask the user for confirmation."""
         if self._asking:
             return
         self._asking = True
@@ -386,7 +381,6 @@ class MachineProgramPanel:
                     enable(to_end, commands)
 
     def _next_hole(self, number: int) -> None:
-        """Show the next hole: in the drawing, and its program lines with explanations."""
         w = self.view.words
         job = self._drawn
         text("h3", w("machine.next_hole", hole=number))
@@ -403,7 +397,6 @@ class MachineProgramPanel:
         self.canvas.show_line(hole.last)
 
     def _show_place(self, state: MachineState) -> None:
-        """Show position and travel of the machine in the drawing."""
         place = state.work if state.open else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
         at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))

@@ -70,7 +70,6 @@ class Memory:
             self.replace()
 
     def _write(self) -> bool:
-        """Save the page's state; return whether it has changed."""
         state = self._page.state()
         text = state.as_json()
         if text == self._text or not (state.chosen or self._written) or not self._kept.hold(self.name, self._seen):

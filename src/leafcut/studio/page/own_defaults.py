@@ -21,14 +21,8 @@ from leafcut.studio.jobs.task import OWN_KINDS
 class OwnDefaults:
     """Content of the defaults file in the format of a form.
 
-    Attributes
-    ----------
-    values, shown
-        Name → text as typed, or the id of a copy of the named file; name → displayed name of that file.
-    places
-        Name → file name and line.
-    problem
-        Why the file could not be used, in one line; empty if it is valid.
+    `values` is name → text as typed, or the id of a copy of the named file; `shown` name → displayed name of that file;
+    `places` name → file name and line; `problem` why the file could not be used, in one line, empty if it is valid.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -59,10 +53,7 @@ def own_defaults(folder: Folder) -> OwnDefaults:
 def _copied(path: Path, name: str, folder: Folder) -> str:
     """Copy a file and return its name in the studio: machines and tools join the library, others become inputs.
 
-    Raises
-    ------
-    LeafcutError
-        It cannot be read, is too large, or is not a text.
+    Raise `LeafcutError` if it cannot be read, is too large, or is not a text.
     """
     data = toml_bytes(path)
     kind = OWN_KINDS.get(name)

@@ -54,7 +54,7 @@ class View:
     known_defaults
         Names of the options in the defaults file when it was last read; None if the page no longer follows it.
     job
-        The job whose result is shown, or None.
+        The job whose result is shown.
     pace
         Speed of a studied search (`panel_live.PACES`).
     edited
@@ -228,10 +228,7 @@ class View:
     def take_options(self, input_id: str) -> None:
         """Load the options of an opened file in place of the typed ones.
 
-        Raises
-        ------
-        OptionError
-            It is not an options file, or it names other files, which the studio does not look for.
+        Raise `OptionError` if it is not an options file, or names other files, which the studio does not look for.
         """
         try:
             options = options_of_file(self.studio.folder.input_path(input_id))
@@ -268,7 +265,6 @@ class View:
         return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._menus("cut"))
 
     def _menus(self, work: str) -> Menus:
-        """Return the menus from the cut chart, if the work uses a chart."""
         if not any("cut_process" in names for _, names in forms.names_of(work)):
             return {}
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
@@ -276,10 +272,7 @@ class View:
     def cut_options(self) -> dict[str, Any]:
         """Return the options for cutting nested sheets; their quantities follow from the nest.
 
-        Raises
-        ------
-        OptionError
-            A value is invalid.
+        Raise `OptionError` if a value is invalid.
         """
         wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
         if wrong:

@@ -77,7 +77,6 @@ class _Tidier:
         self._due = False
 
     def page_gone(self) -> None:
-        """Schedule a garbage collection, one for all pages that close together."""
         if not self._due:
             self._due = True
             asyncio.get_running_loop().call_later(_TIDY_SECONDS, self._collect)
@@ -116,7 +115,6 @@ class Page:
     """One open page."""
 
     def __init__(self, studio: Studio, words: Words, name: str = "", job: str = "") -> None:
-        """Create the page with this name and restore its state, or a page that shows a job."""
         self.studio, self.words = studio, words
         self.view = View(studio, words)
         self.memory = Memory(self, studio.pages, name)
@@ -220,7 +218,6 @@ class Page:
                 self._fold("right", "]")
 
     def _fold(self, side: str, key: str) -> None:
-        """Add the button that folds a column of the work view."""
         button(
             "", None, f"plain fold fold-{side}", data_fold=side, data_key=key, title=self.words(f"top.fold_{side}"),
             aria_label=self.words(f"top.fold_{side}"), aria_expanded="true", aria_controls=f"column-{side}",
@@ -245,7 +242,6 @@ class Page:
             self.__dict__[name].draw()
 
     def _control(self) -> MachinePanel:
-        """Return the machine panel, created on first use."""
         if self.control is None:
             with self.views["control"]:
                 self.control = MachinePanel(self.view, self, self.views["control"].client)
@@ -281,7 +277,6 @@ class Page:
             await self._resume(kept)
 
     async def _resume(self, kept: KeptState) -> None:
-        """Show the restored state of the view."""
         self.result.take_tab(kept.tab)
         self.run.edit.hold(kept.edit)
         self.run.resume()

@@ -79,13 +79,7 @@ class BenchPanel:
         self.draw()
 
     def task(self) -> Task:
-        """Return the chosen study with the settings of the form.
-
-        Raises
-        ------
-        OptionError
-            A setting or the number of runs is invalid.
-        """
+        """Return the chosen study with the settings of the form; raise `OptionError` if a setting is invalid."""
         if not self.runs.isdecimal():
             raise OptionError(f"{self.view.words('bench.runs')}: '{self.runs}' is not a whole number")
         algorithms = tuple(name for name in COMPARED if name in self.chosen)
@@ -116,10 +110,7 @@ class BenchPanel:
 def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
     """Return the settings of a view that apply to at least one of the algorithms, without the algorithm itself.
 
-    Raises
-    ------
-    OptionError
-        A setting is invalid.
+    Raise `OptionError` if a setting is invalid.
     """
     known = {
         n for algorithm in algorithms or ("auto",) for _, names in forms.names_of("solve", algorithm) for n in names

@@ -148,7 +148,6 @@ class EditPanel:
         self.canvas.hide("live")
 
     def _close(self) -> None:
-        """Handle the close button, which asks for confirmation if anything has changed."""
         self.leave()
         self.page.changed()
 
@@ -161,13 +160,11 @@ class EditPanel:
         return [] if self.edited is None else self.edited.stops()
 
     def _choose(self, stop: int) -> None:
-        """Select a stop here and in the drawing."""
         self._stop = stop
         self.canvas.select_stop(stop)
         self._show_chosen(self._stops())
 
     def _show_chosen(self, stops: list[OrderStop]) -> None:
-        """Show the position of the selected stop in the current order."""
         w = self.view.words
         self.keys.show(self._stop)
         index = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
@@ -192,7 +189,6 @@ class EditPanel:
             self._change(lambda e: e.place(number, (float(x), float(y))))
 
     def _change_chosen(self, act: Any) -> None:
-        """Apply a button's action to the selected stop."""
         if self._stop:
             self._change(act)
         else:
@@ -218,7 +214,6 @@ class EditPanel:
         self._draw()
 
     def _draw(self) -> None:
-        """Show the current order and the length of its straight travel moves."""
         if self.edited is None:
             return
         stops, w = self.edited.stops(), self.view.words

@@ -64,7 +64,6 @@ def draw_times(
 
 
 def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, str], words: Words) -> None:
-    """Show the times of all kinds in the colours of the bars."""
     known = [kind for kind in kinds if any(kind in seconds for _, seconds, _ in rows)]
     with box("div", "scroll"), box("table", "kinds", aria_label=words("result.where")):
         with box("thead"), box("tr"):
@@ -80,7 +79,6 @@ def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, 
 
 
 def _parts(parts: dict[str, Any], words: Words) -> None:
-    """Show pierces, time and cost of every part, the sheet and the batch."""
     rows, cost = parts["rows"][:_MAX_PARTS], parts.get("cost", False)
     if not rows:
         return
@@ -99,7 +97,6 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
 
 
 def _norms(norms: dict[str, Any], words: Words) -> None:
-    """Show time and consumption of every kind of part, the sheet and the batch."""
     rows = norms["rows"][:_MAX_PARTS]
     if not rows:
         return

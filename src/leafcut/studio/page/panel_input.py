@@ -122,7 +122,6 @@ class InputPanel:
         return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
 
     def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
-        """Load the options of a file, and read the input again if they affect it."""
         view = self.view
         before = dict(view.values)
         try:
@@ -158,7 +157,6 @@ class InputPanel:
         self.saved_map.update()
 
     def _map_address(self) -> str:
-        """Return the address of the random map as a table."""
         return f"/api/points.csv?source={quote(self._random_name())}"
 
     def _random_name(self) -> str:
@@ -234,10 +232,7 @@ class InputPanel:
             self.page.run.canvas.fit()
 
     async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
-        """Read an input outside the event loop; return preview, error, and whether this reading is the newest.
-
-        Reading takes a while, and the user may open another input meanwhile.
-        """
+        """Read an input outside the event loop; return preview, error, and whether this reading is the newest."""
         turn = self._begin_reading()
         if self.newest is not None:
             self.newest.cancel(_GRACE_SECONDS)
@@ -326,7 +321,6 @@ class InputPanel:
         return self._take_work(value, read_again)
 
     async def _take_work(self, work: str, read_again: bool) -> None:
-        """Switch to another kind of work; a drawing is read again for it."""
         if read_again and not await self.read(work):
             return
         if work == "nest":
@@ -335,7 +329,6 @@ class InputPanel:
         self.draw()
 
     def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
-        """Set a value, and read the input again if the value affects it."""
         view = self.view
         view.put(name, value, shown)
         self._show_values()
@@ -508,10 +501,9 @@ class InputPanel:
         self.page.changed()
 
     def ready(self, ready: bool) -> None:
-        """Show whether the run can start.
+        """Show whether the run can start. The button is never disabled and reports what is missing.
 
-        The button is never disabled and reports what is missing. A button that is disabled between press and release
-        would lose the click; one that is disabled while focused would lose the focus.
+        A button that is disabled between press and release would lose the click; one disabled while focused, the focus.
         """
         can_start = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')
@@ -532,7 +524,6 @@ class InputPanel:
             self.page.run.start()
 
     def _missing(self) -> str:
-        """Return the key of the message about the first missing input."""
         view = self.view
         if view.work == "nest":
             return "parts.none"
@@ -540,7 +531,6 @@ class InputPanel:
 
 
 def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
-    """Return a field that is not an option."""
     kind = "text"
     return {
         "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": "", "choices": choices,
@@ -553,7 +543,6 @@ def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Return new and changed entries."""
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 

@@ -28,8 +28,6 @@ _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", 
 
 
 class _ShownJob(NamedTuple):
-    """Parts of a row that change while a job runs: state and figures."""
-
     tag: TextElement
     figures: TextElement
 
@@ -115,7 +113,6 @@ class JobsPanel:
         return None
 
     def _pager(self, shown: int, count: int) -> None:
-        """Show the range of visible jobs, with buttons for newer and older jobs."""
         w = self.view.words
         with box("div", "pager"):
             span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
@@ -157,7 +154,6 @@ class JobsPanel:
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
     def _show(self, record: JobRecord) -> None:
-        """Update the state of a job in its row."""
         w, row = self.view.words, self._rows[record.id]
         row.tag.set_text(w(f"state.{record.state.value}"))
         row.tag.classes(replace=f"tag {record.state.value}")
@@ -177,7 +173,6 @@ class JobsPanel:
             self._list()
 
     def _compare(self) -> None:
-        """Compare two jobs once two are selected."""
         w, jobs = self.view.words, self.view.studio.jobs
         records = [record for job in self._picked if (record := jobs.record(job)) is not None]
         self._picked = [record.id for record in records]

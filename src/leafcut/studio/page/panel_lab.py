@@ -169,7 +169,6 @@ class LabPanel:
     # -----------------------------------------------------------------------------------------------------------
 
     def _draw_experiment(self, experiment: Description) -> None:
-        """Show progress, actions and results of an experiment."""
         w, state = self.view.words, self.lab.state
         is_shown = state is not None and state.description.key == experiment.key
         rows = self._rows(experiment)
@@ -207,7 +206,6 @@ class LabPanel:
             return []
 
     def _grow(self, experiment: Description, rows: list[Row] | None = None) -> None:
-        """Show the current results."""
         w, state, (done, bar, step, place) = self.view.words, self.lab.state, self._progress_elements
         rows = self._rows(experiment) if rows is None else rows
         kept = [row for row in rows if not row.failed]
@@ -249,7 +247,6 @@ class LabPanel:
                 text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
 
     def _table(self, experiment: Description, rows: Iterable[Row]) -> None:
-        """Show the mean of each response for every cell with runs."""
         w, results = self.view.words, Results.of(experiment, rows)
         figures = [results.figures(item.name) for item in experiment.responses]
         head = [(w("lab.instance"), ""), *((item.title, "") for item in experiment.factors), (w("lab.runs"), "n")]

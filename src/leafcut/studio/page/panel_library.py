@@ -163,7 +163,6 @@ class LibraryPanel:
         return groups
 
     def _tools(self, data: dict[str, Any]) -> None:
-        """Show a list of tools and recipes, and the selected entry as a form."""
         w = self.view.words
         entries = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
         if self.entry >= len(entries[self.array]):
@@ -217,7 +216,6 @@ class LibraryPanel:
         return True
 
     def _put(self, name: str, value: Any, _: str) -> None:
-        """Write the value of a field into the text."""
         if not self._edit(lambda words: profile_form.put(words, self.array, self.entry, name, value)):
             return
         data = profile_form.parsed(self.now) or {}
@@ -239,14 +237,12 @@ class LibraryPanel:
         self.drafts[self.chosen] = words
 
     def _discard(self) -> None:
-        """Replace the draft by the saved text."""
         if not self._as_shown():
             return
         self.drafts.pop(self.chosen, None)
         self.draw()
 
     def _check(self) -> None:
-        """Show whether the text is saved, and its error beside the field and at its line."""
         self._shown = self.now
         for part in (self.unsaved, self.discard):
             part.set_visibility(self.now != self._saved)
@@ -287,7 +283,6 @@ class LibraryPanel:
         return profile_form.renamed(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:
-        """Save the text under the same or another name."""
         if not self._as_shown():
             return
         shown, name = self.chosen, name.strip()
@@ -300,7 +295,6 @@ class LibraryPanel:
             self.drafts.pop(shown, None)
 
     def _keep(self, name: str, words: str) -> bool:
-        """Check, save and select one of the user's own profiles; return whether it succeeded."""
         try:
             library.save(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:

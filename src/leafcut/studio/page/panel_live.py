@@ -130,7 +130,6 @@ class LivePanel:
             self.chart.set([*shown, (points[-1][0] - start_s, points[-1][1])], bound, unit, live.latest_s - start_s)
 
     def _draw(self, snapshot: Snapshot) -> None:
-        """Show a snapshot: path and pheromone in the drawing, workers and fireflies beside the chart."""
         if len(snapshot.path):
             self.canvas.show(path_scene(snapshot.path), "live")
         pheromone = snapshot.pheromone
@@ -171,13 +170,11 @@ class LivePanel:
         return self.view.studio.jobs.live(self.view.job or "")
 
     def _stop(self) -> None:
-        """Stop and keep the best result."""
         if self.view.job is not None:
             self.view.studio.jobs.stop(self.view.job)
             self.page.show_message(self.view.words("run.stopping"), stays=True)
 
     def _cancel(self) -> None:
-        """Stop without a result."""
         live = self._job()
         if live is not None and not live.state.over:
             self.view.studio.jobs.cancel(live.id)

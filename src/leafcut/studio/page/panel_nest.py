@@ -126,7 +126,6 @@ class NestPanel:
         return "…" if row["state"] in GOING else w(_NO_TIME[row["state"]]) if row["state"] in _NO_TIME else "–"
 
     def _draw_sheets(self) -> None:
-        """Show the sheets of the selected variant, with their drawings and cuts."""
         w = self.view.words
         variant = self._answer["variants"][self.view.sheet[0] - 1]
         row = self._rows[self.view.sheet[0] - 1]
@@ -187,7 +186,6 @@ class NestPanel:
         self.page.show_message(line, True)
 
     def _plan(self) -> None:
-        """Plan the cuts of all sheets, to find the fastest variant."""
         view = self.view
         if self._record is None:
             return

@@ -96,7 +96,6 @@ class PartsPanel:
         return True
 
     def _same_part(self, source: str, name: str) -> str:
-        """Return the part with the same file under the same name, if any."""
         view, folder = self.view, self.view.studio.folder
         for part in view.parts:
             if view.part_names.get(part.input) == name and part.input != source and not part.input.startswith(BUILT_IN):
@@ -115,7 +114,6 @@ class PartsPanel:
             view.part_names[view.source] = view.name
 
     def _follow_list(self) -> None:
-        """Apply the parts list to the open drawings."""
         view = self.view
         if not self._list:
             return
@@ -160,7 +158,6 @@ class PartsPanel:
             self._drawn()
 
     async def _show_drawing(self, row: str) -> None:
-        """Show the drawing of a part."""
         view, index = self.view, self._index(row)
         if index is None:
             return

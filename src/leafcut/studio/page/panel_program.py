@@ -55,7 +55,6 @@ def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> No
 
 
 def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
-    """Return a program with its original or the program compared with it."""
     inputs, verifying = record.task.inputs, record.task.command == "verify"
     new = _text(studio.folder, inputs[1]) if verifying else _artefact_text(studio, record, "program")
     kept = studio.history.artefact(record.id, "lines")
@@ -78,7 +77,6 @@ def _artefact_text(studio: Studio, record: JobRecord, name: str) -> str:
 
 
 def _text(folder: Folder, word: str) -> str:
-    """Return the text of an input, or the reason why it cannot be read."""
     try:
         return read_program(folder.input_path(word.partition(":")[0]))
     except LeafcutError as problem:

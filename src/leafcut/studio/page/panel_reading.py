@@ -20,14 +20,7 @@ QUIET_SECONDS = 0.5
 class PreviewReading:
     """An input while it is read in another process.
 
-    Attributes
-    ----------
-    work
-        The reading.
-    what, share
-        The step reported last by the reader and its completed share, 0 if unknown.
-    cancelled
-        Set when the user cancels.
+    `what` is the step reported last by the reader, and `share` its completed share, 0 if unknown.
     """
 
     def __init__(self, workers: StudioWorkers, name: str = "") -> None:

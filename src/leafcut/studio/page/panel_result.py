@@ -132,7 +132,6 @@ class ResultPanel:
         )
 
     def _before(self, record: JobRecord | None) -> None:
-        """Show the content without a result; an opened program shows its text."""
         view = self.view
         if not is_program(view):
             messages = view.words("result.messages")
@@ -205,7 +204,6 @@ class ResultPanel:
             self._times(answer)
 
     def _from_nest(self, record: JobRecord) -> None:
-        """Link back to the nest of a sheet."""
         job, _, place = record.task.origin.partition("/")
         if job and self.view.studio.jobs.record(job) is not None:
             variant, number = (int(word) for word in place.split("/"))
@@ -289,7 +287,6 @@ class ResultPanel:
             text("p", w("result.certificate", counted=counted), "quiet small")
 
     def _staying(self, answer: dict[str, Any]) -> None:
-        """Show why tasks of a program keep their position."""
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return
@@ -333,7 +330,6 @@ class ResultPanel:
             text("dd", format_time(answer["seconds"]))
 
     def _verdict(self, answer: dict[str, Any]) -> None:
-        """Show first whether two programs do the same work."""
         same, w = answer["same"], self.view.words
         self.mark.add_badge(
             text("p", w("result.same" if same else "result.differs"), "badge verdict" if same else "badge verdict no")
@@ -443,7 +439,6 @@ class ResultPanel:
 
 
 def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
-    """Return the issues of an answer; a simulation has plain lines."""
     return [
         issue if isinstance(issue, dict) else {"code": "", "severity": "warning", "message": str(issue), "place": ""}
         for issue in answer.get("issues", [])
@@ -451,7 +446,6 @@ def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
 
 
 def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
-    """Return the issues that are more than a note."""
     return [issue for issue in _issues(answer) if issue["severity"] != "note"]
 
 
@@ -464,6 +458,5 @@ def _metres(value: float | None) -> str:
 
 
 def _gap(percent: float, words: Words) -> str:
-    """Show the gap of an order to the lower bound."""
     shown = f"{percent:.2f}"
     return words("result.least") if shown == "0.00" else words("result.gap", percent=shown)

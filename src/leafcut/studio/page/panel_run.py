@@ -62,7 +62,6 @@ class RunPanel:
         self.draw()
 
     def _show_why_empty(self) -> None:
-        """Show why the input is not drawn, or what can be opened."""
         view = self.view
         unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")
         if unseen == self._unseen:
@@ -81,7 +80,6 @@ class RunPanel:
                 text("p", view.words.plain(unseen[1]), "quiet")
 
     def _ask_for_width(self, width: int, height: int) -> None:
-        """Ask for the width of a picture whose scale is unknown."""
         w = self.view.words
         with box("div", "inviting"):
             text("h2", w("empty.how_wide"))
@@ -101,7 +99,6 @@ class RunPanel:
             )
 
     def _invite(self) -> None:
-        """Show the suggestions of an empty page."""
         w = self.view.words
         with box("div", "inviting"):
             ui.html(_SHEET, sanitize=False)
@@ -251,7 +248,6 @@ class RunPanel:
         return {"whole": view.seen.scenes["whole"]} if "whole" in view.seen.scenes else {}
 
     def _scenes(self) -> tuple[object, dict[str, Shown]]:
-        """Return the object to draw, and its scenes by layer."""
         view = self.view
         history = view.studio.history
         names = history.artefacts(view.job) if view.job else {}

@@ -32,7 +32,6 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
 
 
 def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
-    """Show the learning curve of a search from the literature, with its files."""
     w = view.words
     with box("section"):
         with box("div", "chart-head"):

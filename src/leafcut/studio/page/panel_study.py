@@ -64,7 +64,6 @@ class StudyPanel:
         table([("", ""), *((w(f"study.{key}"), "n") for key in _LENGTHS)], rows, w("study.lengths"))
 
     def _effort(self, answer: dict[str, Any]) -> None:
-        """Show the mean effort of each algorithm."""
         w = self.view.words
         table(
             [("", ""), *((w(f"study.{key}"), "n") for key in ("runs", "iterations", "seconds"))],
@@ -82,7 +81,6 @@ class StudyPanel:
             button(w("study.enlarge"), None, "small", data_dialog="study-large")
 
     def _large(self, answer: dict[str, Any], curves: list[dict[str, Any]]) -> None:
-        """Show the same content in a dialog as wide as the page."""
         w, decimals = self.view.words, _decimals(answer)
         with box("dialog", "study-large", id="study-large", aria_label=w("study.title")):
             text("h2", f"{w('study.title')}: {answer['instance']}")
@@ -100,7 +98,6 @@ class StudyPanel:
             button(w("help.close"), None, "", data_close="")
 
     def _chart_words(self, answer: dict[str, Any]) -> dict[str, str]:
-        """Return the texts of a chart; its line is the best known tour, if any."""
         w = self.view.words
         return {**w.section("chart"), **({"bound": w("result.optimum")} if answer["optimum"] else {})}
 

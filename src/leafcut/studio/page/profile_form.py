@@ -89,7 +89,6 @@ def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any])
 
 
 def _shown_default(key: ProfileKey) -> str:
-    """Return the default of a field without the unit shown beside it."""
     value = key.default[0] if isinstance(key.default, list) else key.default
     if value is None or isinstance(value, bool):
         return ""
@@ -118,12 +117,8 @@ def _typed(key: ProfileKey, value: Any) -> Any:
 def put(text: str, array: str, number: int, name: str, value: Any) -> str:
     """Return the text with a new value of a key, in entry `number` (from 0) of an array or in a machine.
 
-    An empty value removes the key. The source of a changed value becomes `BY_HAND`.
-
-    Raises
-    ------
-    OptionError
-        The text is not valid TOML, has no such entry, or has another value in place of the key's table.
+    An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text is
+    not valid TOML, has no such entry, or has another value in place of the key's table.
     """
     document = _document(text)
     key = next(key for key in keys_of(array) if key.name == name)
@@ -207,10 +202,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 def added(text: str, array: str) -> str:
     """Return the text with a new tool with the next number, or a new recipe with the first tool.
 
-    Raises
-    ------
-    OptionError
-        The text is not valid TOML, or has the array in another form.
+    Raise `OptionError` if the text is not valid TOML, or has the array in another form.
     """
     document = _document(text)
     numbers = [tool.get("number") for tool in entries(document.unwrap(), "tool")]
@@ -235,10 +227,7 @@ def added(text: str, array: str) -> str:
 def removed(text: str, array: str, number: int) -> str:
     """Return the text without an array entry, counted from 0.
 
-    Raises
-    ------
-    OptionError
-        The text is not valid TOML, or has no such entry.
+    Raise `OptionError` if the text is not valid TOML, or has no such entry.
     """
     document = _document(text)
     listed, place = _place(document, array, number)

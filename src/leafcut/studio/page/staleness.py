@@ -70,7 +70,6 @@ def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
 
 
 def _parts(before: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
-    """Yield the changed parts of a nest."""
     after = {part.input: part for part in view.parts}
     for input_id in {**before, **after}:
         old, new = before.get(input_id), after.get(input_id)
@@ -119,7 +118,6 @@ def _is_equal(name: str, before: Any, after: Any) -> bool:
 
 
 def _value(name: str, value: Any, work: str, view: View) -> str:
-    """Return a value as displayed."""
     if group_of(name).specs()[name].kind == "path" and isinstance(value, str) and not value.startswith(OWN):
         return _called(value, view.studio.folder)
     return forms.value_words(name, value, view.words, work)
@@ -138,7 +136,6 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
 
 
 def _called(word: str, folder: Folder) -> str:
-    """Return the displayed name of an input or a chosen file."""
     with suppress(LeafcutError):
         return folder.input_path(word).name
     return called(word).removeprefix(OWN)

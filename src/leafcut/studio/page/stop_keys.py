@@ -14,14 +14,7 @@ from leafcut.studio.wording import Words
 class StopKeys:
     """Selects the previous or next stop, and moves the selected stop earlier, later, or to a position in the order.
 
-    Parameters
-    ----------
-    stops
-        Returns the stops in the current order.
-    choose
-        Called with the name of the selected stop.
-    change
-        Called with the change of the order.
+    `choose` receives the name of the selected stop.
     """
 
     def __init__(
@@ -84,7 +77,6 @@ class StopKeys:
         self._move(self._at() + step if self._at() >= 0 else -1)
 
     def _put(self) -> None:
-        """Move the selected stop to the typed position."""
         number, count = self._number.strip(), len(self._stops())
         target = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
         self._move(target if 0 <= target < count else -1, self._words("edit.places", count=count))

@@ -44,7 +44,6 @@ def place_of(text: str, problem: str) -> TomlPlace:
 
 
 def _line_of(text: str, table: str, number: int, key: str) -> int | None:
-    """Return the line of a key, or else of its table's header; None without either."""
     counts: dict[str, int] = {}
     current, first_line = "", None if table else 1
     inside = not table
