@@ -1,14 +1,8 @@
-"""Drawing and charts as elements of a NiceGUI page.
+"""Drawing and charts as elements of a NiceGUI page; import it only where the studio runs, since NiceGUI is an extra.
 
 The modules in ``static`` draw in the browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) bypass the
-page's connection: an element sends an address, from which the browser fetches the bytes.
-
-    drawing = Canvas(on_select=lambda e: print(e.args))
-    drawing.show(part_scene(outcome.part), "part")
-    drawing.show(outcome_scene(outcome, "after"), "after")
-
-Import it only where the studio runs, since NiceGUI is an extra. The page must define the report's colours as CSS
-variables.
+page's connection: an element sends an address, from which the browser fetches the bytes. The page must define the
+report's colours as CSS variables.
 """
 
 from __future__ import annotations
@@ -91,13 +85,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
                 self.on(name, handler, throttle=_PACE)
 
     def show(self, scene: Shown, layer: str) -> None:
-        """Show a scene in one of `LAYERS`; a callable runs in a thread.
-
-        Raises
-        ------
-        OptionError
-            The layer does not exist.
-        """
+        """Show a scene in one of `LAYERS`; a callable runs in a thread. Raise `OptionError` for an unknown layer."""
         if layer not in LAYERS:
             raise OptionError(f"the drawing has no layer '{layer}'; its layers are: {', '.join(LAYERS)}")
         if layer not in self._addresses:

@@ -26,19 +26,9 @@ _MAX_STEPS, _MAX_LETTERS = 30, 1_000_000
 class OrderStop:
     """A stop of an edited order.
 
-    Attributes
-    ----------
-    name
-        Identity of the stop: its number in the initial order, from 1.
-    place
-        Position, mm.
-    held
-        Whether its rank in the order is fixed; otherwise the search chooses it.
-    sign
-        Change other than its rank: ``↻`` or ``↺`` for a clockwise or counter-clockwise direction, ``⇄`` for another
-        direction; empty for none.
-    moved
-        Whether its position differs from the toolpath.
+    `name` is its number in the initial order, from 1; `place` in mm. A `held` stop has a fixed rank in the order; the
+    search chooses the rank of others. `sign` shows another change: ``↻`` or ``↺`` for a clockwise or counter-clockwise
+    direction, ``⇄`` for another direction; empty for none. `moved`: its position differs from the toolpath.
     """
 
     name: int
@@ -155,7 +145,6 @@ class Undoable(Generic[State]):
 
 
 def _frozen(plain: Any) -> Any:
-    """Return plain values with lists replaced by tuples, as in states."""
     return tuple(_frozen(value) for value in plain) if isinstance(plain, list | tuple) else plain
 
 
@@ -178,7 +167,6 @@ class HoleOrder(Undoable[HoleOrders]):
         return [sorted(holes) for holes, n_fixed in state if 0 <= n_fixed <= len(holes)]
 
     def _at(self, stop: int) -> tuple[int, int]:
-        """Return the operation and the hole of a stop."""
         if not 1 <= stop <= len(self._stops):
             raise OptionError("this hole is not in the order")
         return self._stops[stop - 1]

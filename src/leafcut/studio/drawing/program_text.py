@@ -51,14 +51,8 @@ def program_scene(
 class ProgramText(Serving, component="../static/gcode_element.js"):
     """Lines of a program; selection and playback are linked with a drawing in both directions.
 
-    Parameters
-    ----------
-    drawing
-        The drawing; its program is shown if `source` is not given.
-    source
-        Returns a `program_scene`; called in a thread when a browser asks for it.
-    words
-        Replacements for the English texts of ``static/words.js``, by key.
+    The program of `drawing` is shown unless `source` is given: it returns a `program_scene`, and is called in a thread
+    when a browser asks for it. `words` replaces the English texts of ``static/words.js``, by key.
     """
 
     def __init__(

@@ -157,8 +157,6 @@ def _around(part: Part) -> tuple[list[float], list[float]]:
 
 
 class _LayerNumbers:
-    """Numbers of the layers of a part."""
-
     def __init__(self, part: Part) -> None:
         layers = {item.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for item in nouns}
         self.names = sorted(layers - {""})
@@ -185,12 +183,9 @@ def nest_scene(nest: Nest, layout: Layout) -> bytes:
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
-    """Return the toolpath of an outcome, ``before`` or ``after``; ``after`` includes the program.
+    """Return the toolpath of an outcome; ``after`` includes the program.
 
-    Raises
-    ------
-    PlanError
-        The drilling cycles expand to too many moves.
+    Raise `PlanError` if the drilling cycles expand to too many moves.
     """
     shown = report_of(outcome)
     before, _, after = shown.stated()
@@ -223,12 +218,8 @@ def toolpath_scene(
     """Return any toolpath as the machine runs it.
 
     `text` is the program of its lines, `part` the part it passes through, `cleared` the width that a mill clears, mm,
-    and `measured` the source of its time. The player shows the progress of an `untimed` path, but no time.
-
-    Raises
-    ------
-    PlanError
-        The drilling cycles expand to too many moves.
+    and `measured` the source of its time. The player shows the progress of an `untimed` path, but no time. Raise
+    `PlanError` if the drilling cycles expand to too many moves.
     """
     return _toolpath(
         playback(path, machine, beam, measured=measured),
@@ -371,7 +362,6 @@ def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 
 def _cut_words(plan: CutPlan, number: int) -> list[Any]:
-    """Return kind and part number of a cut, and whether it needs a pierce."""
     cut = plan.cuts[number]
     return [cut.kind, cut.part, bool(cut.pierce)]
 
@@ -381,12 +371,10 @@ def _tool_words(label: str, diameter: float) -> str:
 
 
 def _issues(issues: Iterable[Issue]) -> list[list[str]]:
-    """Return code, severity, message and position of the first issues."""
     return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MAX_ISSUES]]
 
 
 def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
-    """Return the outlines of missing work, each as points, mm."""
     paths = [path for issue in issues if issue.missing is not None for path in issue.missing.outlines]
     return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MAX_ISSUES]]
 

@@ -98,8 +98,6 @@ def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: M
 
 
 class _ShownRun(NamedTuple):
-    """A toolpath, the stock that it cuts, and a function that returns its rows for playback."""
-
     path: Toolpath
     stock: ShownStock
     rows: Callable[[], Playback]
@@ -114,7 +112,6 @@ def _refusal(problem: LeafcutError) -> bytes:
 
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
-    """Return the scenes of two toolpaths that cut one block, with the positions where they differ."""
     try:
         blocks = [shown_block(run.path, run.stock) for run in (first, second)]
     except LeafcutError as problem:

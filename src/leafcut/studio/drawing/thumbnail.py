@@ -39,12 +39,8 @@ class Thumbnails:
     ) -> dict[str, str]:
         """Return an image as SVG path data: ``strong``, ``faint``, and ``style``.
 
-        Parameters
-        ----------
-        contours, holes
-            bool[n]: emphasized objects; None for none.
-        style
-            `Process.pictured`: ``holes`` and ``areas`` are filled, ``lines`` are not.
+        `contours` and `holes`, bool[n], mark the emphasized objects; None for none. Of the styles (`Process.pictured`),
+        ``holes`` and ``areas`` are filled, ``lines`` are not.
         """
         paths: dict[bool, list[str]] = {True: [], False: []}
         for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
@@ -54,8 +50,6 @@ class Thumbnails:
 
 
 class _Frame:
-    """Transform from millimetres to image units."""
-
     def __init__(self, extents: tuple[float, float, float, float]) -> None:
         x0, y0, x1, y1 = extents
         width, height = max(x1 - x0, 1e-6), max(y1 - y0, 1e-6)
@@ -74,7 +68,6 @@ class _Frame:
         return f"M{steps}{'Z' if path.closed else ''}", len(kept)
 
     def circle(self, hole: Hole) -> str:
-        """Return the SVG path of a hole; a small hole or a point becomes a dot."""
         x, y, radius = self.x + self.scale * hole.x, self.y - self.scale * hole.y, 0.5 * self.scale * hole.diameter
         if 2.0 * radius < _SMALL:
             return self._dot(x, y)

@@ -108,12 +108,8 @@ class SearchTerm:
 class History:
     """Stored jobs, newest first; thread-safe.
 
-    Raises
-    ------
-    OutputError
-        The file cannot be opened or written. A damaged file is renamed, and a new one is created.
-    DataError
-        A newer leafcut wrote the file. It stays unchanged.
+    Raise `OutputError` if the file cannot be opened or written. A damaged file is renamed, and a new one is created.
+    Raise `DataError` if a newer leafcut wrote the file, which stays unchanged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -309,7 +305,6 @@ _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
 def _condition(terms: Sequence[SearchTerm]) -> tuple[str, tuple[Any, ...]]:
-    """Return the SQL condition for jobs that match all terms, and its values."""
     parts: list[str] = []
     values: list[Any] = []
     for term in terms:

@@ -42,8 +42,6 @@ class LiveJob:
 
     Attributes
     ----------
-    latest, latest_s
-        The latest progress, and its time, s.
     points
         (seconds, cost, step) at every decrease of the cost and every new step.
     messages
@@ -54,8 +52,6 @@ class LiveJob:
         Total number of messages.
     tried
         Trials of a job that tries several strategies, in order of their start: name → (result, cost).
-    watch
-        View of pages on the search.
     stopped, dropped
         Whether it shall end with its best result, or without a result.
     ended
@@ -136,12 +132,8 @@ class Jobs:
     def start(self, task: Task, watch: Watch | None = None) -> str:
         """Start or enqueue a job; return its id. `watch` may hold its search from the start.
 
-        Raises
-        ------
-        OptionError
-            The task is invalid.
-        OutputError
-            The history cannot be written, or the studio is closing.
+        Raise `OptionError` if the task is invalid, and `OutputError` if the history cannot be written or the studio is
+        closing.
         """
         call = prepare(task, self.folder)
         if self.closed:
@@ -266,7 +258,6 @@ class Jobs:
                 live.ended.set_result(None)
 
     def _next(self) -> None:
-        """Run the next job in the queue; do nothing if it was cancelled."""
         with self._lock:
             live = self._live.get(self._queue.pop(0)) if self._queue and not self.closed else None
         if live is not None:
@@ -291,7 +282,6 @@ class Jobs:
                 self._end(live, JobState.STOPPED if live.stopped else JobState.DONE, result=result)
 
     def _end(self, live: LiveJob, state: JobState, *, line: str = "", result: JobResult | None = None) -> None:
-        """Record in the history how the job ended, then publish it."""
         live.line, noted = line, True
         try:
             if result is None:
@@ -316,7 +306,6 @@ class Jobs:
         live.ended.set_result(None)
 
     def _forget_older(self, job: str) -> None:
-        """Record that the end of a job is stored, and release the oldest finished jobs."""
         with self._lock:
             self._ended.append(job)
             while len(self._ended) > _MAX_ENDED:

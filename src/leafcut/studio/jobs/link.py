@@ -17,12 +17,7 @@ _REPORT_SECONDS = 0.02
 class Link:
     """Connection of a work with the studio.
 
-    Attributes
-    ----------
-    stop
-        Set when the work shall end with its best result.
-    observer
-        Observer for a search, which sends snapshots.
+    `stop` is set when the work shall end with its best result; `observer` sends snapshots of a search.
     """
 
     def __init__(self, send: Callable[[Any], None]) -> None:

@@ -18,16 +18,9 @@ MAX_PIECES = 100_000
 
 @dataclass(frozen=True)
 class WantedPart:
-    """A drawing to be nested.
+    """A drawing to be nested, by the id of its upload.
 
-    Attributes
-    ----------
-    input
-        Id of an upload.
-    quantity
-        Number of pieces of its parts.
-    rotations
-        Angles in degrees separated by spaces, or ``free``; empty for the angles of the options.
+    `rotations` are angles in degrees separated by spaces, or ``free``; empty for the angles of the options.
     """
 
     input: str
@@ -41,26 +34,14 @@ class WantedPart:
 
     @classmethod
     def of(cls, word: str) -> WantedPart:
-        """Decode a part.
-
-        Raises
-        ------
-        OptionError
-            A quantity or an angle is invalid.
-        """
+        """Decode a part; raise `OptionError` if a quantity or an angle is invalid."""
         input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
         return cls(input_id, quantity_of(quantity or "1"), rotations_of(rotations))
 
 
 def quantity_of(typed: str) -> int:
-    """Parse a quantity.
-
-    Raises
-    ------
-    OptionError
-        It is not a whole number, or out of bounds.
-    """
+    """Parse a quantity; raise `OptionError` if it is not a whole number, or out of bounds."""
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
         raise OptionError(f"quantity: '{text[:40]}' is not a whole number from 1 to {MAX_PIECES:,}")
@@ -70,10 +51,7 @@ def quantity_of(typed: str) -> int:
 def rotations_of(typed: str) -> str:
     """Parse angles; return them separated by spaces, empty for the angles of the options.
 
-    Raises
-    ------
-    OptionError
-        An angle is invalid.
+    Raise `OptionError` if an angle is invalid.
     """
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
@@ -84,10 +62,7 @@ def rotations_of(typed: str) -> str:
 def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
     """Return uploads with quantity and rotations from a JSON list in the same order.
 
-    Raises
-    ------
-    OptionError
-        The list is invalid, or has more rows than there are drawings.
+    Raise `OptionError` if the list is invalid, or has more rows than there are drawings.
     """
     try:
         rows = json.loads(text or "[]")
@@ -118,15 +93,10 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
 
 
 def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
-    """Return the parts of a list, and the names of its drawings that are not open.
+    """Return the parts of a list, and the names of its drawings that are not open; raise `ReadError` or `OptionError`.
 
     `opened` is displayed name → id. Only the file names in the list count, since the studio does not read other
     folders.
-
-    Raises
-    ------
-    ReadError, OptionError
-        The list cannot be read.
     """
     from leafcut.read.nest_list import read_wanted
 

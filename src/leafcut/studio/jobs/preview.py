@@ -50,8 +50,6 @@ class Preview:
         The entire content of a drawing, and the work it suits.
     zero
         Position of program zero in the mirrored and rotated drawing; None if unknown or fixed.
-    travel
-        Travel of the machine.
     broken
         Whether the file itself is invalid, so that no option or kind of work would help.
     pixels
@@ -85,10 +83,7 @@ def read_preview(
 ) -> Preview:
     """Return the preview of an input; `work` selects how to read a drawing that is suitable for several.
 
-    Raises
-    ------
-    LeafcutError
-        The input does not exist, or leafcut does not read its format.
+    Raise `LeafcutError` if the input does not exist, or leafcut does not read its format.
     """
     from leafcut.read.registry import read_source
 
@@ -211,6 +206,5 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
 
 
 def _used(work: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that a kind of work uses."""
     used = registry.work(work).used()
     return {name: value for name, value in options.items() if name in used}

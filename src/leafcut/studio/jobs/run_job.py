@@ -55,13 +55,7 @@ class JobResult:
 
 
 def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
-    """Run a task; `names` are the displayed names of the inputs.
-
-    Raises
-    ------
-    LeafcutError
-        The message is one line, as on the command line.
-    """
+    """Run a task; `names` are the displayed names of the inputs. Raise `LeafcutError` as on the command line."""
     from leafcut.report.json_answer import simulation_as_json
 
     on_progress, cancelled = link.report, link.stop
@@ -83,7 +77,6 @@ def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
 
 
 def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) -> JobResult:
-    """Compare two programs; create scenes of both and of their differences."""
     from leafcut.report.json_answer import verification_as_json
     from leafcut.studio.drawing.differences import differences_scene
     from leafcut.studio.drawing.scene import toolpath_scene
@@ -175,7 +168,6 @@ def _optimize(
 
 
 def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, cancelled: threading.Event) -> JobResult:
-    """Nest parts; create a scene for every sheet of every variant."""
     from leafcut.processes.registry import command
     from leafcut.read.nest_list import WantedDrawing
     from leafcut.studio.drawing.scene import nest_scene
@@ -207,7 +199,6 @@ def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
 
 
 def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
-    """Return the order of the holes and their positions as files for manual changes."""
     from leafcut.read.order_file import drawing_of, order_text
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
@@ -249,7 +240,6 @@ def _searches(
 
 
 def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
-    """Return the report, the pictures, and the scenes of the drawing."""
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
     from leafcut.studio.drawing.solid import outcome_solid_scenes
@@ -298,7 +288,6 @@ def _solve(
 def _study(
     call: ReadyTask, name: str, on_progress: OnProgress, cancelled: threading.Event, observe: Observer
 ) -> JobResult:
-    """Run several algorithms with several seeds; the scene shows the best tour."""
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
     from leafcut.processes.settings import collect

@@ -29,12 +29,8 @@ LOOKED = "looked"
 class Picture:
     """Picture of a search for pages.
 
-    Attributes
-    ----------
-    can_hold
-        Whether the search can be held, as it waits during a snapshot.
-    iterations
-        Some iterations of a studied search, including the last; empty for other searches.
+    `can_hold`: the search can be held, as it waits during a snapshot. `iterations` are some of a studied search,
+    including the last; empty for other searches.
     """
 
     snapshot: Snapshot
@@ -45,12 +41,8 @@ class Picture:
 class Watch:
     """View of pages on the search of a job.
 
-    Attributes
-    ----------
-    speed, paused
-        Steps per second, None for no limit; whether the search shall wait.
-    number, picture
-        Number and content of the latest picture; 0 and None before the first.
+    `speed` is in steps per second, None for no limit; while `paused`, the search shall wait. `number` and `picture` are
+    those of the latest picture; 0 and None before the first.
     """
 
     def __init__(self, speed: float | None = None, paused: bool = False) -> None:
@@ -108,12 +100,7 @@ class PageObserver:
     """Observer of a search, controlled by a `Watch` in another process.
 
     It takes no snapshots while no page is open. A search waits between two steps while paused, and is slowed down to
-    a number of steps per second.
-
-    Attributes
-    ----------
-    study
-        Recorder of the iterations of a studied search; None for other searches.
+    a number of steps per second. `study` records the iterations of a studied search; it is None for other searches.
     """
 
     def __init__(self, send: Callable[[Any], None]) -> None:
@@ -165,7 +152,6 @@ class PageObserver:
             self._changed.notify_all()
 
     def _see(self, take: Callable[[], Snapshot], can_hold: bool, now: float) -> None:
-        """Take a snapshot and send it."""
         snapshot = take()
         iterations = thinned(self.study.iterations(), _MAX_ITERATIONS) if self.study is not None else []
         self._send(Picture(snapshot, can_hold, iterations))
@@ -174,7 +160,6 @@ class PageObserver:
         self._next = now + max(EVERY, TIMES_AS_LONG * duration, PER_PLACE * len(snapshot.path))
 
     def _hold(self, take: Callable[[], Snapshot]) -> None:
-        """Return when the next step may start."""
         seen = self._number
         while self._waits():
             if self._number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:

@@ -47,13 +47,7 @@ def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
 
 
 def nest_of(history: History, job: str) -> list[SheetOfNest]:
-    """Return the sheets of a nesting job.
-
-    Raises
-    ------
-    OptionError
-        The job is not a nest, or has no result.
-    """
+    """Return the sheets of a nesting job; raise `OptionError` if the job is not a nest, or has no result."""
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
     if answer is None:
@@ -64,10 +58,7 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
 def take(jobs: Jobs, sheet: SheetOfNest) -> str:
     """Return the input id of a sheet's drawing, after adding it to the inputs if it is missing.
 
-    Raises
-    ------
-    OptionError
-        The nest was deleted.
+    Raise `OptionError` if the nest was deleted.
     """
     for record in jobs.history.of_sheets(sheet.job):
         if record.task.origin == sheet.origin:
@@ -85,12 +76,8 @@ def take(jobs: Jobs, sheet: SheetOfNest) -> str:
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     """Start jobs that plan the cuts of all sheets of a nest with the same options; return their ids.
 
-    Running jobs with these options are reused.
-
-    Raises
-    ------
-    OptionError
-        The job is not a nest, or an option is invalid; no job is started then.
+    Running jobs with these options are reused. Raise `OptionError`, before any start, if the job is not a nest, or an
+    option is invalid.
     """
     tasks = []
     asked = {"quantity": options.get("quantity")}
@@ -142,7 +129,6 @@ def _without_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
-    """Return the totals of a variant."""
     records = [record for _, record in cuts if record is not None]
     states = [record.state for record in records]
     row: dict[str, Any] = {

@@ -91,10 +91,7 @@ class ReadyTask:
 def prepare(task: Task, folder: Folder) -> ReadyTask:
     """Check a task as far as possible without reading its inputs.
 
-    Raises
-    ------
-    OptionError
-        An unknown command, process or option, a value out of bounds, or a file outside the studio.
+    Raise `OptionError` for an unknown command, process or option, a value out of bounds, or a file outside the studio.
     """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
@@ -125,23 +122,14 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:
-    """Return the parts of a nest; empty for other tasks.
-
-    Raises
-    ------
-    OptionError
-        A quantity or an angle is invalid.
-    """
+    """Return the parts of a nest, none for other tasks; raise `OptionError` if a quantity or an angle is invalid."""
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     """Return the drawings among the inputs of a nest that --sheet names as sheets: name → id.
 
-    Raises
-    ------
-    OptionError
-        A named drawing is not open.
+    Raise `OptionError` if a named drawing is not open.
     """
     sheet = given(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
@@ -165,7 +153,6 @@ def given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _resolved(name: str, value: Any, folder: Folder) -> Any:
-    """Return the value for leafcut; a file becomes a path in the studio's folder."""
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
     if spec.is_output or name == _ALL_VARIANTS:

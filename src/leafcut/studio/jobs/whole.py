@@ -23,16 +23,9 @@ from leafcut.studio.drawing.thumbnail import Thumbnails
 class Whole:
     """A whole drawing as read, before it is placed.
 
-    Attributes
-    ----------
-    part
-        Its entire content; None for an input that is machined completely.
-    suits
-        Suitability for each kind of work, the most likely first.
-    pictures
-        Kind of work → thumbnail (`Thumbnails.picture`).
-    machine
-        Default machine for such files; "" for none.
+    `part` is its entire content, None for an input that is machined completely; `suits` its suitability for each kind
+    of work, the most likely first; `pictures` is kind of work → thumbnail (`Thumbnails.picture`); `machine` the default
+    machine for such files, "" for none.
     """
 
     part: Part | None = None
@@ -78,7 +71,6 @@ def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Se
 
 
 def _filtered(read: ReadOptions) -> bool:
-    """Return whether options leave out some content of the file."""
     return bool(read.layers) or read.min_diameter is not None or read.max_diameter is not None
 
 
@@ -102,12 +94,8 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 class MachineTravel:
     """Travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
 
-    Attributes
-    ----------
-    known
-        Whether the position of program zero on the machine is known; otherwise the part is assumed in the middle.
-    fits
-        Whether the part is inside.
+    If the position of program zero on the machine is not `known`, the part is assumed in the middle. `fits`: the part
+    is inside.
     """
 
     box: tuple[float, float, float, float]

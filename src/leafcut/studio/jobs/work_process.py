@@ -65,7 +65,6 @@ def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
 
 
 def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    """Do a work and send its result, or its error in one line."""
     try:
         send(Done(function(link, *arguments)))
     except BaseException as problem:

@@ -89,13 +89,7 @@ class _Process:
             self._process.stdin.flush()
 
     def receive(self) -> Any:
-        """Return the next message.
-
-        Raises
-        ------
-        EOFError
-            The process has ended.
-        """
+        """Return the next message; raise `EOFError` if the process has ended."""
         assert self._process.stdout is not None
         try:
             return pickle.load(self._process.stdout)
@@ -126,14 +120,9 @@ class _Process:
 
 
 class StudioWorkers:
-    """Starts processes for works, keeps a spare one ready, and ends them all.
+    """Starts processes for works, keeps a `spare` one ready, since its start takes seconds, and ends them all.
 
-    Parameters
-    ----------
-    folder
-        Folder for the temporary files of the processes; files left by an earlier studio are removed.
-    spare
-        Whether to keep a process ready, since its start takes seconds.
+    `folder` holds the temporary files of the processes; files left by an earlier studio are removed.
     """
 
     def __init__(self, folder: Path, spare: bool = True) -> None:
@@ -153,13 +142,7 @@ class StudioWorkers:
                 self._idle.append(process)
 
     def take(self) -> _Process:
-        """Return an idle process, else a new one.
-
-        Raises
-        ------
-        WorkError
-            The studio is closing.
-        """
+        """Return an idle process, else a new one; raise `WorkError` if the studio is closing."""
         with self._lock:
             if self._closed:
                 raise WorkError("the studio is closing; no new jobs are started")
@@ -215,12 +198,8 @@ class StudioWork:
     def run(self, function: Callable[..., Any], *arguments: Any, on_message: Callable[[Any], Any] | None = None) -> Any:
         """Return the result of ``function(link, *arguments)`` in another process; `link` is a `link.Link`.
 
-        Function, arguments and result are pickled. `on_message` receives the messages sent through the link.
-
-        Raises
-        ------
-        WorkError
-            The work failed or was cancelled, its process died, or the studio is closing.
+        Function, arguments and result are pickled. `on_message` receives the messages sent through the link. Raise
+        `WorkError` if the work failed or was cancelled, its process died, or the studio is closing.
         """
         process = self._workers.take()
         with self._ending:
