@@ -54,13 +54,7 @@ def safe_name(name: str) -> str:
 
 
 class Folder:
-    """Folder with uploads, machines and tool libraries of the studio.
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be created.
-    """
+    """Folder with uploads, machines and tool libraries of the studio; raises `OutputError` if it cannot be created."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -85,13 +79,7 @@ class Folder:
         return input_id
 
     def input_path(self, input_id: str) -> Path:
-        """Return the path of an upload.
-
-        Raises
-        ------
-        OptionError
-            No upload has this id.
-        """
+        """Return the path of an upload; raise `OptionError` for an unknown id."""
         files = (
             sorted((self.inputs / input_id).iterdir())
             if _ID.fullmatch(input_id) and (self.inputs / input_id).is_dir()
@@ -122,13 +110,7 @@ class Folder:
         return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
 
     def own_path(self, kind: str, name: str) -> Path:
-        """Return the path of a user's own file, which need not exist.
-
-        Raises
-        ------
-        OptionError
-            The name is invalid.
-        """
+        """Return the path of a user's own file, which need not exist; raise `OptionError` if the name is invalid."""
         if not _OWN.fullmatch(name):
             raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
         return self.root / kind / f"{name}.toml"
@@ -136,10 +118,7 @@ class Folder:
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
         """Return the path of the existing file for ``mine:NAME``; `flag` is the option for the message.
 
-        Raises
-        ------
-        OptionError
-            The name is invalid, or the file no longer exists.
+        Raise `OptionError` if the name is invalid, or the file no longer exists.
         """
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)

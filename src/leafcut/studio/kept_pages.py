@@ -93,7 +93,6 @@ class KeptPages:
         return self._folder / f"{name}.json"
 
     def _files(self) -> list[Path]:
-        """Return the files of the pages, newest first."""
         times: list[tuple[float, Path]] = []
         for file in self._folder.glob("*.json"):
             with suppress(OSError):
@@ -101,7 +100,6 @@ class KeptPages:
         return [file for _, file in sorted(times, key=lambda entry: entry[0], reverse=True)]
 
     def _prune(self) -> None:
-        """Delete pages that are too old or too many, except open ones."""
         now = time.time()
         for number, file in enumerate(self._files()):
             holder = self._held.get(file.stem)

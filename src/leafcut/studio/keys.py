@@ -28,17 +28,8 @@ _MAX_UNUSED = 8
 class StudioKeys:
     """The keys of a studio.
 
-    Parameters
-    ----------
-    secret
-        Key that signs the cookies; it survives a restart, so that open pages stay valid.
-    clock
-        Seconds since the epoch.
-
-    Attributes
-    ----------
-    token
-        Token that programs send in an ``Authorization`` header.
+    `secret` signs the cookies and survives a restart, so that open pages stay valid; `clock` returns seconds since the
+    epoch. Programs send `token` in an ``Authorization`` header.
     """
 
     def __init__(self, secret: bytes, clock: Callable[[], float] = time.time) -> None:
@@ -80,13 +71,7 @@ class StudioKeys:
 
 
 def kept_secret(root: Path) -> bytes:
-    """Return the secret of a studio's folder; create it if it is missing.
-
-    Raises
-    ------
-    OutputError
-        It cannot be saved.
-    """
+    """Return the secret of a studio's folder, created if missing; raise `OutputError` if it cannot be saved."""
     file = root / "key"
     try:
         if not file.is_file() or file.stat().st_size != 32:

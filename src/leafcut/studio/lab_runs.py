@@ -21,18 +21,9 @@ from leafcut.studio.jobs.jobs import line_of
 class LabState:
     """State of the current or the last experiment.
 
-    Attributes
-    ----------
-    doing
-        Current step.
-    share
-        Completed share of the runs that were missing at the start, 0 to 1.
-    began
-        Start on the monotonic clock, s.
-    line
-        Reason why it ended early; empty otherwise.
-    failed
-        One line for each refused run.
+    `share` is the completed share of the runs that were missing at the start, 0 to 1; `began` the start on the
+    monotonic clock, s; `line` the reason why it ended early, empty otherwise; `failed` has one line for each refused
+    run.
     """
 
     description: Description
@@ -68,13 +59,7 @@ class LabRuns:
         return self.state is not None and self.state.running
 
     def described(self, name: str, reduced: bool) -> Description:
-        """Return a shipped experiment by name, or the experiment on a part of the user.
-
-        Raises
-        ------
-        OptionError
-            The name is unknown.
-        """
+        """Return a shipped experiment, or that on a part of the user; raise `OptionError` for an unknown name."""
         if name == OWN_PART:
             if self.own is None:
                 raise OptionError("no part was compared since the studio started; start a comparison on the Lab page")
@@ -84,13 +69,7 @@ class LabRuns:
         return in_short(load(name)) if reduced else load(name)
 
     def start(self, description: Description) -> None:
-        """Start the missing runs of an experiment.
-
-        Raises
-        ------
-        OptionError
-            Another experiment is running.
-        """
+        """Start the missing runs of an experiment; raise `OptionError` if another experiment is running."""
         with self._lock:
             if self.running:
                 raise OptionError("an experiment is already running; wait until it ends, or stop it")
@@ -127,13 +106,7 @@ class LabRuns:
             return {}
 
     def rows(self, description: Description) -> list[Row]:
-        """Return the runs of an experiment that match its current description.
-
-        Raises
-        ------
-        ReadError
-            The results or an input cannot be read.
-        """
+        """Return the runs that match the description; raise `ReadError` if results or an input are unreadable."""
         if not self.file.is_file():
             return []
         with Store(str(self.file), read_only=True) as store:

@@ -15,19 +15,10 @@ _BYTE = 1 << 20
 
 @contextmanager
 def lock_folder(root: Path, address: str) -> Iterator[None]:
-    """Lock a folder during the context; the system releases the lock however the process ends.
+    """Lock a folder, created if missing, during the context; the system releases the lock however the process ends.
 
-    Parameters
-    ----------
-    root
-        The folder; created if it is missing.
-    address
-        Address of this studio, shown by a second studio.
-
-    Raises
-    ------
-    OutputError
-        Another studio holds the lock, or the folder cannot be written.
+    `address` of this studio is shown by a second studio. Raise `OutputError` if another studio holds the lock, or the
+    folder cannot be written.
     """
     file = root / "lock"
     try:

@@ -34,8 +34,6 @@ class _Pattern(NamedTuple):
 
 
 class _Translation(NamedTuple):
-    """A translated line and the number of its letters that were recognized."""
-
     text: str
     known: int
 
@@ -56,7 +54,6 @@ class Messages:
         self.translate = lru_cache(maxsize=4096)(self._translate)
 
     def _translate(self, line: str) -> str:
-        """Translate a line; unknown parts stay English."""
         return self._translated(line, 0, {}).text
 
     def _translated(self, line: str, depth: int, seen: dict[str, _Translation]) -> _Translation:

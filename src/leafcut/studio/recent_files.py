@@ -67,7 +67,6 @@ class RecentFiles:
         return False
 
     def _path(self, source: str) -> Path | str | None:
-        """Return the path of a file, or the name of a built-in source; None if it no longer exists."""
         if source.startswith(BUILT_IN):
             return source
         with suppress(LeafcutError):
@@ -81,7 +80,6 @@ class RecentFiles:
 
 
 def _rows(plain: object) -> Iterator[RecentFile]:
-    """Yield the valid rows of a file."""
     for row in plain if isinstance(plain, list) else []:
         with suppress(KeyError, TypeError, ValueError):
             yield RecentFile(str(row["source"]), str(row["name"]), float(row["opened"]))

@@ -64,12 +64,7 @@ class Studio:
 def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
     """Open the studio's folder and its history; jobs that the last shutdown cut short are marked as interrupted.
 
-    `workers` replaces the studio's own processes.
-
-    Raises
-    ------
-    OutputError
-        The folder or the history cannot be written.
+    `workers` replaces the studio's own processes. Raise `OutputError` if the folder or the history cannot be written.
     """
     folder = Folder(root)
     history = History(root / "history.sqlite")

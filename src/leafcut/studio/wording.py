@@ -118,7 +118,6 @@ def words(language: str) -> Words:
 
 
 def _lines(name: str) -> dict[str, str]:
-    """Return the lines of all sections of a file of messages."""
     text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
     return {line: translation for section in tomllib.loads(text).values() for line, translation in section.items()}
 

@@ -58,7 +58,7 @@ _Act = Callable[[Callable[[], None]], Any]
 
 @dataclass
 class _Task:
-    """A request to the thread. `act` calls its argument as soon as the checks have passed and the work has started."""
+    """A request to the thread. `act` calls its argument once the checks have passed and the work has started."""
 
     doing: MachineTask
     act: _Act
@@ -69,18 +69,10 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """Options for running a program.
+    """Options for running a program: from a hole or a line, counted from 1, or from the start if both are None.
 
-    Attributes
-    ----------
-    from_hole, from_line
-        Continue with this hole or line, counted from 1; None for both starts at the beginning.
-    by_hole
-        Ask before every hole.
-    unhomed
-        The machine has no homing; the user has set its zero.
-    alone
-        Continue when no page shows the machine.
+    `by_hole`: ask before every hole. `unhomed`: the machine has no homing; the user has set its zero. `alone`: continue
+    when no page shows the machine.
     """
 
     from_hole: int | None = None
@@ -94,14 +86,8 @@ class RunWishes:
 class ReadyProgram:
     """A program that was checked against the machine's current state and may be run.
 
-    Attributes
-    ----------
-    job, facts, steps
-        Program with the times of this machine; settings reported by the controller; blocks to send.
-    line
-        Line at which the program continues; 0 for its start.
-    told
-        Messages for the user before the start.
+    `job` has the times of this machine, `facts` are the settings reported by the controller, and `steps` the blocks to
+    send. The program continues at `line`, 0 for its start. `told` are messages for the user before the start.
     """
 
     job: SendJob
@@ -167,13 +153,7 @@ class MachineLink:
             self._publish(holder=holder)
 
     def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
-        """Open a port and identify the controller.
-
-        Raises
-        ------
-        SendError
-            A machine is already connected.
-        """
+        """Open a port and identify the controller; raise `SendError` if a machine is already connected."""
         future: Future[Any] = Future()
         with self._lock:
             if self.state.connection is not Connection.CLOSED:
@@ -189,13 +169,7 @@ class MachineLink:
         return future
 
     def disconnect(self, holder: str) -> None:
-        """Close the port.
-
-        Raises
-        ------
-        SendError
-            The machine is busy, or another page commands it.
-        """
+        """Close the port; raise `SendError` if the machine is busy or another page commands it."""
         self._claim(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
@@ -296,7 +270,6 @@ class MachineLink:
         return not self.state.holder or self._clock() - self._alive_at > self.grace
 
     def _claim(self, holder: str) -> None:
-        """Give control to a page if no other page has it."""
         with self._lock:
             if not self.state.open:
                 raise SendError("no machine is connected")
@@ -319,7 +292,6 @@ class MachineLink:
         return future
 
     def _publish(self, **changes: Any) -> None:
-        """Publish changes of the state."""
         with self._lock:
             self.state = replace(self.state, number=self.state.number + 1, **changes)
 
@@ -369,7 +341,6 @@ class MachineLink:
                 connected.set_exception(SendError(message))
 
     def _forget(self, message: str) -> None:
-        """Reset to no machine and refuse the queued requests."""
         with self._lock:
             waiting = [*self._tasks]
             self._tasks.clear()
@@ -397,7 +368,6 @@ class MachineLink:
             talk.stop()
 
     def _do_next(self) -> None:
-        """Run the oldest request, if any."""
         with self._lock:
             if not self._tasks:
                 return
@@ -444,7 +414,6 @@ class MachineLink:
             cancel_jog(talk)
 
     def _hear(self, answer: ControllerAnswer) -> None:
-        """Handle unsolicited messages."""
         assert self._talk is not None
         match answer:
             case Alarm(why):
@@ -478,7 +447,6 @@ class MachineLink:
             self._publish(**changes)
 
     def _look_up(self) -> Facts:
-        """Query the controller's settings."""
         assert self._talk is not None
         facts = self._facts = self._talk.facts()
         self._publish(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
@@ -571,7 +539,6 @@ class MachineLink:
     # Programs.
 
     def _ready(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
-        """Check a program against the machine's current state."""
         talk = self._talk
         assert talk is not None
         facts = self._look_up()

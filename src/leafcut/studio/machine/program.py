@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 def machine_of(word: str, folder: Folder) -> Machine:
     """Return a shipped machine by name, or a user's own one by ``mine:NAME``.
 
-    Raises
-    ------
-    LeafcutError
-        The name is unknown, the profile is invalid, or leafcut cannot send to this controller from the page.
+    Raise `LeafcutError` if the name is unknown, the profile is invalid, or leafcut cannot send to this controller from
+    the page.
     """
     if word.startswith(OWN):
         machine = load_machine(str(folder.kept_own("machines", word, "--machine")))
@@ -54,10 +52,7 @@ def sendable(folder: Folder) -> dict[str, Head]:
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
     """Return the program of a run as a job for a machine.
 
-    Raises
-    ------
-    LeafcutError
-        The program is missing, unverified, made for another machine, or may not be sent.
+    Raise `LeafcutError` if the program is missing, unverified, made for another machine, or may not be sent.
     """
     answer, program = history.answer(job), history.artefact(job, "program")
     if answer is None or program is None:
@@ -76,13 +71,7 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
 def program_of_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return an opened program as a job for a machine; every line is checked.
-
-    Raises
-    ------
-    LeafcutError
-        It cannot be read, or may not be sent.
-    """
+    """Return an opened program, every line checked; raise `LeafcutError` if it is unreadable or may not be sent."""
     path = folder.input_path(source)
     text, made_for = program_text(path, path.name), machine_of(machine, folder)
     return job_of(text, path.name, made_for, dialect(made_for.controller), units, accept)

@@ -84,8 +84,8 @@ class MachineState:
     ----------
     number
         Version of this state; grows with every change.
-    status, pins
-        State reported by the controller, and its active inputs.
+    pins
+        Active inputs of the controller.
     machine, work
         Position of the tool, mm; None if not reported.
     homing, soft_limits, travel

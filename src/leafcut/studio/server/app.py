@@ -84,12 +84,10 @@ class _Door:
         self._offered_key = ""
 
     def print_address(self, words: str) -> None:
-        """Print an unused address."""
         self._offered_key = self._studio.keys.new_entry()
         print(f"{words} {self._studio.address(self._offered_key)}", flush=True)
 
     def entered(self, key: str) -> None:
-        """Handle the use of an address."""
         self._studio.entrance.unlink(missing_ok=True)
         if key == self._offered_key:
             self.print_address("leafcut studio, for another browser:")
@@ -98,12 +96,8 @@ class _Door:
 def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
     """Print the address, open the page, and serve until Ctrl-C.
 
-    Raises
-    ------
-    StudioError
-        The extra is not installed, or the port is in use.
-    OutputError
-        The studio's folder cannot be written, or another studio holds it.
+    Raise `StudioError` if the extra is not installed or the port is in use, and `OutputError` if the studio's folder
+    cannot be written, or another studio holds it.
     """
     try:
         import uvicorn
@@ -152,10 +146,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
 def _write_keys(studio: Studio) -> None:
     """Write the token for this user's programs, and the page that opens the studio in this user's browser.
 
-    Raises
-    ------
-    OutputError
-        They cannot be written.
+    Raise `OutputError` if they cannot be written.
     """
     try:
         write_private(studio.token_file, studio.keys.token.encode())
@@ -183,13 +174,7 @@ def _server(config: Any, studio: Studio) -> Any:
 
 
 def _listen(port: int | None) -> socket.socket:
-    """Return a socket bound to the loopback interface.
-
-    Raises
-    ------
-    StudioError
-        The port is in use or not permitted.
-    """
+    """Return a socket bound to the loopback interface; raise `StudioError` if the port is in use or not permitted."""
     tried = range(PORT, PORT + _TRIED) if port is None else [port]
     for number in tried:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -207,7 +192,6 @@ def _listen(port: int | None) -> socket.socket:
 
 
 def _open_when_ready(server: Any, address: str) -> None:
-    """Open the page in the user's browser once the server listens."""
     for _ in range(200):
         if server.started:
             webbrowser.open(address)
@@ -216,13 +200,7 @@ def _open_when_ready(server: Any, address: str) -> None:
 
 
 def parse_port(word: str) -> int:
-    """Parse a port.
-
-    Raises
-    ------
-    OptionError
-        It is not a port.
-    """
+    """Parse a port; raise `OptionError` if it is not one."""
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
     return int(word)

@@ -78,14 +78,8 @@ STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sa
 class Guard:
     """An ASGI application that guards another one.
 
-    Parameters
-    ----------
-    keys
-        Keys for access.
-    port
-        Port of this server, against which hosts and origins are checked.
-    on_entry
-        Called with the key in the address after a browser has used it up.
+    `port` is the port of this server, against which hosts and origins are checked. `on_entry` is called with the key in
+    the address after a browser has used it up.
     """
 
     def __init__(
@@ -185,8 +179,6 @@ def _too_large(limit: int) -> tuple[int, str]:
 
 
 class _Asked:
-    """Properties of a request that the guard checks."""
-
     def __init__(self, scope: Scope) -> None:
         self.headers: dict[bytes, list[bytes]] = {}
         for name, value in scope["headers"]:
