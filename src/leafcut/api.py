@@ -1,5 +1,4 @@
-"""The functions of the library. They look up the process in the registry and run it, without naming any process.
-
+"""The functions of the library: they look up the process in the registry and run it, without naming any process.
 Packages are imported where they are used, so that importing leafcut stays fast.
 """
 
@@ -179,7 +178,6 @@ def _profile_files(*names: str | None) -> list[str]:
 
 
 def _file_names(*sources: Input | None) -> list[str]:
-    """Return the names of inputs that are or may be files."""
     return [str(source) for source in sources if source is not None and not isinstance(source, StandardInput)]
 
 
@@ -196,7 +194,6 @@ def _collect(
     file: str | Path | None = None,
     defaults: str | Path | None = None,
 ) -> Settings:
-    """Return the settings of a run for a kind of work, or for a value of ``--process``."""
     check_is_there("--options", Path(file) if file else None)
     work = registry.of_command(process) if isinstance(process, str) else process
     group = work.options if work else None
@@ -210,7 +207,6 @@ def _settings(
     defaults: str | Path | None = None,
     input_kind: str = "",
 ) -> Settings:
-    """Return the settings of a kind of work; unused options are refused."""
     command = registry.work(work)
     return settings_for(_collect(command, options, file, defaults), command, input_kind)
 
@@ -242,7 +238,6 @@ def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table
 
 @contextmanager
 def _noting_defaults(settings: Settings) -> Iterator[None]:
-    """Add to an error which of its options come from the user's defaults file."""
     try:
         yield
     except LeafcutError as problem:
@@ -410,19 +405,9 @@ def check_times(
     units: Literal["mm", "in"] | None = None,
     progress: OnProgress | None = None,
 ) -> tuple[Fitted, list[SimulationResult]]:
-    """Compare the simulated times of programs with measured times, and fit the machine to the measured times.
+    """Compare the simulated times of programs with measured times, s, and fit the machine to the measured times.
 
-    Parameters
-    ----------
-    measured
-        Programs with their measured times, s.
-    machine, dialect, units
-        Options of `simulate`.
-
-    Returns
-    -------
-    tuple[Fitted, list[SimulationResult]]
-        The fit (`leafcut.timing.fitting`), and the simulation of each program before it.
+    Return the fit (`leafcut.timing.fitting`), and the simulation of each program before it.
 
     Raises
     ------
@@ -562,12 +547,8 @@ def output_name(
 ) -> str:
     """Return the file name of the program of an input; a program keeps its name.
 
-    For a drawing, the dialect in which `optimize` would write determines the extension.
-
-    Raises
-    ------
-    OptionError
-        An option or the machine is invalid for any input.
+    For a drawing, the dialect in which `optimize` would write determines the extension. Raise `OptionError` if an
+    option or the machine is invalid for any input.
     """
     from leafcut.read.registry import format_name
 

@@ -113,10 +113,7 @@ _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 def with_point(text: str) -> str:
     """Return the text of a number with a point instead of a decimal comma: ``6,5 mm`` becomes ``6.5 mm``.
 
-    Raises
-    ------
-    OptionError
-        There is more than one comma, or the comma may separate thousands: ``1,250``.
+    Raise `OptionError` if there is more than one comma, or the comma may separate thousands: ``1,250``.
     """
     if "," not in text:
         return text
@@ -135,11 +132,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg");
     without, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a decimal
     point if it can mean nothing else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
-
-    Raises
-    ------
-    OptionError
-        The text is not a number with a known unit, or the number is not finite.
+    Raise `OptionError` if the text is not a finite number with a known unit.
     """
     if isinstance(value, bool):
         raise OptionError(f"'{value}' is not a number")
@@ -179,12 +172,9 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return the text of a quantity, with the shop unit added if it has none: ``800`` becomes ``800 mm/min``.
+    """Return a quantity with the shop unit added if it has none: ``800`` becomes ``800 mm/min``.
 
-    Raises
-    ------
-    OptionError
-        It is not a number.
+    Raise `OptionError` if it is not a number.
     """
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
@@ -220,10 +210,7 @@ def format_length(mm: float) -> str:
 def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
     """Return distinct angles in rad from words in degrees; None for the single word ``free``.
 
-    Raises
-    ------
-    OptionError
-        A word is not an angle; `where` names the option.
+    Raise `OptionError` if a word is not an angle; `where` names the option in the message.
     """
     if tuple(words) == ("free",):
         return None
