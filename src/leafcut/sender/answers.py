@@ -1,7 +1,4 @@
-"""Answers of a controller, independent of its firmware. Each firmware has a module that parses its lines into these.
-
-The text of a line in brackets or after ``echo:`` is kept unparsed (`Report`) for the caller.
-"""
+"""Answers of a controller, independent of its firmware; each firmware has a module that parses its lines into these."""
 
 from __future__ import annotations
 

@@ -34,9 +34,9 @@ _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return a jog command; raise `OptionError` if an axis, a length or the feed is invalid.
+    """Return a jog command: axis → mm, relative or in machine coordinates, and feed, mm/min.
 
-    `moves` is axis → mm, relative to the tool, or machine coordinates if `machine` is set; `feed` is in mm/min.
+    Raise `OptionError` if an axis, a length or the feed is invalid.
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
@@ -47,18 +47,12 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
 
 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
-    """Jog by lengths (axis → mm) at a feed in mm/min; return when the controller has accepted the command.
-
-    Raise `SendError` if the jog would leave the travel, or the machine cannot be jogged now.
-    """
+    """Jog by axis → mm at a feed in mm/min; raise `SendError` if it leaves the travel or the machine refuses it."""
     talk.ask(jog_line(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Raise `SendError`, in the controller's words, for a jog that leaves the travel, even with soft limits off.
-
-    A move back into the travel is allowed.
-    """
+    """Raise `SendError` for a jog that leaves the travel, even with soft limits off; moves back into it are allowed."""
     if place is None or not facts.knows_place:
         return
     low, high = facts.travel()

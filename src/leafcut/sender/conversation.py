@@ -205,10 +205,7 @@ class Conversation(ABC):
     def receive(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
-        """Yield answers for a given time, and query the status (or call `ask`) at intervals of `every`.
-
-        The first query is immediate, or after the first interval if `later` is set.
-        """
+        """Yield answers for a given time; query the status (or call `ask`) at intervals, at once unless `later`."""
         until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
             if every is not None and self.clock() >= next_query:
@@ -223,10 +220,7 @@ class Conversation(ABC):
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
-        """Return the kind (`importing.KINDS`) and the text of the settings, without changing settings or moving.
-
-        Raise `SendError` if the machine moves, does not report its settings, or another firmware answers.
-        """
+        """Return kind (`importing.KINDS`) and text of the settings; raise `SendError` if they cannot be read now."""
         if movement := self._moving():
             raise SendError(f"the machine is {movement}; wait until it has stopped")
         return self.gather_settings()
@@ -236,10 +230,7 @@ class Conversation(ABC):
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
-        """Send a line and return the answers to it. During a long wait, the status is queried.
-
-        Raise `SendError` if the line is refused, an alarm or a reset occurs, the answer is garbled, or none arrives.
-        """
+        """Send a line, return its answers; raise `SendError` if it is refused, an alarm occurs, or none arrives."""
         self.send(text)
         answers: list[ControllerAnswer] = []
         for answer in self.receive(seconds, 2 * POLL_SECONDS if seconds > ANSWER_SECONDS else None, later=True):

@@ -21,10 +21,7 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 
 
 def speaker_of(machine: Machine, name: str) -> type[Conversation]:
-    """Return the conversation class for a machine; `name` is the machine as the user gave it.
-
-    Raise `OptionError` if programs cannot be sent to this controller.
-    """
+    """Return the conversation class for a machine named `name`; raise `OptionError` if leafcut has none."""
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
         raise OptionError(

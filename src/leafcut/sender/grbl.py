@@ -89,10 +89,7 @@ class GrblConversation(Conversation):
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
-        """Wait for the controller to answer and return its status.
-
-        Raise `SendError` if nothing answers, or another firmware does.
-        """
+        """Wait for the controller and return its status; raise `SendError` if nothing or another firmware answers."""
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._knock):
             if isinstance(answer, Status):
@@ -129,10 +126,7 @@ class GrblConversation(Conversation):
             self.act = _GRBLHAL
 
     def gather(self) -> Facts:
-        """Return the facts that the controller reports.
-
-        Raise `SendError` if another firmware answers, or a required fact is missing.
-        """
+        """Return the facts of the controller; raise `SendError` for another firmware, or if a fact is missing."""
         self._settle()
         answers: list[ControllerAnswer] = []
         for question in ("$I", "$$", "$#", "$G"):
@@ -141,10 +135,7 @@ class GrblConversation(Conversation):
         return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings: the configuration file for FluidNC.
-
-        Raise `SendError` if another firmware answers, or it does not report its settings.
-        """
+        """Return kind and text of the settings (FluidNC: its configuration); raise `SendError` if not reported."""
         self._settle()
         build_info = self.ask("$I")
         if not any(isinstance(report, Report) for report in build_info):
@@ -216,10 +207,7 @@ class GrblConversation(Conversation):
         return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring a machine on hold, moving or locked to rest without homing; return whether it was locked.
-
-        Raise `SendError` if it stays locked.
-        """
+        """Bring the machine to rest without homing; return if it was locked; raise `SendError` if it stays so."""
         status = self.fresh_status()
         if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
             status = self.stop()

@@ -222,10 +222,7 @@ def _holes(program: Program) -> list[DrilledHole]:
 
 
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
-    """Return the tools of a program from a line on, in order, as its comments name them: ``T1 drill 3 mm``.
-
-    The first entry is the tool of the first cut; None if the program does not name it.
-    """
+    """Return the tool of the first cut from a line on, and the later ones: ``T1 drill 3 mm``; None if unnamed."""
     path = job.program.path
     cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
     first = int(cuts.min()) if len(cuts) else line

@@ -25,10 +25,7 @@ _REACH = 3
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop of the program at a line: for a tool change (with the tool number, if known) or for the operator.
-
-    `hole`: number of the hole before which the operator is asked in hole-by-hole mode; 0 for a stop in the program.
-    """
+    """A stop at a line, for a tool change (with its number, if known), for the operator, or before `hole` (0: none)."""
 
     number: int
     change: bool = False

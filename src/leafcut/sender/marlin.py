@@ -322,10 +322,7 @@ class MarlinConversation(Conversation):
     # Commands.
 
     def connect(self) -> Status:
-        """Wait for the controller to start and to answer; return its status.
-
-        Raise `SendError` if nothing answers, or the firmware is not Marlin 2.
-        """
+        """Wait for the controller and return its status; raise `SendError` if nothing answers or it is not Marlin 2."""
         replies: list[str] = []
         for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._knock):
             match answer:
@@ -371,10 +368,7 @@ class MarlinConversation(Conversation):
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
     def gather(self) -> Facts:
-        """Return the facts that the controller reports.
-
-        Raise `SendError` if it does not report its settings, its travel or busy messages.
-        """
+        """Return the facts of the controller; raise `SendError` without its settings, travel or busy messages."""
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
@@ -403,10 +397,7 @@ class MarlinConversation(Conversation):
         )
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings, with the travel if it is known.
-
-        Raise `SendError` if it does not report its settings.
-        """
+        """Return kind and text of the settings, with the travel if known; raise `SendError` if not reported."""
         settings = self._words("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
             settings += self._words("M211", _NO_TRAVEL)

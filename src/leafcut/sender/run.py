@@ -31,7 +31,6 @@ STATUS_SECONDS = 0.25
 SILENCE_SECONDS = 5.0
 #: Time after which an idle machine with an unanswered line has lost the answer, s.
 OWING_SECONDS = 3.0
-#: Maximum number of errors collected by a check.
 _MAX_ERRORS = 20
 
 
