@@ -25,7 +25,6 @@ from typing import Any
 
 #: Maximum length of a quotation from a file; file names are not shortened.
 LONGEST_QUOTE = 60
-#: Maximum length of a message.
 LONGEST_MESSAGE = 1000
 
 _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
@@ -34,10 +33,7 @@ _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file for a message: one line, printable, limited in length.
-
-    For messages of other libraries, pass a larger `limit`; each word is then shortened as much as quoted text.
-    """
+    """Return text from a file for a message: one line, printable, limited in length, as is each word."""
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
     printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
@@ -132,10 +128,7 @@ class SendError(LeafcutError):
 
 @contextmanager
 def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
-    """Convert any exception of a third-party parser on a damaged file to a `ReadError`.
-
-    `failure` is the problem in words: ``"the drawing could not be read"``.
-    """
+    """Convert any exception of a third-party parser to a `ReadError`; `failure` states the problem in words."""
     try:
         yield
     except (LeafcutError, MemoryError):
@@ -169,10 +162,7 @@ def close_to(name: str, known: Iterable[str]) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of known names.
-
-    This is the end of every error message about an unknown name.
-    """
+    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of known names."""
     known = list(known)
     match = close_to(name, known)
     if match:

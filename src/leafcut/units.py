@@ -111,10 +111,7 @@ _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
 def with_point(text: str) -> str:
-    """Return the text of a number with a point instead of a decimal comma: ``6,5 mm`` becomes ``6.5 mm``.
-
-    Raise `OptionError` if there is more than one comma, or the comma may separate thousands: ``1,250``.
-    """
+    """Return ``6,5 mm`` as ``6.5 mm``; raise `OptionError` if a comma may separate thousands: ``1,250``."""
     if "," not in text:
         return text
     match = _COMMA.match(text)
@@ -172,10 +169,7 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return a quantity with the shop unit added if it has none: ``800`` becomes ``800 mm/min``.
-
-    Raise `OptionError` if it is not a number.
-    """
+    """Return a quantity with a unit: ``800`` becomes ``800 mm/min``; raise `OptionError` if it is not a number."""
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
@@ -208,10 +202,7 @@ def format_length(mm: float) -> str:
 
 
 def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
-    """Return distinct angles in rad from words in degrees; None for the single word ``free``.
-
-    Raise `OptionError` if a word is not an angle; `where` names the option in the message.
-    """
+    """Return distinct angles in rad from words in degrees, None for ``free``; raise `OptionError` if one is invalid."""
     if tuple(words) == ("free",):
         return None
     try:

@@ -1,7 +1,4 @@
-"""Add-ons for other programs, as files that those programs load; `leafcut install addon` writes them.
-
-They run in the Python of the other program, which has no leafcut, so they call leafcut as a program.
-"""
+"""Add-ons for other programs, in whose Python they run; that has no leafcut, so they call it as a program."""
 
 from __future__ import annotations
 

@@ -87,7 +87,6 @@ _SIMPLE = {
     "list": "leafcut.cli.listing:list_known",
     "defaults": "leafcut.cli.defaults:show_defaults",
 }
-#: Functions of the commands that make programs.
 _OPTIMIZE, _NEST = "leafcut.cli.programs:optimize", "leafcut.cli.programs:nest"
 #: Other commands with options of the option groups: function, kind of work, and further arguments of `command_of`.
 _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
@@ -143,10 +142,7 @@ def _answered(arguments: Sequence[str]) -> int:
 
 
 def _with_command(arguments: Sequence[str]) -> list[str]:
-    """Return the words with the command `optimize` inserted if the first word is a file.
-
-    Raise `OptionError` if the command is from an earlier version or from another program.
-    """
+    """Return the words with `optimize` inserted before a file; raise `OptionError` for a former or foreign command."""
     words = [*arguments]
     first = words[0] if words else ""
     if first in REPLACED:
@@ -187,10 +183,7 @@ def _refused(arguments: Sequence[str], line: str, status: int) -> int:
 
 
 def app(arguments: Sequence[str] = ()) -> App:
-    """Return the application with its commands; flags are generated from the option groups.
-
-    With a command line, only the flags of its command are generated, to save time. Without one, all are.
-    """
+    """Return the application; a command line limits the generated flags to those of its command, to save time."""
     application = App(
         name="leafcut",
         help="Make the verified CNC program that needs the least machine time, from a drawing or another program.\n\n"
@@ -249,10 +242,7 @@ def _working_names() -> tuple[str, ...]:
 
 
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
-    """Return a command with options of the option groups. Only the module of this command is loaded.
-
-    The result is the function, the kinds of work whose options it has, and further arguments of `command_of`.
-    """
+    """Load a command: return its function, its kinds of work, and further arguments of `command_of`."""
     if name in ("optimize", "filter"):
         kinds = [process for process in registry.processes() if process.reads]
         annotations = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}

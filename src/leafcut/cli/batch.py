@@ -1,8 +1,7 @@
 """Many inputs with the same options: one after another, in threads, in processes or on a cluster.
 
-Programs in a folder come with a table (CSV) and a report. The table has a row for each input, written as soon as the
-input is finished. With the table an interrupted run is resumed. An input is skipped if input, options and version of
-leafcut are the same and its program is unchanged.
+A folder of programs gets a report and a table (CSV), with which an interrupted run is resumed: an input is skipped if
+input, options and version of leafcut are the same and its program is unchanged.
 """
 
 from __future__ import annotations
@@ -280,10 +279,7 @@ def _append(table: Path, row: BatchRow) -> None:
 
 
 def read_table(table: Path) -> dict[str, BatchRow]:
-    """Return the rows of an earlier batch in this folder, by input; an incomplete line is ignored.
-
-    Raise `OutputError` if the file is a different table.
-    """
+    """Return the rows of an earlier batch by input, complete lines only; raise `OutputError` for a different table."""
     if not table.is_file():
         return {}
     try:

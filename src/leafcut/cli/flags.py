@@ -49,7 +49,6 @@ def switch(*names: str, help: str) -> Parameter:
     return Parameter(name=names, negative="", show_default=False, help=help)
 
 
-#: The flag of each command that prints a result.
 Json = Annotated[bool, switch("--json", help="print the result as JSON")]
 
 

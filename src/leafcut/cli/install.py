@@ -123,10 +123,7 @@ def _choices() -> dict[str, Sequence[str]]:
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
-    """Annotate arguments for completion: choices of an option, and files for any other text.
-
-    The command line itself takes plain texts, and reports errors in its own words.
-    """
+    """Annotate arguments for completion: choices of an option, and files for any other text."""
     choices = _choices() if choices is None else choices
     for name in app:
         if name.startswith("-"):

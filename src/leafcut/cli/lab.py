@@ -19,7 +19,6 @@ from leafcut.options.option_spec import OptionSpec, converted
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
 
-#: Default results file.
 RESULTS = "leafcut_lab.sqlite"
 #: Default of --executor: runs in this process.
 HERE = "here"

@@ -23,7 +23,6 @@ from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
-#: LinuxCNC's variable for its machine file.
 INI_VARIABLE = "INI_FILE_NAME"
 
 
@@ -110,10 +109,7 @@ def _process(file: str, machine: str) -> str:
 
 
 def check_file(words: Sequence[str]) -> str:
-    """Return the only file in a filter's arguments.
-
-    Raise `OptionError` if there is not exactly one file, and `ReadError` if it does not exist.
-    """
+    """Return the only file in a filter's arguments; raise `OptionError` or `ReadError` if there is none."""
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")
     if not Path(words[0]).exists():

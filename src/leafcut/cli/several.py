@@ -11,13 +11,11 @@ from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
 from leafcut.units import FACTORS
 
-#: Table and report of a batch.
 TABLE, PAGE = "batch.csv", "batch.html"
 #: Extension of a list of inputs, and the maximum number of inputs.
 LIST, MAX_INPUTS = ".list", 100_000
 #: Units that options may have.
 UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
-#: Standard input.
 _DASH = "-"
 
 

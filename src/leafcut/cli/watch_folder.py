@@ -1,7 +1,6 @@
 """Watch a folder: each drawing or program that is added or changed becomes a program in another folder.
 
-A file is processed only when it is complete. The folder is polled, which works on every kind of disk and share; change
-notifications of the system do not. Results are stored in the table of a batch.
+The folder is polled, which works on every kind of disk and share; change notifications of the system do not.
 """
 
 from __future__ import annotations
@@ -51,10 +50,7 @@ class FolderPoll:
     seen: dict[Path, _FileState] = field(default_factory=dict)
 
     def ready(self) -> list[Path]:
-        """Poll once; return the files that are complete and were not returned in this state before.
-
-        Raise `OSError` if the folder cannot be read.
-        """
+        """Poll once; return complete files in a new state; raise `OSError` if the folder cannot be read."""
         signatures = dict(self._files())
         self.seen = {path: known for path, known in self.seen.items() if path in signatures}
         ready = []
@@ -210,10 +206,7 @@ class FolderWatch:
         return True
 
     def _keep(self, row: BatchRow) -> None:
-        """Store the row of an input.
-
-        Delete the program of an earlier state if the new state is refused; it could be mistaken for the new one.
-        """
+        """Store a row; for a refused input, delete its old program, which could be mistaken for a new one."""
         before = self.earlier.get(row.input)
         self.rows[row.input] = row
         if row.state == WRITTEN:

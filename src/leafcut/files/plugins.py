@@ -1,7 +1,6 @@
-"""Plug-ins of other packages, found by entry points; one loader for every kind.
+"""Plug-ins of other packages: readers, processes, algorithms, dialects and machines, found by entry points.
 
-A package adds a reader, a process, an algorithm, a dialect or a machine by an entry point in the group of its kind. It
-is imported only when it is listed or requested by name. Its errors do not affect anything else.
+A package is imported only when it is listed or requested by name. Its errors do not affect anything else.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Prefix of the groups of all kinds.
 _GROUP_PREFIX = "leafcut."
 
 
@@ -174,10 +172,7 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of all our groups in the packages on a search path, by group and name.
-
-    If a package occurs twice, the first counts, as in an import.
-    """
+    """Return all our entry points on a search path by group and name; the first package counts, as in an import."""
     if not any(_names_own_group(folder) for folder in path):
         return ()  # importing their reader takes longer than most commands
     from importlib.metadata import distributions

@@ -1,7 +1,4 @@
-"""Schema numbers: the format version of a document, and the versions that this leafcut reads.
-
-docs/schemas.md lists the documents and states how long an old schema is supported.
-"""
+"""Schema numbers: format versions of documents (docs/schemas.md), and the versions that this leafcut reads."""
 
 from __future__ import annotations
 

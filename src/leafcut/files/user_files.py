@@ -1,7 +1,4 @@
-"""The user's files: shop defaults, and a record of the hints already shown.
-
-They are optional: without a home folder or write access, leafcut runs as if the files did not exist.
-"""
+"""The user's files: shop defaults, and the hints already shown; optional, and ignored if inaccessible."""
 
 from __future__ import annotations
 

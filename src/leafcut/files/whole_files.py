@@ -60,20 +60,14 @@ class Loaded(Protocol):
 
 
 def read_program(source: str | Path | Loaded) -> str:
-    """Return the text of a G-code program; bytes that are not UTF-8 are decoded as Latin-1, as on old controllers.
-
-    Raise `ReadError` if the file cannot be read, is empty, or is too large for a program.
-    """
+    """Return the text of a program, UTF-8 or Latin-1; raise `ReadError` if it is unreadable, empty or too large."""
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
     return decoded(data)[0]
 
 
 def decoded(data: bytes) -> tuple[str, str]:
-    """Return bytes as text with unchanged line endings, and the encoding that restores the bytes.
-
-    Bytes that are not UTF-8 are decoded as Latin-1. A UTF-8 byte order mark is not part of the text.
-    """
+    """Return bytes as text (UTF-8 or Latin-1) without byte order mark, and the encoding that restores the bytes."""
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
         return data.decode(encoding), encoding
@@ -125,10 +119,7 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
 
 
 def toml_bytes(path: Path) -> bytes:
-    """Return the content of a TOML file.
-
-    Raise `OptionError` if the file does not exist, and `DataError` if it cannot be read or is too large.
-    """
+    """Return the bytes of a TOML file; raise `OptionError` if it is missing, `DataError` if unreadable or too large."""
     if not path.is_file():
         raise OptionError(f"{path}: file not found")
     try:

@@ -148,10 +148,7 @@ def _is_too_long(value: Any) -> bool:
 
 
 def converted(name: str, spec: OptionSpec, value: Any) -> Any:
-    """Return a typed value in internal units, or None for None.
-
-    Raise `OptionError` if it is of another kind, or out of the bounds of the specification.
-    """
+    """Return a typed value in internal units, or None for None; raise `OptionError` if it is invalid."""
     if value is None:
         return None
     flag = flag_name(name)

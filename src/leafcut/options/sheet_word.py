@@ -29,10 +29,7 @@ class SheetWord:
 
 
 def parse_sheet(word: str) -> SheetWord:
-    """Parse a sheet such as ``3000x1500:4@180``.
-
-    Raise `OptionError` if it is neither a size nor a drawing, or the count is 0.
-    """
+    """Parse a sheet such as ``3000x1500:4@180``; raise `OptionError` if it is invalid or the count is 0."""
     match = _SHEET.fullmatch(word.strip())
     name, count, price = match.groups() if match else (word, None, None)
     number, cost = None if count is None else int(count), None if price is None else float(price)
