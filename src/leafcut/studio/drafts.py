@@ -1,7 +1,4 @@
-"""Unsaved texts of machine profiles and tool libraries, kept in the studio's folder until saved or discarded.
-
-A text that cannot be written (disk full, too long) is kept in memory.
-"""
+"""Unsaved texts of machine profiles and tool libraries, kept in the studio's folder until saved or discarded."""
 
 from __future__ import annotations
 

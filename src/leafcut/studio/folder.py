@@ -116,10 +116,7 @@ class Folder:
         return self.root / kind / f"{name}.toml"
 
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
-        """Return the path of the existing file for ``mine:NAME``; `flag` is the option for the message.
-
-        Raise `OptionError` if the name is invalid, or the file no longer exists.
-        """
+        """Return the path for ``mine:NAME``, the value of `flag`; raise `OptionError` if the file does not exist."""
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)
         if not path.is_file():

@@ -15,7 +15,6 @@ from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import BUILT_IN, Folder
 
-#: Maximum number of files.
 MAX_RECENT = 12
 
 

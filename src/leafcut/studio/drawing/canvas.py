@@ -148,10 +148,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
     def set_tool(
         self, place: tuple[float, float] | None, *, cuts: bool = False, going_to: tuple[float, float] | None = None
     ) -> None:
-        """Show the actual position of the machine, mm in program coordinates; None hides it.
-
-        `cuts` fills the ring of the marker; `going_to` is the next hole.
-        """
+        """Show the machine's position, mm in program coordinates, filled if it `cuts`, and the next hole."""
         tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
         self.run_method("setTool", tool)
 

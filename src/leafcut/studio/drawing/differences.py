@@ -24,7 +24,6 @@ from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from leafcut.report.wording import clean
 from leafcut.studio.drawing.scene import packed
 
-#: Number of chords of an arc.
 _CHORDS = 32
 #: Maximum number of marks drawn for one difference.
 _MAX_MARKS = 200

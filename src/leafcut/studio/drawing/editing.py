@@ -1,7 +1,4 @@
-"""Manual changes of an order, with undo: holes of a drilled part or cuts of a sheet.
-
-The result is a file that the command line reads as well: an order file or a plan file.
-"""
+"""Manual changes of an order, with undo, written as an order file (holes) or a plan file (cuts of a sheet)."""
 
 from __future__ import annotations
 

@@ -88,7 +88,6 @@ from leafcut.studio.drawing.editing import OrderStop
 
 MAGIC = b"LCSCENE1"
 
-#: Kinds of outlines.
 OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
 CLOSED = 16
 
@@ -105,10 +104,7 @@ Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
 def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
-    """Return the scene of a part: holes, slots, contours, pockets and positions of its issues.
-
-    `tools`: tool number of each hole by index, if known. `filled`: show cut parts as metal.
-    """
+    """Return the scene of a part, `filled` as metal; `tools` is hole index → tool number, if known."""
     x0, y0, x1, y1 = part.extents
     origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
     hole = np.column_stack([part.hole_xy - origin, part.diameters])
@@ -183,10 +179,7 @@ def nest_scene(nest: Nest, layout: Layout) -> bytes:
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
-    """Return the toolpath of an outcome; ``after`` includes the program.
-
-    Raise `PlanError` if the drilling cycles expand to too many moves.
-    """
+    """Return the toolpath of an outcome; raise `PlanError` if the drilling cycles expand to too many moves."""
     shown = report_of(outcome)
     before, _, after = shown.stated()
     measure = before if which == "before" else after

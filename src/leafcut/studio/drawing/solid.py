@@ -81,10 +81,7 @@ def compared_solid_scenes(
     second: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return a block cut by each of two toolpaths with the different positions, or the reason why it is not shown.
-
-    `measured` gives the times.
-    """
+    """Return one block as cut by each of two toolpaths, with the differences, or why it is not shown."""
     return _scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
 
 

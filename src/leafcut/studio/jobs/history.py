@@ -95,10 +95,7 @@ class JobRecord:
 
 @dataclass(frozen=True)
 class SearchTerm:
-    """Search term for jobs. It matches the title, command, option values, message or date.
-
-    `options` and `states` are the names of options and the states with this label in the user's language.
-    """
+    """A term that matches title, command, option values, message or date, or the given `options` and `states`."""
 
     word: str
     options: tuple[str, ...] = ()

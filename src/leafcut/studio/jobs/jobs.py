@@ -111,10 +111,7 @@ class LiveJob:
 
 
 class Jobs:
-    """All jobs of a studio: running ones, and finished ones through the history.
-
-    `kept` returns the ids of uploads that are needed for other reasons than a job.
-    """
+    """All jobs, running and finished; `kept` returns the ids of uploads that are needed for other reasons."""
 
     def __init__(
         self, folder: Folder, history: History, workers: StudioWorkers, kept: Callable[[], set[str]] = set

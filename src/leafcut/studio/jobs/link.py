@@ -15,10 +15,7 @@ _REPORT_SECONDS = 0.02
 
 
 class Link:
-    """Connection of a work with the studio.
-
-    `stop` is set when the work shall end with its best result; `observer` sends snapshots of a search.
-    """
+    """Connection of a work with the studio; the work ends with its best result when `stop` is set."""
 
     def __init__(self, send: Callable[[Any], None]) -> None:
         self.stop = threading.Event()

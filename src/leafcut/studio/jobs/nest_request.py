@@ -49,10 +49,7 @@ def quantity_of(typed: str) -> int:
 
 
 def rotations_of(typed: str) -> str:
-    """Parse angles; return them separated by spaces, empty for the angles of the options.
-
-    Raise `OptionError` if an angle is invalid.
-    """
+    """Return angles separated by spaces, empty for those of the options; raise `OptionError` if one is invalid."""
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
         parse_angles(words, "rotations")
@@ -60,10 +57,7 @@ def rotations_of(typed: str) -> str:
 
 
 def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
-    """Return uploads with quantity and rotations from a JSON list in the same order.
-
-    Raise `OptionError` if the list is invalid, or has more rows than there are drawings.
-    """
+    """Return uploads with quantity and rotations from a JSON list in the same order; raise `OptionError` if invalid."""
     try:
         rows = json.loads(text or "[]")
     except (ValueError, RecursionError):

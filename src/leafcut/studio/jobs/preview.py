@@ -81,10 +81,7 @@ READY = (
 def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Preview:
-    """Return the preview of an input; `work` selects how to read a drawing that is suitable for several.
-
-    Raise `LeafcutError` if the input does not exist, or leafcut does not read its format.
-    """
+    """Return the preview of an input read for a kind of work; raise `LeafcutError` if leafcut cannot read it."""
     from leafcut.read.registry import read_source
 
     settings = collect(options or {})

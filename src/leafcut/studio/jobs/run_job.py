@@ -226,10 +226,7 @@ def _given_file(call: ReadyTask) -> dict[str, Artefact]:
 def _searches(
     searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
-    """Return data for the convergence charts: (name, history, lower bound, unit) of every search.
-
-    Iterations are included only for a single studied search, since several cannot be told apart.
-    """
+    """Return the chart data (name, history, lower bound, unit) of every search; iterations only of a single one."""
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
         for name, history, bound, unit in searches[:_MAX_SEARCHES]

@@ -56,10 +56,7 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
 
 
 def take(jobs: Jobs, sheet: SheetOfNest) -> str:
-    """Return the input id of a sheet's drawing, after adding it to the inputs if it is missing.
-
-    Raise `OptionError` if the nest was deleted.
-    """
+    """Add a sheet's drawing to the inputs if missing; return its id; raise `OptionError` if the nest was deleted."""
     for record in jobs.history.of_sheets(sheet.job):
         if record.task.origin == sheet.origin:
             try:

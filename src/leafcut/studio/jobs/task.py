@@ -25,7 +25,6 @@ from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
 #: Selects output files, which only the studio may do.
 _ALL_VARIANTS = "all_variants"
-#: File names of the parts list and the sheets of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
 _MAX_NAMED = 4
@@ -89,10 +88,7 @@ class ReadyTask:
 
 
 def prepare(task: Task, folder: Folder) -> ReadyTask:
-    """Check a task as far as possible without reading its inputs.
-
-    Raise `OptionError` for an unknown command, process or option, a value out of bounds, or a file outside the studio.
-    """
+    """Check a task without reading its inputs; raise `OptionError` for invalid options and files outside the studio."""
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
     if has_half_letter([task.inputs, task.options]):
@@ -127,10 +123,7 @@ def parts_of(task: Task) -> tuple[WantedPart, ...]:
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
-    """Return the drawings among the inputs of a nest that --sheet names as sheets: name → id.
-
-    Raise `OptionError` if a named drawing is not open.
-    """
+    """Return the drawings of a nest that --sheet names as sheets: name → id; raise `OptionError` if one is not open."""
     sheet = given(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}

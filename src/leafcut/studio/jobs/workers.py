@@ -120,10 +120,7 @@ class _Process:
 
 
 class StudioWorkers:
-    """Starts processes for works, keeps a `spare` one ready, since its start takes seconds, and ends them all.
-
-    `folder` holds the temporary files of the processes; files left by an earlier studio are removed.
-    """
+    """Starts processes for works, keeps a `spare` one ready, since its start takes seconds, and ends them all."""
 
     def __init__(self, folder: Path, spare: bool = True) -> None:
         self._folder, self._spare = folder, spare

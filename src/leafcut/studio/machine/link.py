@@ -184,10 +184,7 @@ class MachineLink:
         return self._post(holder, MachineTask.STOPPING, self._unlock)
 
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
-        """Move by distances in mm at a feed in mm/min.
-
-        While a key is `held`, only moves that are soon finished are queued, so that the machine stops with the key.
-        """
+        """Move by distances, mm, at a feed, mm/min; while a key is `held`, only moves that soon end are queued."""
         with self._lock:
             if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
                 done: Future[Any] = Future()

@@ -50,10 +50,7 @@ def sendable(folder: Folder) -> dict[str, Head]:
 
 
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
-    """Return the program of a run as a job for a machine.
-
-    Raise `LeafcutError` if the program is missing, unverified, made for another machine, or may not be sent.
-    """
+    """Return the program of a run as a job; raise `LeafcutError` if it is unverified or not for this machine."""
     answer, program = history.answer(job), history.artefact(job, "program")
     if answer is None or program is None:
         raise OptionError("there is no program yet; run one first, or open one")

@@ -31,10 +31,7 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """Question to the user during a program: a tool change, a pause, or the next hole.
-
-    `said` lists the controller's answers to manual actions meanwhile.
-    """
+    """Question to the user during a program; `said` lists the controller's answers to manual actions meanwhile."""
 
     kind: str
     words: str
@@ -46,10 +43,7 @@ class MachineQuestion:
 
 @dataclass(frozen=True)
 class ProgramProgress:
-    """Progress of a program: line and hole from 1 (0 before the first), machine time in s, feed in mm/min, percent.
-
-    `alone`: it continues when no page shows it.
-    """
+    """Progress: line and hole from 1 (0 before the first), s, mm/min, percent; `alone`: it continues without a page."""
 
     name: str
     lines: int

@@ -20,10 +20,7 @@ Menus = dict[str, list[tuple[str, str]]]
 
 
 def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
-    """Return the menus for a cut from the chart and the current choices; empty for an invalid chart.
-
-    `machine` is the default machine.
-    """
+    """Return the menus for a cut from the chart and the current choices; empty for an invalid chart."""
     try:
         rows = _rows(_chart(values, folder))
     except LeafcutError:

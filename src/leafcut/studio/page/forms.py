@@ -23,10 +23,7 @@ _ACO, _FIREFLY = "aco", "firefly"
 
 @dataclass(frozen=True)
 class WorkKind:
-    """A kind of work: its command, its process, and the options that apply to it.
-
-    `groups` are (key of the title, names); the first two are open, the others folded.
-    """
+    """A kind of work; of its `groups` (key of the title, names) the first two are open, the others folded."""
 
     command: str
     process: str
@@ -221,10 +218,7 @@ def problem_with(name: str, value: Any) -> str:
 
 
 def changed(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that differ from the defaults; the others are not needed on a command line.
-
-    Options of an older leafcut that no longer exist are dropped too.
-    """
+    """Return the values that differ from the defaults, without options that no longer exist."""
     known, kept = {name for _, name, _ in all_options()}, {}
     for name, value in values.items():
         if name not in known:

@@ -11,7 +11,6 @@ from nicegui.dependencies import esm_modules
 from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.drawing.program_text import ProgramText
 
-#: Logo of leafcut.
 LEAF = (
     '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'

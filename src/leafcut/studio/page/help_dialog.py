@@ -9,7 +9,6 @@ from nicegui import ui
 from leafcut._version import __version__
 from leafcut.studio.wording import Words
 
-#: Views of the page and their keys.
 VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"), ("lab", "5"), ("control", "6"))
 #: Other keys of the page → key of their description.
 _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (

@@ -59,10 +59,7 @@ def check(kind: str, name: str, text: str) -> None:
 
 
 def save(folder: Folder, kind: str, name: str, text: str) -> None:
-    """Check and save a text as one of the user's own files.
-
-    Raise `OptionError` if the name is invalid or belongs to a shipped machine, or the text is invalid.
-    """
+    """Check and save a text as a user's own file; raise `OptionError` if the text or the name is invalid or taken."""
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):
         raise OptionError(f"'{name}' is a built-in machine; give yours another name")

@@ -32,10 +32,7 @@ class Remembered(Protocol):
 
 
 class Memory:
-    """Name of a page, its saved state, and its address.
-
-    A page that opens another file or job continues under a new name, so that Back leads to the previous state.
-    """
+    """Name of a page, its saved state, and its address; another file or job gets a new name, so that Back works."""
 
     def __init__(self, page: Remembered, kept: KeptPages, name: str = "") -> None:
         self._page, self._kept = page, kept

@@ -51,10 +51,7 @@ def own_defaults(folder: Folder) -> OwnDefaults:
 
 
 def _copied(path: Path, name: str, folder: Folder) -> str:
-    """Copy a file and return its name in the studio: machines and tools join the library, others become inputs.
-
-    Raise `LeafcutError` if it cannot be read, is too large, or is not a text.
-    """
+    """Copy a file to the library or the inputs; return its name there; raise `LeafcutError` if it is unreadable."""
     data = toml_bytes(path)
     kind = OWN_KINDS.get(name)
     if kind is None:
@@ -74,10 +71,7 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Return options without defaults that have no effect on this work, since the user did not request them here.
-
-    Typed options stay, and are refused if they have no effect, as on the command line.
-    """
+    """Return options without unused defaults, which the user did not request here; unused typed options stay."""
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)

@@ -121,10 +121,7 @@ class View:
         return "algorithm" in forms.of_work(self.work, self.values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off when an algorithm of the literature is chosen for a map, and back on afterwards.
-
-        Local search hides what ants and fireflies learn. An explicit choice of the user is kept.
-        """
+        """Turn local search off while a map has a literature algorithm, as it hides what ants and fireflies learn."""
         before, self.for_study = self.for_study, self.work == "solve" and self.studied
         if before is None or before == self.for_study:
             return
@@ -185,10 +182,7 @@ class View:
         return defaults.problem
 
     def renew_defaults(self) -> str:
-        """Update a reopened page from the current defaults file; return an error message, or an empty text.
-
-        Values from the file are updated, and new ones are added. Typed or cleared values stay.
-        """
+        """Update a page's values from the defaults file, except typed or cleared ones; return an error or ""."""
         defaults = own_defaults(self.studio.folder)
         if defaults.problem:
             return defaults.problem
@@ -226,10 +220,7 @@ class View:
             self.errors[name] = problem
 
     def take_options(self, input_id: str) -> None:
-        """Load the options of an opened file in place of the typed ones.
-
-        Raise `OptionError` if it is not an options file, or names other files, which the studio does not look for.
-        """
+        """Load an opened options file; raise `OptionError` if it is none, or names files, which are not looked for."""
         try:
             options = options_of_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
@@ -270,10 +261,7 @@ class View:
         return chart_menus(self.values, self.studio.folder, self.words, str(forms.default_of("machine", work)))
 
     def cut_options(self) -> dict[str, Any]:
-        """Return the options for cutting nested sheets; their quantities follow from the nest.
-
-        Raise `OptionError` if a value is invalid.
-        """
+        """Return the options for cutting nested sheets; raise `OptionError` if a value is invalid."""
         wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
         if wrong:
             raise OptionError(f"{flag_name(wrong[0])}: {self.errors[wrong[0]]}")

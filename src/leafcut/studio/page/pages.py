@@ -291,10 +291,7 @@ class Page:
         return KeptState.of(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Show a message in a line above the page; a click removes it.
-
-        Messages that are not `bad` disappear after a while; with `stays` they remain until the next message.
-        """
+        """Show a message above the page until a click; without `bad` or `stays` only for a while."""
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.message_line.set_text(self.words.plain(line))
         self.message_line.classes(replace="said bad" if bad else "said")

@@ -108,10 +108,7 @@ class BenchPanel:
 
 
 def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
-    """Return the settings of a view that apply to at least one of the algorithms, without the algorithm itself.
-
-    Raise `OptionError` if a setting is invalid.
-    """
+    """Return the settings for at least one of the algorithms; raise `OptionError` if one is invalid."""
     known = {
         n for algorithm in algorithms or ("auto",) for _, names in forms.names_of("solve", algorithm) for n in names
     }

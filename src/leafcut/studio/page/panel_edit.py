@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 #: Lengths that differ by less are equal, mm.
 _SAME = 1e-6
-#: Files of a run that can be edited.
 _EDITABLE = ("order", "plan")
 
 
@@ -270,10 +269,7 @@ class EditPanel:
             self.take_back()
 
     def take_back(self) -> bool:
-        """Restore the state before the last run, which failed; return whether it was started from here.
-
-        The edited job is shown again and the option is reset, so that the next run is not refused for the same reason.
-        """
+        """Undo a failed run of an edited order, so that the next is not refused too; return whether there was one."""
         view, tried, self._tried = self.view, self._tried, None
         if tried is None or tried.job != view.job:
             return False

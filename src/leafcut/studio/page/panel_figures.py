@@ -9,7 +9,6 @@ from leafcut.studio.page.elements import box, table, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: Maximum number of parts listed here; the report lists more.
 _MAX_PARTS = 100
 _NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "minutes", "seconds")
 #: Kinds of time in stacking order, as in the report.

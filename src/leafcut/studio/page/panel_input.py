@@ -46,7 +46,6 @@ class InputPanel:
         self.view, self.page = view, page
         #: Number of the current reading; results of older ones are dropped.
         self._turn = 0
-        #: The reading in progress.
         self.newest: PreviewReading | None = None
         #: Whether an input is being read or waits to be read.
         self.reading = False

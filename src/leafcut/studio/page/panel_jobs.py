@@ -39,7 +39,6 @@ class JobsPanel:
         self.view, self.page = view, page
         self._drawn: list[tuple[str, JobState]] = []
         self._wanted, self._skip = "", 0
-        #: Visible rows by job, and the total number of jobs.
         self._rows: dict[str, _ShownJob] = {}
         self._count = 0
         #: Jobs to compare, at most two.
@@ -82,10 +81,7 @@ class JobsPanel:
         self._list()
 
     def _list(self) -> None:
-        """Show one page of the jobs that match the search.
-
-        Existing rows are kept, so that a button does not disappear while it is pressed.
-        """
+        """Show one page of matching jobs; rows are kept, so that a button does not disappear while it is pressed."""
         w = self.view.words
         records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
 #: Minimum interval between updates of results, s.
 _PACE = 1.0
-#: Maximum number of failed runs that are listed.
 _MAX_FAILED = 5
 #: Kinds of work with alternatives that can be compared on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")

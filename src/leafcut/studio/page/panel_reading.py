@@ -18,10 +18,7 @@ QUIET_SECONDS = 0.5
 
 
 class PreviewReading:
-    """An input while it is read in another process.
-
-    `what` is the step reported last by the reader, and `share` its completed share, 0 if unknown.
-    """
+    """An input while it is read in another process; `share` is the completed share of the step `what`, 0: unknown."""
 
     def __init__(self, workers: StudioWorkers, name: str = "") -> None:
         self.name = name

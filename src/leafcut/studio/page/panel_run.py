@@ -45,7 +45,6 @@ class RunPanel:
         self.view, self.page = view, page
         w = view.words
         self.watching = False
-        #: Number of the job's messages that were shown.
         self._n_announced = 0
         with box("div", "frame") as self.frame:
             self.canvas = Canvas(

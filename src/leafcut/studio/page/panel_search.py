@@ -13,7 +13,6 @@ from leafcut.studio.jobs.search_watch import thinned
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
-#: Maximum number of points of a chart, and of workers.
 _MAX_POINTS, _MAX_WORKERS = 600, 64
 
 

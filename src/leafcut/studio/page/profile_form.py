@@ -1,7 +1,4 @@
-"""Form for a machine or a tool: TOML keys as fields, whose values are written back into the text.
-
-tomlkit changes only the edited value; comments and order are preserved.
-"""
+"""Form for a machine or a tool: TOML keys as fields; tomlkit preserves comments and order."""
 
 from __future__ import annotations
 
@@ -200,10 +197,7 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
 
 
 def added(text: str, array: str) -> str:
-    """Return the text with a new tool with the next number, or a new recipe with the first tool.
-
-    Raise `OptionError` if the text is not valid TOML, or has the array in another form.
-    """
+    """Return the text with a new tool or recipe; raise `OptionError` if the text is invalid."""
     document = _document(text)
     numbers = [tool.get("number") for tool in entries(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
@@ -225,10 +219,7 @@ def added(text: str, array: str) -> str:
 
 
 def removed(text: str, array: str, number: int) -> str:
-    """Return the text without an array entry, counted from 0.
-
-    Raise `OptionError` if the text is not valid TOML, or has no such entry.
-    """
+    """Return the text without an array entry, counted from 0; raise `OptionError` if it has none or is invalid."""
     document = _document(text)
     listed, place = _place(document, array, number)
     del listed[place]

@@ -14,7 +14,6 @@ from leafcut.studio.page.staleness import differences, edited_by_hand
 if TYPE_CHECKING:
     from leafcut.studio.page.page_parts import PageParts
 
-#: Maximum number of differences listed.
 _MAX_LINES = 3
 
 

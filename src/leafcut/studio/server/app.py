@@ -144,10 +144,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
 
 
 def _write_keys(studio: Studio) -> None:
-    """Write the token for this user's programs, and the page that opens the studio in this user's browser.
-
-    Raise `OutputError` if they cannot be written.
-    """
+    """Write the token for programs and the page for the browser; raise `OutputError` if they cannot be written."""
     try:
         write_private(studio.token_file, studio.keys.token.encode())
         write_private(studio.entrance, page_that_goes_to(studio.address(studio.keys.new_entry())))

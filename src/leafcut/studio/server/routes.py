@@ -182,10 +182,7 @@ def _options(text: str) -> dict[str, Any]:
 
 
 async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
-    """Run a task as a job and wait for it; return its record and its answer.
-
-    Uploads of a refused request are deleted, except an input that was `named` and existed before.
-    """
+    """Run a task and wait for its end; if it is refused, delete its uploads except an input that was `named`."""
     try:
         job = jobs.start(task)
     except BaseException:
