@@ -149,7 +149,6 @@ def parse_quantity(value: str | float, unit: str) -> float:
 
 
 def _split(text: str, unit: str) -> tuple[float, str]:
-    """Return the number of a text, and the word after it."""
     fraction = _FRACTION.match(text)
     # "3000 1/min" is a number with a unit: no digit follows the slash.
     if fraction is not None:

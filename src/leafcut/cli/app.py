@@ -156,7 +156,6 @@ def _with_command(arguments: Sequence[str]) -> list[str]:
 
 
 def _command_names() -> list[str]:
-    """Return the names of all commands, without subcommands such as `lab run`."""
     working = [name for name in _working_names() if " " not in name]
     return [*working, *_SIMPLE, *GROUPS]
 
@@ -242,7 +241,6 @@ def _working_names() -> tuple[str, ...]:
 
 
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
-    """Load a command: return its function, its kinds of work, and further arguments of `command_of`."""
     if name in ("optimize", "filter"):
         kinds = [process for process in registry.processes() if process.reads]
         annotations = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}

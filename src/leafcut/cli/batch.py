@@ -101,27 +101,11 @@ def run_batch(
 ) -> list[BatchResult]:
     """Generate a program for each input; return the results in the order of the inputs.
 
-    Parameters
-    ----------
-    targets, reports
-        Program and report page of each input; None: not written.
-    given
-        Arguments of `api.optimize` for each input.
-    executor
-        None: one input after another in this thread.
-    folder
-        Folder of the table and the report of all inputs; None: no table, and no input is skipped.
-    refused
-        Called with one line for each refused input.
-    beside
-        Rows of other inputs to include in the table and the report.
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be written.
-    ExecutorError
-        The cluster is lost. Finished inputs are kept.
+    Each input has its program (`targets`) and page (`reports`), None for none, and the arguments `given` to
+    `api.optimize`. Without an `executor`, one follows another in this thread. `folder` gets the table and the report of
+    all inputs, with the rows `beside`; without it, no input is skipped. `refused` is called with one line for each
+    refused input. Raise `OutputError` if the folder cannot be written, and `ExecutorError` if the cluster is lost;
+    finished inputs are kept.
     """
     known = read_table(Path(folder) / TABLE) if folder else {}
     asked = _asked(given)

@@ -295,7 +295,6 @@ def _print_unless_quiet(line: str, *, quiet: bool) -> None:
 
 @contextmanager
 def _logging(name: str | None) -> Iterator[Any]:
-    """Yield a function that appends a line to the log; None without a log."""
     if name is None:
         yield None
         return

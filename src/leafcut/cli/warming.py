@@ -54,7 +54,6 @@ def warm_all(on_compile: Callable[[str], None] = lambda _: None) -> Compilations
 
 
 def _order() -> None:
-    """Search orders of every kind: with and without direction, few and many nodes."""
     for n in (40, ALL_PAIRS + 10):
         solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
     warm_up(RoutingProblem.of_points(np.zeros((MANY, 2))), SolveOptions())
@@ -82,7 +81,6 @@ def _places(n: int) -> np.ndarray:
 
 
 def _follow_programs() -> None:
-    """Time a program on two controllers, and simulate its stock."""
     for machine in ("linuxcnc-mill", "grbl-3018"):
         api.simulate(StandardInput(_PROGRAM), machine=machine)
     api.stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", tool_diameter=6)

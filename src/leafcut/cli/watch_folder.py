@@ -35,7 +35,7 @@ _Signature = tuple[int, int, int]
 
 @dataclass
 class _FileState:
-    """State of a file at the last poll, number of polls in this state, and the last state that was processed."""
+    """State at the last poll, number of polls in this state, and the last state that was processed."""
 
     signature: _Signature
     polls: int = 1
@@ -185,7 +185,6 @@ class FolderWatch:
             self.refused(line)
 
     def _is_possible(self, path: Path, poll: FolderPoll) -> bool:
-        """Return whether the program of a file has a unique name; otherwise refuse the file."""
         try:
             name = api.output_name(str(path), **self.given)
             for other_input, row in self.rows.items():

@@ -40,20 +40,11 @@ class Plugin(Generic[T]):
 
 @dataclass(frozen=True)
 class PluginKind(Generic[T]):
-    """One kind of plug-in.
+    """One kind of plug-in: its name, ``machine``, and the group of its entry points, ``leafcut.machines``.
 
-    Attributes
-    ----------
-    noun, group
-        Its name, and the group of its entry points: ``machine``, ``leafcut.machines``.
-    built_in
-        Returns the names of leafcut itself; no plug-in replaces them.
-    take
-        Converts the name and the object of an entry point to the object that leafcut uses. May raise anything.
-    line
-        Returns its line in a list.
-    claims
-        Returns its names that must be unique among plug-ins of this kind, such as ``--engraving-depth``.
+    No plug-in replaces a `built_in` name. `take` converts the name and the object of an entry point to the object that
+    leafcut uses, and may raise anything. `line` returns its line in a list, and `claims` its names that must be unique
+    among plug-ins of this kind, such as ``--engraving-depth``.
     """
 
     noun: str

@@ -45,8 +45,6 @@ class Status:
     ----------
     state, detail
         ``Idle``, ``Run``, ``Hold``, ``Alarm`` …; the number after it, such as 0 in ``Hold:0``.
-    offset
-        Offset between machine and work position.
     free_blocks, free_bytes
         Free space in the planner and in the receive buffer.
     overrides

@@ -61,8 +61,6 @@ class Facts:
     ----------
     buffer
         Size of the receive buffer, bytes.
-    status
-        Status at the last query.
     low, high
         Limits of the machine coordinates, mm; -inf and inf if not reported.
     unit
@@ -72,10 +70,6 @@ class Facts:
         controller cannot report that.
     fastest
         Maximum spindle speed or laser power.
-    arcs
-        Whether G2 and G3 are supported.
-    clock
-        Settings for the cycle time.
     places
         Origins by name (``G54``, ``G28``, ``G92``, ``TLO``): x, y, z in mm.
     modes

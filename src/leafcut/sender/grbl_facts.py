@@ -97,7 +97,6 @@ class _Settings(dict[str, str]):
         return self.number(setting) if self.get(f"${setting}") else None
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
-        """Return a setting per axis; None if the controller lacks it for any axis."""
         if not all(self.get(name) for name in _numbered(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))

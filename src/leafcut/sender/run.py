@@ -153,18 +153,9 @@ class _Asked(Exception):
 class SendRun:
     """Run of one program on one controller.
 
-    Attributes
-    ----------
-    prompt
-        Asks the operator at a pause; None without an operator.
-    observe
-        Called with a `RunView` at every status.
-    check
-        Check mode: nothing moves, and errors are collected.
-    by_hole
-        Ask before every hole, with a `Pause` that has its number.
-    touched
-        Set by a prompt that moved the machine; the program then returns to its position.
+    `prompt` asks the operator at a pause, None without an operator; `observe` is called at every status. With `check`,
+    nothing moves and errors are collected; with `by_hole`, a `Pause` with its number precedes every hole. A prompt that
+    moved the machine sets `touched`; the program then returns to its position.
     """
 
     talk: Conversation
@@ -384,7 +375,6 @@ class SendRun:
             self.observe(self._view(status, place))
 
     def _line_of(self, place: XYZ | None) -> int:
-        """Return the line at a position, or the last accepted line if the position is unknown."""
         last = max(self.taken, self._first)
         self._sure = place is not None
         if place is None:
