@@ -32,7 +32,6 @@ def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> ND
 
 
 def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
-    """Return one number per line of each text; lines with equal text have equal numbers."""
     numbers: dict[str, int] = {}
     fresh = count()
     numbered = []

@@ -142,7 +142,6 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
 
 
 def _around(part: Part) -> tuple[list[float], list[float]]:
-    """Return the smallest and the largest x and y of a part, including the rims of its holes."""
     x0, y0, x1, y1 = part.extents
     if not part.holes:
         return [x0, y0], [x1, y1]
@@ -162,7 +161,6 @@ class _LayerNumbers:
         return np.array([self._number.get(noun.layer, 0) for noun in nouns], dtype=np.int64)
 
     def of_outlines(self, part: Part) -> NDArray[np.int64]:
-        """Return the layer numbers in the row order of `_outlines`."""
         pockets = [self._number.get(p.layer, 0) for p in part.pockets for _ in range(1 + len(p.islands))]
         return np.concatenate([self.of(part.contours), np.array(pockets, dtype=np.int64)])
 
@@ -259,7 +257,6 @@ def edited_scene(stops: Sequence[OrderStop]) -> bytes:
 
 
 def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return origin and extents of points for a header, and the points relative to the origin."""
     xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
     origin = 0.5 * (low + high)
@@ -343,7 +340,6 @@ def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[N
 
 
 def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pierces of a sheet with the numbers of their cuts, and the points of its leads."""
     pierces, leads = [], list[NDArray[np.float64]]()
     gap = np.full((1, 2), math.nan)
     for number, cut in enumerate(plan.cuts if plan else (), 1):

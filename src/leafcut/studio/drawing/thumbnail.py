@@ -58,7 +58,6 @@ class _Frame:
         self.y = 0.5 * HEIGHT + self.scale * 0.5 * (y0 + y1)
 
     def line(self, path: Polyline, *, small: bool) -> tuple[str, int]:
-        """Return the SVG path of a polyline and its number of points; a small one becomes a dot."""
         if small:
             x0, y0, x1, y1 = path.extents
             return self._dot(*self._placed(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]), 1

@@ -46,14 +46,12 @@ class LiveJob:
         (seconds, cost, step) at every decrease of the cost and every new step.
     messages
         Steps, each once: (seconds, text); only the latest are kept.
-    internal
-        Whether it failed with an internal error of leafcut.
     said
         Total number of messages.
     tried
         Trials of a job that tries several strategies, in order of their start: name → (result, cost).
     stopped, dropped
-        Whether it shall end with its best result, or without a result.
+        It shall end with its best result, or without a result.
     ended
         Done when the job has ended and is stored in the history.
     """

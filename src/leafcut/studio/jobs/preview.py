@@ -110,7 +110,6 @@ def read_preview(
 def _drawing(
     source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: OnProgress | None
 ) -> Preview:
-    """Return the preview of a drawing or a map read for a kind of work, on top of the whole drawing."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 

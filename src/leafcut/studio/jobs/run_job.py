@@ -96,7 +96,6 @@ def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) ->
 
 
 def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
-    """Return the stock scenes of two programs; empty for beams, which cut through."""
     from leafcut.processes import registry
     from leafcut.processes.settings import collect
     from leafcut.studio.drawing.solid import compared_solid_scenes
@@ -113,7 +112,6 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
 
 
 def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
-    """Return the pairs of matching lines of two programs; the texts are stored separately."""
     return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
 
 

@@ -146,7 +146,6 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | Non
 
 
 def _combined_state(states: list[JobState], expected: int) -> str:
-    """Return the combined state of several jobs; ``none`` if some were not started."""
     order = (
         JobState.FAILED,
         JobState.CANCELLED,

@@ -172,7 +172,6 @@ def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
 
 
 def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
-    """Return the parts of a nest with their names, without the sheets; `names` are the names of all inputs."""
     sheets = _drawn_sheets(task, folder).values()
     return [(name, part) for name, part in zip(names, parts_of(task), strict=True) if part.input not in sheets]
 

@@ -397,7 +397,6 @@ class MachineLink:
             self._publish(doing=previous)
 
     def _turn(self, talk: GrblConversation, handle: Callable[[ControllerAnswer], None] | None = None) -> None:
-        """Poll the status when due, handle messages, and end a jog when its page is gone."""
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now

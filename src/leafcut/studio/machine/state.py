@@ -72,24 +72,11 @@ class ProgramEnd:
 
 @dataclass(frozen=True)
 class MachineState:
-    """State of the machine at one moment.
+    """State of the machine at one moment; `number` grows with every change.
 
-    Attributes
-    ----------
-    number
-        Version of this state; grows with every change.
-    pins
-        Active inputs of the controller.
-    machine, work
-        Position of the tool, mm; None if not reported.
-    homing, soft_limits, travel
-        Settings of the controller; lowest and highest machine coordinates, mm.
-    unsure
-        The position may be wrong after an alarm or a reset.
-    holder
-        Controlling page, or "program"; empty for none.
-    said, bad, saying
-        Last message, whether it is an error, and its number.
+    `machine` and `work` are positions of the tool, mm, None if not reported, and may be wrong (`unsure`) after an alarm
+    or a reset. `travel` is the lowest and the highest machine coordinates, mm. `holder` is the controlling page or
+    "program", empty for none; `said` the last message, `saying` its number, and `bad` whether it is an error.
     """
 
     number: int = 0

@@ -57,7 +57,6 @@ def _rows(chart: Path | None) -> list[ChartRow]:
 
 
 def _process_of(machine: str, folder: Folder) -> str:
-    """Return the cutting process of a machine; empty for an unknown machine or one that does not cut."""
     profile = machine_of(machine, folder)
     return "" if profile is None else profile.cut_process or str(profile.head.method or "")
 

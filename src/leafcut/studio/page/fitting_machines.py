@@ -17,7 +17,6 @@ from leafcut.studio.wording import Words
 
 @cache
 def _machines() -> dict[str, Machine]:
-    """Return the machines of leafcut and its plug-ins; paths are not accepted."""
     machines = {}
     for name in machine_names():
         with suppress(LeafcutError):

@@ -150,7 +150,6 @@ class View:
         self.second = self.second_name = ""
 
     def _start_fresh(self) -> None:
-        """Reset file-specific values to the user's own defaults; mark shop options as kept."""
         defaults = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
         for _, name, spec in all_options():
             if spec.of_file and name not in self.usual and (name in self.values or name in defaults.values):

@@ -242,7 +242,6 @@ class EditPanel:
         self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if difference > 0 else 'shorter'}")
 
     def _note(self) -> None:
-        """Record whether anything has changed: save it, mark the result as outdated, and confirm closing."""
         self.view.edited = self.edited is not None and self.edited.changed
         if self.view.edited:
             self.close.props["data-sure"] = self.view.words("edit.sure")

@@ -419,7 +419,6 @@ class InputPanel:
         return True
 
     def _named(self, word: str) -> str:
-        """Return the displayed name of an input or a file among the options; empty if it is missing."""
         if word.startswith(BUILT_IN):
             return called(word)
         try:
@@ -546,7 +545,6 @@ def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
 
 
 def _read(view: View, work: str, reading: PreviewReading) -> tuple[Preview | None, str]:
-    """Return the result of `View.read_preview`, or its error in one line."""
     try:
         return view.read_preview(work, reading.work, reading.record_progress), ""
     except Exception as problem:

@@ -64,7 +64,6 @@ class JobsPanel:
             self.queue.tick()
 
     def _states(self) -> list[tuple[str, JobState]]:
-        """Return all unfinished jobs with their states, waiting ones in their order."""
         jobs = self.view.studio.jobs
         order = [*jobs.running(), *jobs.waiting()]
         return [(job, live.state) for job in order if (live := jobs.live(job)) is not None]

@@ -204,7 +204,6 @@ class LibraryPanel:
             self._pick(self.array, max(self.entry - 1, 0))
 
     def _edit(self, change: Callable[[str], str]) -> bool:
-        """Change the text; on failure show the reason and redraw. Return whether it succeeded."""
         if not self._as_shown():
             return False
         try:

@@ -147,7 +147,6 @@ class ResultPanel:
                 self._nothing(record)
 
     def _nothing(self, record: JobRecord | None) -> None:
-        """Show the messages of a run so far, or the reason why it has no result."""
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
         if live is None or live.state.over:

@@ -107,7 +107,6 @@ class StudyPanel:
 
 
 def _bound(answer: dict[str, Any]) -> float | None:
-    """Return the best known length of a tour, or the lower bound, as the line in a chart."""
     bound: float | None = answer["optimum"] or answer["lower_bound"]
     return bound
 

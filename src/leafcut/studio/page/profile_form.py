@@ -187,7 +187,7 @@ def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
-    """Return an array, and the index in it of an entry of `entries`; it may contain other values too."""
+    """Return an array, which may contain other values too, and the index in it of an entry of `entries`."""
     items = document.get(array)
     listed = items if isinstance(items, list) else []
     places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]

@@ -46,7 +46,6 @@ class QueueCard:
                     shown.set_text(share)
 
     def _row(self, job: str, place: int, last: int) -> None:
-        """Show a job; a running one has no position in the queue."""
         w, record = self._words, self._jobs.record(job)
         if record is None:
             return

@@ -63,11 +63,9 @@ class StopKeys:
         self._number = str(event.args)
 
     def _at(self) -> int:
-        """Return the index of the selected stop in the order, or -1."""
         return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
 
     def _step(self, step: int) -> None:
-        """Select the previous or next stop; without a selection, the last or the first."""
         stops, index = self._stops(), self._at()
         if stops:
             target = (0 if step > 0 else len(stops) - 1) if index < 0 else min(max(index + step, 0), len(stops) - 1)
@@ -82,7 +80,6 @@ class StopKeys:
         self._move(target if 0 <= target < count else -1, self._words("edit.places", count=count))
 
     def _move(self, target: int, refusal: str = "") -> None:
-        """Move the selected stop to an index; an invalid one is ignored, or answered with `refusal`."""
         stops, index = self._stops(), self._at()
         if index < 0 or (refusal and target < 0):
             self._change(_refused(refusal if index >= 0 else self._words("edit.choose")))
