@@ -19,8 +19,6 @@ __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contou
 def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
     """Return the part in a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
-    `on_progress` receives the progress.
-
     Raises
     ------
     ReadError
@@ -34,7 +32,7 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
 def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, unchanged, in mm.
 
-    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `on_progress` receives the progress.
+    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them.
 
     Raises
     ------
@@ -59,8 +57,7 @@ def read_pockets(
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 
-    Only `join_tolerance` and `open_paths` of `joining` are used. `pocket_options` select the layers and control how
-    pictures are read. `on_progress` receives the progress.
+    Only `join_tolerance` and `open_paths` of `joining` are used.
 
     Raises
     ------
@@ -84,7 +81,7 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
     """Return everything in a drawing, in mm, for display.
 
     Circles become holes, or contours if the format does not distinguish them from other curves. Layer and hole
-    selections in `options` are ignored. `on_progress` receives the progress.
+    selections in `options` are ignored.
 
     Raises
     ------
@@ -95,7 +92,6 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
 
 
 def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the part read by `reader`, with its reference rectangle if the origin is given by name."""
     named = isinstance(options.origin, str)
     if named and loaded.cache is None:
         loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once

@@ -29,10 +29,7 @@ class ArcPiece(NamedTuple):
 
 
 def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
-    """Return one piece for each closed circle, and the entities used.
-
-    Each circle is represented by its first piece, in the given order. O(n log n).
-    """
+    """Return the first piece of each closed circle, in the given order, and the entities used. O(n log n)."""
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}
     for piece, anchor in zip(pieces, anchors(table, SAME_CIRCLE), strict=True):

@@ -52,12 +52,9 @@ class Besides(NamedTuple):
 
 @dataclass
 class _Collector(Strokes):
-    """Collects the strokes that are not holes, with the type of each."""
-
     kinds: tuple[str, ...] = ()
 
     def collect(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
-        """Add a placed stroke."""
         before = len(self.contours)
         self.add(stroke, matrix, layer)
         self.kinds += (stroke.dxftype,) * (len(self.contours) - before)
@@ -66,14 +63,8 @@ class _Collector(Strokes):
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> Besides:
-    """Return the closed contours of a DXF drawing that are not holes; none if the drawing is too large.
-
-    Parameters
-    ----------
-    factor
-        mm per unit of the drawing.
-    holes
-        Handles of the entities that became holes.
+    """Return the closed contours of a DXF drawing that are not holes (handles `holes`), mm; none if the drawing is too
+    large.
     """
 
     def other_stroke(entity: Any) -> DxfStroke | None:
@@ -99,10 +90,7 @@ def closed_besides_holes(
 
 
 def polygon_hole(path: Polyline) -> Hole | None:
-    """Return the hole drawn as a closed polygon with closely spaced corners on a circle, or None.
-
-    OpenSCAD and many SVG files draw circles this way.
-    """
+    """Return the hole drawn as a polygon on a circle (OpenSCAD, many SVG files), or None."""
     corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
     if len(corners) < _MIN_CORNERS or (np.abs(bulges) > STRAIGHT).any():
         return None
@@ -210,7 +198,7 @@ def _is_round(path: Polyline) -> bool:
 
 
 def _is_slot(path: Polyline, shape: Any) -> bool:
-    """Return whether a contour is a slot, straight or curved: the area swept by a disc along a line.
+    """Return whether a contour is the area swept by a disc along a line.
 
     A slot of width w along a line of length l has the area w l + π w² / 4 and the perimeter 2 l + π w.
     """
@@ -225,6 +213,5 @@ def _is_slot(path: Polyline, shape: Any) -> bool:
 
 
 def _centroid(shape: Any) -> tuple[float, float]:
-    """Return the centroid of a contour, rounded to 0.01 mm."""
     x, y = np.round(shapely.get_coordinates(shapely.centroid(shape))[0], 2).tolist()
     return x, y

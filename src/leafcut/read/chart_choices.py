@@ -26,9 +26,9 @@ def choices_of(
     thickness: float | None = None,
     amps: float | None = None,
 ) -> ChartChoices:
-    """Return the choices that a chart offers for a process, a material, a thickness and a current.
+    """Return the choices that a chart offers. Empty arguments match all rows.
 
-    Empty arguments match all rows. Each kind of choice is filtered by those before it, and the current also by the
+    Each kind of choice is filtered by those before it, and the current also by the
     thickness. A choice without a matching row is ignored, so that the user still sees the alternatives.
     """
     rows = list(rows)

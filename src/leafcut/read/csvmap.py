@@ -49,7 +49,7 @@ NAMED_ROWS = 10
 
 @dataclass(frozen=True)
 class _Columns:
-    """Column numbers of the fields, and the unit in the header."""
+    """Column numbers, and the unit in the header."""
 
     x: int = 0
     y: int = 1
@@ -115,7 +115,6 @@ def _rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[s
 def _columns(
     source: Source, rows: Iterator[tuple[int, list[str]]], separator: str | None
 ) -> tuple[_Columns, Iterator[tuple[int, list[str]]]]:
-    """Return the columns of a table, and its rows without the header."""
     number, fields = next(rows, (0, []))
     if not fields:
         raise ReadError(source.path, "no points: the file holds comments only")

@@ -88,7 +88,7 @@ class ChartRow:
 
 
 def load_chart(path: Path | None = None) -> list[ChartRow]:
-    """Return the rows of the shipped chart, or of a file.
+    """Return the rows of a chart, by default the shipped one.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
 
 
 def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
-    """Return the consumption of a row in SI units (per second, W, kg). A lifetime of 0 is an error."""
+    """Return the consumption in SI units (per second, W, kg). A lifetime of 0 is an error."""
 
     def scaled(key: str, factor: float) -> float | None:
         value = number(key)
@@ -216,10 +216,6 @@ def find_cut_data(
     process
         Name in the chart, with kind and power if any: ``plasma``, ``laser_fiber_3kW``. Only rows of that name are used;
         otherwise rows that name neither kind nor power.
-    thickness
-        mm.
-    nozzle
-        Use only rows of this nozzle.
     given
         ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: override the chart.
 
@@ -261,7 +257,7 @@ def find_cut_data(
 
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> str:
-    """Message: the processes of a chart. Another power or kind is never used as a substitute."""
+    """Another power or kind is never used as a substitute."""
     kinds = sorted(kinds_for(rows, process, material) or {r.process for r in rows if is_process(r.process, process)})
     if kinds:
         return (
@@ -288,7 +284,7 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
 def _own_row(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
-    """Return a row of the user's own values, or None if they are incomplete."""
+    """Return None if the user's values are incomplete."""
     if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
     values = {key: given.get(key) for key in GIVEN}
@@ -310,10 +306,7 @@ def _column_values(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best_row(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the row of a thickness at the best current.
-
-    Complete rows that pierce win over others, then charts over estimates, then the faster row.
-    """
+    """Complete rows that pierce win over others, then charts over estimates, then the faster row."""
     groups: dict[float, list[ChartRow]] = {}
     for row in rows:
         groups.setdefault(row.amps or 0.0, []).append(row)
@@ -332,7 +325,7 @@ def _best_row(
 
 
 def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the most trusted row of a thickness within one process and current, interpolated if necessary."""
+    """Return the most trusted row of a thickness, interpolated if necessary."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.trust <= trust]
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
@@ -348,12 +341,11 @@ def _row_at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow
 
 
 def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
-    """Group rows by nozzle. Mixing nozzles is the last resort, if no nozzle has rows on both sides."""
+    """Mixing nozzles is the last resort, if no nozzle has rows on both sides."""
     return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
 
 
 def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
-    """Return the nearest thinner and the nearest thicker row."""
     thin = [r for r in rows if r.thickness < thickness]
     thick = [r for r in rows if r.thickness > thickness]
     if not (thin and thick):
@@ -362,7 +354,7 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
 
 
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
-    """Message for the case that the only current with complete data cannot pierce the sheet."""
+    """Message for the only current with complete data, which cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     message = f"{thickness:g} mm is above what {_describe_process(edge)} pierces"
     edge_start = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
@@ -395,7 +387,7 @@ def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, 
 
 
 def _interpolate_rates(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
-    """Interpolate two rows linearly. Texts that differ, and flows of different gases, are dropped."""
+    """Interpolate linearly; drop texts that differ, and flows of different gases."""
     rates: dict[str, Any] = {}
     for name in (field.name for field in fields(ConsumptionRates)):
         first, second = getattr(a, name), getattr(b, name)
@@ -417,7 +409,6 @@ def _no_row_message(rows: list[ChartRow], process: str, material: str, thickness
 
 
 def _other_currents(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
-    """Return a note on other currents in the chart for a similar thickness."""
     chosen_label = _describe_process(chosen)
     other_labels = {
         _describe_process(r): None
@@ -440,14 +431,13 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
-    """Return whether a sheet can be pierced: plasma needs a pierce height in the chart or a given pierce delay."""
+    """Plasma needs a pierce height in the chart or a given pierce delay."""
     if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
 
 def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[str]:
-    """Return the required values that neither the chart nor the user gives."""
     values = _values(row, given)
     missing = []
     if not values["kerf"]:  # 0 in a chart means not measured
@@ -460,7 +450,6 @@ def _missing_values(row: ChartRow, given: dict[str, float | None]) -> list[str]:
 def _cut_data(
     row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
-    """Build the cut data; the user's values override the chart. Raise `OptionError` if a required value is missing."""
     values = _values(row, given)
     kind = method_of(row.process)
     can_pierce, missing = _can_pierce(row, given), _missing_values(row, given)

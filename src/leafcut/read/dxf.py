@@ -226,7 +226,6 @@ def _other_entities(kinds: Counter[str]) -> list[Issue]:
 
 
 def _nothing_message(walk: BlockWalk[Shape], finds: Finds, selection_issues: list[Issue]) -> str:
-    """Message for a drawing without holes: list the other entities on one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
     parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]

@@ -72,8 +72,7 @@ class LayerFilter:
 class BlockWalk(Generic[S]):
     """Visits every shape of model space once per insertion, and counts omissions.
 
-    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one. `shape_name` names
-    the shapes in messages.
+    `shape_of` converts an ezdxf entity: None for an unwanted entity, ValueError for a damaged one.
     """
 
     document: Any
@@ -206,7 +205,7 @@ class BlockWalk(Generic[S]):
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:
-    """Return the effective layer: entities on layer 0 of a block take the layer of the INSERT."""
+    """Entities on layer 0 of a block take the layer of the INSERT."""
     return inherited if layer == "0" and inherited is not None else layer
 
 

@@ -77,7 +77,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
 
 
 def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
-    """Return issues on contours at several heights or off Z0, which look the same from above."""
+    """Report contours at several heights or off Z0, which look the same from above."""
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
         message = f"lines are drawn at different heights: {heights}; projected onto the sheet"
@@ -90,10 +90,7 @@ def read_dxf_pockets(
 ) -> Part:
     """Return the outlines of a DXF drawing as pockets with islands, in mm.
 
-    Raises
-    ------
-    ReadError
-        See `read_dxf_contours` and `pockets_of_drawing`.
+    Raises like `read_dxf_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 
@@ -105,7 +102,7 @@ def _shape_of(entity: Any) -> DxfStroke | None:
 
 
 class _StrokePath(NamedTuple):
-    """A stroke as a path, mm; `rising` if it leaves the plane of the sheet."""
+    """A stroke, mm; `rising` if it leaves the plane of the sheet."""
 
     path: Polyline
     rising: bool
@@ -201,7 +198,7 @@ class Strokes:
 
 
 def _rounded(path: Polyline, factor: float) -> Polyline:
-    """Round a path to remove digits that come from the unit conversion."""
+    """Remove digits that come from the unit conversion."""
     if factor == 1.0:
         return path
     vertices = path.vertices.copy()

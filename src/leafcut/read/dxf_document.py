@@ -148,7 +148,6 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
 
 
 def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
-    """Yield the tags of repaired sections (lists of records) in file order."""
     from ezdxf.lldxf.types import DXFTag
 
     for records in sections.values():
@@ -160,7 +159,6 @@ def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Suppress ezdxf's log messages; the relevant ones become an `Issue`."""
     logger = logging.getLogger("ezdxf")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)

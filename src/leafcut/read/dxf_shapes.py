@@ -41,7 +41,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(entity: Any) -> Shape | None:
-    """Return the shape of an ezdxf entity, or None if it can never be a hole.
+    """Return the shape of an entity, or None if it can never be a hole.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def arc_of(entity: Any) -> tuple[Curve, ...]:
 
 
 def _sweep(angle: float) -> float:
-    """Return the counter-clockwise sweep of an arc: 0 to 360 degrees is a full turn, 0 to 0 is empty."""
+    """0 to 360 degrees is a full turn, 0 to 0 is empty."""
     if abs(abs(angle) - math.tau) < 1e-9:
         return math.tau
     return angle % math.tau
@@ -141,10 +141,7 @@ def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool
 
 
 def real_vertices(entity: Any) -> list[Any]:
-    """Return the vertices on a POLYLINE.
-
-    Spline and curve frames also contain control points that do not lie on the line (bit 16 of the vertex flags).
-    """
+    """Return the vertices on a POLYLINE, without control points of spline and curve frames (bit 16 of the flags)."""
     return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
 
 

@@ -150,8 +150,6 @@ _MAKERS: dict[str, Any] = {
 def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
     """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
-    `spend` receives the number of points that curves need.
-
     Raises
     ------
     LeaningError
@@ -229,7 +227,7 @@ def _transform_polyline(
 def _scaled_arcs(
     flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
-    """Return a polyline whose arcs a block scales to elliptical arcs: `flat` in its own plane, `xy` in place."""
+    """`flat` is in its own plane, `xy` in place; the block scales its arcs to elliptical arcs."""
     (ux, uy), (vx, vy) = axes
     rows = []
     for k, s in enumerate(flat.segments()):

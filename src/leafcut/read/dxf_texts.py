@@ -101,7 +101,7 @@ def _mtext(entity: Any) -> list[Floats]:
 
 
 def _wrap(line: str, max_width: float) -> list[str]:
-    """Wrap a line to rows no wider than `max_width`, in cap heights; 0 means no wrapping."""
+    """`max_width` in cap heights; 0 means no wrapping."""
     if not max_width > 0.0:
         return [line]
     rows: list[list[str]] = []

@@ -63,7 +63,7 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 
 
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
-    """Return a point, or a circle that is still circular after placement, as a hole; None otherwise."""
+    """Return None unless it is a point, or still a circle after placement."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
         x, y, z = placed(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
@@ -91,7 +91,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
 
 
 def _annotation_of(entity: Any) -> DxfStroke | None:
-    """Return the lines of an annotation; None for other entities and for those without readable lines."""
+    """Return None for other entities and for those without readable lines."""
     kind = entity.dxftype()
     if kind not in _ANNOTATIONS:
         return None

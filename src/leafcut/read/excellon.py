@@ -62,7 +62,7 @@ _TOOL_ZERO = 1_000_000
 
 @dataclass
 class _Prepared:
-    """The commands translated for gerbonara, with their line numbers in the file."""
+    """The commands translated for gerbonara, with their line numbers."""
 
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
@@ -199,7 +199,6 @@ def _comment(prepared: _Prepared, line: str, number: int) -> None:
 
 
 def _command(source: Source, prepared: _Prepared, line: str, number: int, in_header: bool) -> None:
-    """Add one command, translated for gerbonara."""
     if re.match(r"G[0-5](?!\d)", line):
         line = f"G0{line[1:]}"
     if line == "G91":
@@ -233,7 +232,7 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
 
 
 def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: bool) -> None:
-    """Add the definition of a tool, its selection, or both. Feeds and speeds apply to the original machine only."""
+    """Feeds and speeds apply to the original machine only."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
     if not diameter and name not in prepared.tools:
@@ -248,7 +247,6 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
 
 
 def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
-    """Return gerbonara's parser after reading the prepared lines."""
     from gerbonara.cam import FileSettings
     from gerbonara.excellon import ExcellonParser
 
@@ -274,7 +272,7 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
 
 
 def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
-    """Return (line of the file, command, reason) of a gerbonara message."""
+    """Return (line of the file, command, reason)."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
         return None, "", message
@@ -300,7 +298,6 @@ def _unit_name(unit: Any) -> str | None:
 def _holes_and_slots(
     source: Source, parser: Any, options: ReadOptions, issues: list[Issue]
 ) -> tuple[list[Hole], list[Slot]]:
-    """Return holes and slots in mm, in file order."""
     chosen = layer_filter(options.layers)
     names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}
     holes: list[Hole] = []

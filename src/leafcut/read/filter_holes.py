@@ -59,7 +59,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
-    """Return the holes of a map on the chosen layers or without a layer, and a note on those left out (L204)."""
+    """Return the holes on the chosen layers or without a layer, and a note on those left out (L204)."""
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if n_left_out := len(holes) - len(kept):
@@ -190,7 +190,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Return the first concentric circle of each circle, like `anchors` with the tolerance of concentric circles."""
+    """Like `anchors`, with the tolerance of concentric circles."""
     anchor_of = anchors(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
@@ -235,19 +235,15 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
 
 
 def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
-    """Return the largest distance of the centres, mm, of a circle and a concentric item of radius `inner`.
-
-    The item must contain the centre of the circle: holes around the centre of a large disc are not concentric with it.
-    """
+    """Return the largest distance of the centres, mm: the item of radius `inner` must contain the centre of the circle."""
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
 
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle, the smaller circles within `reach` in X, and the distances of their centres, mm.
-
-    `table`: float64[n, 3], x, y and radius.
+    """Yield each circle, the smaller circles within `reach` in X, and the distances of their centres; `table`: x, y,
+    radius.
     """
     x, y, radius = table.T
     order = np.argsort(x, kind="stable")

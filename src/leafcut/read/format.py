@@ -56,8 +56,7 @@ class Match(IntEnum):
 class Source:
     """Input of a reader: the path as the user wrote it, and the bytes of the file.
 
-    Readers report progress to `on_progress`, which may cancel them. `cache`, if given, stores expensive results for
-    the next reader of the same source.
+    Readers report to `on_progress`, which may cancel them; `cache` keeps expensive results for the next reader.
     """
 
     path: str
@@ -129,7 +128,7 @@ class ReadBudget:
         self.path, self.left, self.reason = path, limit, reason
 
     def __call__(self, amount: int) -> None:
-        """Spend an amount; raise `ReadError` if the budget is exceeded."""
+        """Raise `ReadError` if the budget is exceeded."""
         self.check(amount)
         self.left -= amount
 
@@ -168,12 +167,8 @@ class Format:
 
     Attributes
     ----------
-    name
-        One word, stored as `Part.format`.
     extensions
         Lower case, with the dot.
-    help
-        One line for `leafcut list formats`.
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
     sniff
@@ -304,13 +299,7 @@ def units_unknown(noun: str, part: Part, severity: Severity) -> Issue:
 
 
 def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
-    """Refuse a drawing too small for its unit, unless the user gives the unit or selects layers.
-
-    Raises
-    ------
-    ReadError
-        The drawing is too small; states its size.
-    """
+    """Raise `ReadError` if a drawing is too small for its unit, unless the user gives the unit or selects layers."""
     if options.units or options.layers:
         return
     left, low, right, high = part.extents

@@ -9,11 +9,5 @@ from leafcut.read.format import Source
 
 
 def read_gcode(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: a program contains no drawing.
-
-    Raises
-    ------
-    ReadError
-        Always.
-    """
+    """Raise `ReadError`: a program contains no drawing."""
     raise ReadError(source.path, "this is a program, not a drawing; give it to leafcut optimize, simulate or verify")

@@ -63,7 +63,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
 
 
 def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
-    """Raise if a cost is negative and not -1 (a forbidden edge)."""
+    """The only negative cost is -1, a forbidden edge."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
         i, j = wrong[0].tolist()
@@ -111,7 +111,6 @@ def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
 
 
 def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
-    """Return the first cluster of the tour, or -1."""
     if "START_GROUP_SECTION" not in sections:
         return -1
     section = sections["START_GROUP_SECTION"]
@@ -128,7 +127,7 @@ def _number_of(path: str, line: int, number: dict[int, int], name: int) -> int:
 
 
 def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
-    """Return the lists of integers terminated by -1, each with its line number."""
+    """Return the lists terminated by -1, each with its line number."""
     values = tsplib.numbers(path, section)
     if not len(values):
         return []

@@ -73,7 +73,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
 
 
 def _reference(parts: Sequence[Part]) -> Part | None:
-    """Return all holes of the files, including unselected ones; None if every hole is selected."""
+    """None if every hole is selected."""
     if all(part.reference is None for part in parts):
         return None
     complete = [part.reference or part for part in parts]

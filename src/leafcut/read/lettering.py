@@ -48,9 +48,7 @@ _SUBSTITUTES = {
 
 
 def letters(text: str) -> tuple[LetterLines, float]:
-    """Return a line of text as strokes float64[n, 2] from the left end of its base line, and its width.
-
-    The cap height is 1.
+    """Return a line of text as strokes float64[n, 2] from the left end of its base line, and its width; cap height 1.
 
     Raises
     ------

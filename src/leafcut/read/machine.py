@@ -48,7 +48,7 @@ def shipped_machines() -> list[str]:
 
 
 def _path_of(name: str, entry: Any) -> Path:
-    """Return the path of the profile of an entry point, after checking that it loads."""
+    """Check that the profile of an entry point loads."""
     path = file_of(name, entry)
     load_machine(str(path))
     return path
@@ -95,12 +95,8 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML to edit, with comments that explain every key.
-
-    Raises
-    ------
-    OptionError
-        As in `load_machine`.
+    """Return the profile of a machine as TOML to edit, with comments that explain every key. Raises like
+    `load_machine`.
     """
     data, place = _profile(name_or_path)
     machine = _machine_of(data, place)
@@ -119,20 +115,13 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged.
-
-    Raises
-    ------
-    OptionError
-        As in `load_machine`.
-    """
+    """Return the keys and values of a machine profile, unchanged. Raises like `load_machine`."""
     data, place = _profile(name_or_path)
     _machine_of(data, place)
     return data
 
 
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
-    """Return the contents of a profile, and its file name for messages."""
     if name_or_path.lower().endswith(".toml"):
         return read_toml(Path(name_or_path), MACHINE), name_or_path
     if name_or_path not in shipped_machines():
@@ -213,8 +202,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
 def _controller(top: TomlTable, place: str) -> tuple[str, str]:
     """Return the dialect of a machine (a name or a path), and the shipped dialect that it extends, or "".
 
-    A dialect file must be in the folder of the profile or below it, so that no profile can make leafcut read files
-    elsewhere.
+    A dialect file must be in the folder of the profile or below it, so that no profile can read files elsewhere.
     """
     name = top.text("controller")
     if name.lower().endswith(".toml"):
@@ -235,7 +223,7 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
 
 
 def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
-    """Return the lower or upper travel limits of the axes; `unlimited` if unknown."""
+    """`unlimited` replaces an unknown limit."""
     if not travel.values:
         return (unlimited,) * 3
     value = travel.values.get(key)
@@ -268,7 +256,7 @@ def _sources(top: TomlTable) -> dict[str, str]:
 
 
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
-    """Reject impossible numbers before they are used. Messages show them as written in the file."""
+    """Messages show the numbers as written in the file."""
 
     def refuse(key: str, reason: str) -> DataError:
         return DataError(f"{place}: '{key}' {reason}")

@@ -26,10 +26,6 @@ class ProfileKey:
 
     Attributes
     ----------
-    name
-        ``key``, or ``table.key``.
-    help
-        Its meaning, in one line.
     default
         Value if the key is missing, as written in a profile; None if there is no such value.
     why
@@ -357,9 +353,9 @@ SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.nam
 
 
 def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Fill the defaults into a profile; return it, and the defaults that a run must report.
+    """Return a profile with defaults, and those defaults that a run must report: key → value and source.
 
-    The second maps each key to its value and source. A missing table [probe] stays missing.
+    A missing table [probe] stays missing.
     """
     filled = {name: dict(value) if isinstance(value, Mapping) else value for name, value in data.items()}
     reported_defaults: dict[str, str] = {}

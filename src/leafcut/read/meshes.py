@@ -42,12 +42,8 @@ def load_mesh(
     ----------
     unit
         Unit of an STL file, one of `UNITS`; a STEP file states its own.
-    mend
-        Remedy to suggest for an implausible size; by default, to give the unit.
     which
         Number of a solid of a STEP file, or all of them.
-    pose
-        Orientation of the solid of a STEP file.
 
     Raises
     ------
@@ -83,7 +79,6 @@ def _step_bytes(file: Path, size: int) -> bytes:
 
 
 def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
-    """Return the triangles of an STL file, float64[n, 3, 3]."""
     if size < _HEADER and not head.lstrip().startswith(b"solid"):
         raise ReadError(file, "not an STL file: too short")
     binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")

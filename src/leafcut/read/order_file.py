@@ -109,7 +109,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 
 
 def _number(place: str, value: Any, label: str) -> int:
-    """Convert a number counted from 1 in the file to one counted from 0."""
+    """Convert a number counted from 1 to one counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
         raise ReadError(place, f"{label}: {shown(json.dumps(value))} is not a whole number of 1 or more")
     return value - 1

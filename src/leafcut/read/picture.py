@@ -48,13 +48,7 @@ _READ = ("PNG", "JPEG", "BMP")
 
 
 def read_picture(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from pictures.
-
-    Raises
-    ------
-    ReadError
-        Always.
-    """
+    """Raise `ReadError`: holes to drill are not read from pictures."""
     raise ReadError(source.path, "pictures are read for pockets only; use --process pocket")
 
 
@@ -106,7 +100,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
-    """Return the part with pockets made of outlines in pixels; `frame` is the pixel size and the number of rows."""
+    """`frame` is the pixel size and the number of rows."""
     from leafcut.read.pocket_outlines import as_pockets  # start-up
 
     size, rows = frame
@@ -134,7 +128,6 @@ def size_in_pixels(source: Source) -> tuple[int, int]:
 
 
 def _open_picture(source: Source) -> Any:
-    """Open the picture without decoding its pixels."""
     from PIL import Image, UnidentifiedImageError
 
     kind = picture_kind(source.data)
@@ -167,7 +160,6 @@ def _too_large(size_text: str) -> str:
 
 
 def _by_density(image: Any) -> str:
-    """Advise a pixel size by the resolution stated in the file."""
     try:
         density = float(image.info["dpi"][0])
         return f"; its file says {density:.6g} pixels per inch: --pixel-size {25.4 / density:.6g}"
@@ -176,7 +168,7 @@ def _by_density(image: Any) -> str:
 
 
 def _brightness(source: Source, image: Any, invert: bool) -> Grey:
-    """Return the brightness of the pixels, float32[rows, columns], 0 … 1: dark pixels are milled."""
+    """Return float32[rows, columns], 0 … 1: dark pixels are milled."""
     from PIL import Image, ImageOps
 
     try:
@@ -227,7 +219,7 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
 
 
 def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
-    """Level the brightness of a photo whose light falls off to one side or to its edges.
+    """Level the brightness of a photo whose light falls off.
 
     The light is a quadratic surface, fitted so that bright areas become equally bright everywhere, and dark areas
     equally dark. The brightness is divided by it, and the classes are determined again. A fit to the bright class alone
@@ -312,7 +304,7 @@ def _steps(dark: NDArray[np.bool_]) -> int:
 def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
-    """Return the outlines of spots wider than `narrow` pixels; the others are reported as dirt (L214)."""
+    """Drop the outlines of spots up to `narrow` pixels wide, and report them as dirt (L214)."""
     import shapely  # start-up
 
     size, rows = frame

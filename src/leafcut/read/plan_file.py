@@ -99,8 +99,6 @@ def load_plan(path: Path) -> PlanFile:
 
 
 class _PlanReader:
-    """Validates a user's plan file, and names the location of errors."""
-
     def __init__(self, place: str) -> None:
         self.place = place
 

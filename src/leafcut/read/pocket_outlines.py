@@ -92,13 +92,8 @@ def as_pockets(
         Kind of each contour: `POCKET`, `ISLAND`, `EITHER`, or None to leave it out.
     outermost
         Kind of the outermost outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
-    picture
-        Whether the outlines are traced from a picture: self-intersections are then noise, not drawing errors.
 
-    Raises
-    ------
-    ReadError
-        As in `pockets_of_drawing`.
+    Raises like `pockets_of_drawing`.
     """
     issues = list(part.issues)
     try:
@@ -212,7 +207,7 @@ def _outlines(
 def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
-    """Join strokes of one kind; each outline takes the layer and handle of its first stroke."""
+    """Each outline takes the layer and handle of its first stroke."""
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
@@ -328,10 +323,7 @@ def _check_apart(
 ) -> None:
     """Raise if an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
 
-    Parameters
-    ----------
-    level
-        -1 for the edge of a plate; otherwise even for pockets, odd for islands.
+    `level` is -1 for the edge of a plate; otherwise even for pockets, odd for islands.
     """
     touching, at_edge = [], []
     for c in contacts:
@@ -368,7 +360,7 @@ def _location(conflict: Conflict) -> str:
 def _pockets(
     outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
-    """Return the pockets in file order. A single pocket takes the name of the drawing; several are numbered."""
+    """A single pocket takes the name of the drawing; several are numbered."""
     islands: dict[int, list[int]] = {}
     for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)

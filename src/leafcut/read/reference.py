@@ -21,13 +21,7 @@ JOINED = 0.05
 
 
 def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
-    """Return the complete drawing, ignoring the layer and hole selections of `options` (`read_whole`).
-
-    Raises
-    ------
-    ReadError
-        The file cannot be read, or is empty.
-    """
+    """Return the complete drawing, ignoring the layer and hole selections of `options`. Raises like `read_whole`."""
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
     return run(replace(format_, read=reader), loaded, everything)
@@ -36,12 +30,7 @@ def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
 def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
     """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all is machined.
 
-    Everything in drill files, point maps and pictures is machined; their holes count by their centres.
-
-    Raises
-    ------
-    ReadError
-        As in `whole_of`.
+    Everything in drill files, point maps and pictures is machined; their holes count by their centres. Raises like `whole_of`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
@@ -74,7 +63,6 @@ def outline_of(whole: Part) -> Part:
 
 
 def _bounds(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
-    """Return a part with paths, circles as contours, and points."""
     circles = [Polyline.circle(h.x, h.y, 0.5 * h.diameter) for h in holes if h.diameter]
     points = tuple(h for h in holes if not h.diameter)
     return Part("", points, contours=tuple(Contour(path) for path in (*paths, *circles)))

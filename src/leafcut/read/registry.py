@@ -22,7 +22,7 @@ Input = str | Path | StandardInput | Source
 
 
 def _reader(place: str) -> Callable[..., Part]:
-    """Return a reader function ``module:function``; its module is imported at the first call."""
+    """The module of ``module:function`` is imported at the first call."""
 
     def read(*arguments: Any) -> Part:
         part: Part = resolve_name(f"leafcut.read.{place}")(*arguments)
@@ -151,7 +151,6 @@ def _own_names() -> set[str]:
 
 
 def _format_of(name: str, entry: Any) -> Format:
-    """Return the format of an entry point called `name`, after checks."""
     if not isinstance(entry, Format):
         raise TypeError(f"a leafcut.read.Format was expected, not {type(entry).__name__}")
     texts = (entry.name, entry.help, *entry.extensions, *entry.prefix, *entry.processes)
@@ -179,7 +178,7 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
 
 
 def read_source(source: Input, on_progress: Heartbeat = unseen) -> tuple[Format, Source]:
-    """Return the format of an input, and its bytes; `on_progress` receives the progress of the reader.
+    """Return the format of an input, and its bytes.
 
     A `Source` is not read again, and keeps its own `on_progress` unless another is given.
 

@@ -32,13 +32,7 @@ CLOSED = 1e-6
 
 
 def read_sirius(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from a sheet.
-
-    Raises
-    ------
-    ReadError
-        Always.
-    """
+    """Raise `ReadError`: holes to drill are not read from a sheet."""
     raise ReadError(source.path, "a sheet of a CAM system is read for cutting only; for drilling use DXF or Excellon")
 
 

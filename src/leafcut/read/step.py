@@ -166,7 +166,6 @@ def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str
 
 
 def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
-    """Return a part of a solid with its program zero, and its top view as reference for `--origin`."""
     pose = Pose.of(options)
     outline = np.array(data["box"] if data["box"] and _is_quarter(options.rotate) else data["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
@@ -175,7 +174,7 @@ def _with_zero(part: Part, data: dict[str, Any], options: ReadOptions) -> Part:
 
 
 def _is_quarter(angle: float) -> bool:
-    """Return whether an angle, rad, is a multiple of 90°: rotation then keeps a bounding box exact."""
+    """Rotation by a multiple of 90° keeps a bounding box exact; `angle` in rad."""
     return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
@@ -195,14 +194,9 @@ def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_
     Parameters
     ----------
     which
-        Number of one of several solids, or all of them.
-    pose
-        Orientation of the solid.
+        Number of a solid, or all of them.
 
-    Raises
-    ------
-    ReadError, OptionError
-        As in `read_step`.
+    Raises like `read_step`.
     """
     return _solid(path, data, "mesh", which, pose)[1]
 
@@ -313,10 +307,7 @@ def _centre(outline: Polyline) -> tuple[float, float]:
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     """Return the work on a solid that drills cannot do (pockets, openings, …), as missing work (L219).
 
-    Raises
-    ------
-    ReadError, OptionError
-        As in `read_step`.
+    Raises like `read_step`.
     """
     data = _read_solid(source, options, "pockets")
     issues = _issues_of_pockets(data)
@@ -332,10 +323,7 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
 def _solid(
     path: str, data: bytes, features: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Run the subprocess. Return the holes, pockets or outlines of a solid, and its triangles.
-
-    `boxed` also requests the exact bounding box.
-    """
+    """Run the subprocess; return the features of a solid, and its triangles. `boxed` adds the exact bounding box."""
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:

@@ -100,12 +100,9 @@ class LevelFace(NamedTuple):
 def pockets_of(
     shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
 ) -> dict[str, Any]:
-    """Return the closed pockets of a solid with level floors and vertical walls, and the number of others by reason.
+    """Return the closed pockets with level floors and vertical walls, and the number of others by reason.
 
-    Parameters
-    ----------
-    seen
-        Test for visibility of a point from above.
+    `seen` is the test for visibility of a point from above.
     """
     highest = float(triangles[:, :, 2].max())
     floors = [face for face in _level_faces(faces) if face.z < highest - OVER]
@@ -138,7 +135,7 @@ def pockets_of(
 
 
 def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
-    """Return the through openings of a solid in top view: outlines, and the diameter of round ones, else 0.
+    """Return the outlines of the through openings in top view, and the diameter of round ones, else 0.
 
     The shadow of the solid has each opening as a hole, at whatever height it ends.
     """
@@ -240,7 +237,6 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
 
 
 def _shadow(triangles: NDArray[np.float64]) -> Any:
-    """Return the top view of the solid."""
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
     up = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) > (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     flat: Any = shapely.polygons(triangles[up, :, :2])  # every triangle that faces down has one above it that faces up
@@ -248,7 +244,6 @@ def _shadow(triangles: NDArray[np.float64]) -> Any:
 
 
 def _level_faces(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
-    """Yield the level faces that face up, or down."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Plane
     from OCP.TopAbs import TopAbs_REVERSED
@@ -266,7 +261,6 @@ def _level_faces(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace
 
 
 def _middle(face: Any) -> tuple[float, float, float]:
-    """Return the centroid of the largest triangle of a face."""
     corners = triangles_of(face)
     if not len(corners):
         return math.nan, math.nan, math.nan
@@ -297,7 +291,7 @@ def _count_sloping(faces: Sequence[Any], seen: Callable[[float, float, float], b
 
 
 def _is_vertical(face: Any) -> bool:
-    """Return whether a face is vertical, by its normals on a grid."""
+    """Evaluate the normals on a grid."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepLProp import BRepLProp_SLProps
     from OCP.BRepTools import BRepTools
@@ -319,7 +313,7 @@ def _is_vertical(face: Any) -> bool:
 
 
 def _curve(edge: Any) -> NDArray[np.float64] | None:
-    """Return the vertices of an edge in a level plane, x, y and bulge, float64[n, 3]; None if its length is 0."""
+    """Return x, y and bulge of the vertices, float64[n, 3]; None if the length of the edge is 0."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_QuasiUniformDeflection
     from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line

@@ -74,8 +74,6 @@ class SolidHole:
         Whether it is open at the bottom.
     pointed
         For a blind hole: whether it ends in a cone, like the point of a drill; otherwise its floor is flat.
-    steps
-        Wider parts above and below.
     """
 
     x: float
@@ -163,7 +161,7 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
 
 
 def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
-    """Return a wide part of a column; `open` if a tool can reach it from above, and its point has clearance below."""
+    """A wide part is `open` if a tool can reach it from above, and its point has clearance below."""
     index = column.index(wall)
     above = all(w.low_radius > wall.high_radius - SAME and w.taper >= 0.0 for w in column[:index])
     below = column[index + 1 :]
@@ -279,7 +277,6 @@ def _read_solid(
 
 
 def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
-    """Return the holes, pockets or outlines of a solid, or a problem; empty for a mesh."""
     if features == "mesh":
         return {}
     if features == "holes":
@@ -296,7 +293,6 @@ def _features_of(features: str, shape: Any, triangles: NDArray[np.float64], face
 
 
 def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
-    """Return a shape rotated by a matrix, then lifted, mm, with its triangles."""
     from OCP.gp import gp_Trsf
     from OCP.TopLoc import TopLoc_Location
 
@@ -307,7 +303,7 @@ def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
 
 
 def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
-    """Return the corners of the convex hull of a solid in top view."""
+    """Return the corners in top view."""
     hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
     return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
 
@@ -318,7 +314,7 @@ def _box_of(shape: Any) -> list[list[float]]:
 
 
 def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
-    """Return the lower and the upper corner of the exact bounding box of a shape, mm."""
+    """Return the lower and the upper corner, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -328,7 +324,6 @@ def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
 
 
 def _describe_solids(solids: Sequence[Any]) -> str:
-    """Describe the solids: their number, and the size and lower corner of each bounding box."""
     texts = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
         box = _box(solid)
@@ -398,8 +393,8 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls about vertical axes, the number of full cylinders in other directions by
-    direction, and the number of free-form faces, in which holes are not found.
+    """Return the concave round walls about vertical axes, the number of full cylinders in other directions, and the
+    number of free-form faces, in which holes are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
@@ -467,13 +462,12 @@ def _direction(axis: Any) -> tuple[float, float, float]:
 
 
 def _axis_foot(axis: Any, location: Any) -> tuple[float, float, float]:
-    """Return the point of an axis nearest to the origin, which identifies the axis independently of its location."""
+    """Return the point of an axis nearest to the origin, which identifies the axis."""
     along = location.X() * axis.X() + location.Y() * axis.Y() + location.Z() * axis.Z()
     return location.X() - along * axis.X(), location.Y() - along * axis.Y(), location.Z() - along * axis.Z()
 
 
 def _line_meets(shape: Any, x: float, y: float, low: float, high: float) -> bool:
-    """Return whether the vertical line through a point meets the solid between two heights."""
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 

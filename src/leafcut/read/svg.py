@@ -61,13 +61,7 @@ SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
 def read_svg(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from SVG.
-
-    Raises
-    ------
-    ReadError
-        Always.
-    """
+    """Raise `ReadError`: holes to drill are not read from SVG."""
     raise ReadError(
         source.path,
         "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon",
@@ -116,10 +110,7 @@ def read_svg_pockets(
 ) -> Part:
     """Return the outlines of an SVG drawing as pockets with islands, in mm.
 
-    Raises
-    ------
-    ReadError
-        See `read_svg_contours` and `pockets_of_drawing`.
+    Raises like `read_svg_contours` and `pockets_of_drawing`.
     """
     from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
 
@@ -151,7 +142,7 @@ def _tag(element: Any) -> str:
 
 
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
-    """Return the page, and whether the file states its physical size."""
+    """The flag is whether the file states its physical size."""
     try:
         box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
@@ -185,7 +176,7 @@ class _Attributes(NamedTuple):
 
 
 class _Context(NamedTuple):
-    """Inherited properties: the transform, and the layer by Inkscape, class and colour."""
+    """Inherited properties."""
 
     matrix: Affine
     layer: str = ""
@@ -231,7 +222,6 @@ class _Walk:
             waiting.extend((child, depth + 1) for child in element)
 
     def children(self, element: Any, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
-        """Visit the children of an element."""
         for child in element:
             self._visit(child, context, depth + 1, trail)
 
@@ -263,17 +253,14 @@ class _Walk:
             )
 
     def _style(self, element: Any) -> dict[str, str]:
-        """Return the style of an element: attributes, overridden by classes, overridden by its style."""
+        """Attributes are overridden by classes, classes by the element's style."""
         properties = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             properties.update(self._rules.get(name, {}))
         return {**properties, **declarations(element.get("style", ""))}
 
     def _cached(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
-        """Return `make(element)`, cached for elements drawn by a `use`.
-
-        Otherwise a few thousand copies of a long path would be read for hours.
-        """
+        """Cache elements drawn by a `use`; otherwise a few thousand copies of a long path would be read for hours."""
         if not trail:
             return make(element)
         key = what, id(element)
@@ -370,7 +357,6 @@ class _Walk:
             raise too_many_segments(self.path)
 
     def issues(self) -> list[Issue]:
-        """Return the issues of the walk."""
         issues = []
         if self.others:
             texts = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))

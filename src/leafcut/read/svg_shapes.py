@@ -184,10 +184,7 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 
 
 def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
-    """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length.
-
-    `spend` receives the number of points that curves need.
-    """
+    """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length."""
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, Bend):
         return _bend_path(first, matrix, tolerance, spend)

@@ -109,7 +109,6 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
 
 
 def _words(text: str) -> frozenset[str]:
-    """Return the words of a material in lower case and British spelling."""
     return frozenset(re.findall(r"\w+", text.lower().replace("_", " ").replace("aluminum", "aluminium")))
 
 
@@ -163,7 +162,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
 
 
 def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
-    """Yield the name and values of each preset; libraries of 2016 to 2018 have one preset, ``*``."""
+    """Libraries of 2016 to 2018 have one preset, ``*``."""
     start = _subtable(tool, "start-values")
     presets = start.get("presets")
     for preset in presets if isinstance(presets, list) else [start.get("*")]:
@@ -201,8 +200,7 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, pres
 def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
     """Return the body above the flutes, as far as known.
 
-    A shaft starts above the shoulder, and a holder at the stickout (LB). Both list their segments from below; a
-    holder has its own unit.
+    A shaft starts above the shoulder, a holder at the stickout (LB). A holder has its own unit.
     """
     flutes, shoulder, wide, stickout = (
         _positive_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB")
@@ -223,7 +221,7 @@ def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> d
 
 
 def _segments(body: dict[str, Any], unit: str) -> list[str]:
-    """Return the segments of a shaft or holder as in a ``[[tool]]``; none if one is invalid."""
+    """Return no segments if one is invalid."""
     segments = body.get("segments")
     texts = []
     for segment in segments if isinstance(segments, list) else []:
@@ -237,7 +235,7 @@ def _segments(body: dict[str, Any], unit: str) -> list[str]:
 
 
 def _positive_length(value: object) -> float:
-    """Return a length; 0 if it is not a positive number."""
+    """Return 0 if the value is not a positive number."""
     plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
@@ -295,7 +293,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 
 def _above_0(text: object) -> bool:
-    """Return whether a length is above 0: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    """FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
     return bool(re.search(r"[1-9]", str(text or "")))
 
 
@@ -326,7 +324,7 @@ def _subtable(table: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _with_unit(value: Any, unit: str) -> str | None:
-    """Return a number with its unit as text; None for 0 and for other values."""
+    """Return None for 0 and for values that are not numbers."""
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{value!r} {unit}" if plain and value else None
 

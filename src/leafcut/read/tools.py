@@ -92,7 +92,7 @@ def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, 
 
 
 def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the usable tools of another program's library; the others are listed with a reason."""
+    """The unusable tools are listed with a reason."""
     tools: dict[int, Tool] = {}
     kept: list[dict[str, Any]] = []
     left_out: list[str] = []
@@ -160,7 +160,7 @@ def _tool(table: TomlTable) -> Tool:
 
 
 def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
-    """Parse the segments of a shaft or a holder, such as ``20-28 x 5, 28 x 40``."""
+    """Parse segments such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
         raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
@@ -224,7 +224,7 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
-    """Raise if the cycle does not fit the tool, because it would break the tool."""
+    """Raise if the cycle would break the tool."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
         raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the peck depth")
     if tool.cycle == "G82" and tool.dwell is None:
@@ -236,7 +236,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
-    """Return a tap with its cycle, and a feed of pitch × speed."""
+    """The feed of a tap is pitch × speed."""
     if tool.pitch is None:
         raise DataError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
     if tool.pitch >= tool.diameter:

@@ -160,7 +160,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
 
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
-    """Return the coordinates in the order of the node numbers, float64[n, 2]."""
+    """Return float64[n, 2] in the order of the node numbers."""
     values = numbers(path, section)
     last = section[0] + len(section[1]) - 1
     if len(values) != 3 * n:

@@ -43,13 +43,7 @@ _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 
 def read_wkt(source: Source, options: ReadOptions) -> Part:
-    """Raise `ReadError`: holes to drill are not read from well-known text.
-
-    Raises
-    ------
-    ReadError
-        Always.
-    """
+    """Raise `ReadError`: holes to drill are not read from well-known text."""
     raise ReadError(source.path, "well-known text is read for pockets only; use --process pocket")
 
 
@@ -90,7 +84,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
 
 
 def _geometries(source: Source) -> Iterator[tuple[int, str]]:
-    """Yield each geometry and its first line number; a geometry ends where its brackets close."""
+    """A geometry ends where its brackets close; the number is its first line."""
     text = source.text()
     piece_start = depth = counted = 0
     line = 1
@@ -124,14 +118,14 @@ def _parse_geometry(path: str, line: int, text: str) -> Any:
 
 
 class _Ring(NamedTuple):
-    """A ring of a polygon, a wall or an island: corners in mm, closed by repeating the first."""
+    """A wall or an island: corners in mm, closed by repeating the first."""
 
     points: Points
     kind: str
 
 
 class _Rings:
-    """Collects the rings of all polygons in mm, and counts other geometries."""
+    """The rings of all polygons in mm, and counts of other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:
         self.path = path
@@ -143,7 +137,6 @@ class _Rings:
         self._corners = 0
 
     def add(self, geometry: Any, line: int) -> None:
-        """Add the polygons of a geometry."""
         if geometry is None or geometry.is_empty:
             return
         if geometry.geom_type == "Polygon":

@@ -71,13 +71,7 @@ def material_list() -> list[tuple[str, str]]:
 
 
 def material_text(name_or_path: str) -> str:
-    """Return the file of a material to edit, with the source of every value.
-
-    Raises
-    ------
-    OptionError
-        As in `load_material`.
-    """
+    """Return the file of a material to edit, with the source of every value. Raises like `load_material`."""
     material = load_material(name_or_path)
     if name_or_path.lower().endswith(".toml"):
         return Path(name_or_path).read_text(encoding="utf-8-sig")

@@ -62,8 +62,6 @@ class _Point:
 
 @dataclass
 class _Map:
-    """Collects the points of a map during parsing."""
-
     path: str
     units: str | None = None
     root: str = ""
@@ -170,8 +168,6 @@ def _parse(source: Source) -> _Map:
     point_map = _Map(source.path)
 
     class Handler(ContentHandler):
-        """Forwards the parser's events with local names in lower case."""
-
         def startElement(self, name: str, attrs: Any) -> None:
             source.on_progress()
             plain = {_local_name(key): str(value) for key, value in attrs.items()}
@@ -191,5 +187,5 @@ def _parse(source: Source) -> _Map:
 
 
 def _local_name(name: str) -> str:
-    """Return a tag or attribute name without its namespace, in lower case."""
+    """Return a name without its namespace, in lower case."""
     return name.rpartition(":")[2].lower()

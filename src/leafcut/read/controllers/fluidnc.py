@@ -101,9 +101,6 @@ class FluidConfiguration:
         For x, y and z: mm/s, mm/s², steps/mm.
     deviation, arc_tolerance
         Of corners and of arcs, mm.
-    homing, must_home, soft_limits
-        Whether all three axes home in a cycle; whether the board is locked until then; whether all three axes have
-        soft limits.
     fastest
         The maximum spindle speed or laser power; inf without a ``speed_map``.
     """
@@ -279,7 +276,6 @@ def _parse_yaml(text: str, file: str) -> _Tree:
     stack: list[tuple[_Tree | None, str | None]] = []
 
     def put(value: _Scalar | _Tree) -> bool:
-        """Store a value in the current mapping. Return whether it was stored as the value of a key."""
         if not stack:
             return isinstance(value, dict)
         tree, key = stack[-1]

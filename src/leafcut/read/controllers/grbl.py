@@ -96,7 +96,6 @@ def _settings(text: str) -> dict[int, _Setting]:
 
 
 def _store_board(values: Values, settings: dict[int, _Setting]) -> None:
-    """Store the other settings that affect the clock of the board; GRBL's defaults replace missing ones."""
     if _ARC_TOLERANCE in settings:
         source = _source(settings, _ARC_TOLERANCE)
         values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", source)

@@ -34,8 +34,6 @@ class SettingsKind:
 
 
 def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
-    """Return a reader that rejects units, because its files state them or have only one."""
-
     def reader(text: str, file: str, units: str | None) -> Values:
         if units is not None:
             raise OptionError("--units: this file states its units; leave it out")
@@ -68,21 +66,7 @@ _MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "
 
 @dataclass(frozen=True)
 class ImportedMachine:
-    """A machine according to the settings of its controller.
-
-    Attributes
-    ----------
-    kind, title
-        The kind of file, and its description: ``GRBL 1.1h``.
-    machine
-        The machine loaded from the profile.
-    values
-        Each value with its origin, in the order of the profile.
-    notes
-        Hints for the user.
-    text
-        The profile as TOML.
-    """
+    """A machine according to the settings of its controller."""
 
     kind: str
     title: str
@@ -93,7 +77,7 @@ class ImportedMachine:
 
 
 def read_settings(path: str | Path) -> str:
-    """Read the text of a settings file.
+    """Read a settings file.
 
     Raises
     ------
@@ -175,7 +159,6 @@ def kind_of(text: str, file: str) -> str:
 
 
 def _describe_unknown(text: str) -> str:
-    """Describe a text of unknown kind."""
     if _SECTION.search(text):
         return "is an INI file of no controller that leafcut knows"
     if len(re.findall(r"^\s*[NGM]\d+\b", text[:5000], re.MULTILINE)) > 1:
@@ -192,8 +175,6 @@ def imported(text: str, file: str, kind: str | None = None, units: str | None = 
         Its name, for messages, the profile, and the name of a nameless machine.
     kind
         One of `KINDS`; None to recognise it by the contents.
-    units
-        ``mm`` or ``in``, for files that do not state their unit.
 
     Raises
     ------

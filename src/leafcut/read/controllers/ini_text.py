@@ -59,7 +59,6 @@ class _Reading:
     files: int = 0
 
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
-        """Read the lines of a file; return the current section at its end."""
         for count, line in enumerate(text.splitlines(), 1):
             stripped = line.strip()
             place = f"line {count}" if depth == 0 else f"{shown(file.name, 40)}, line {count}"

@@ -71,7 +71,6 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
 
 
 def _joints(ini: Ini, values: Values) -> str:
-    """Return the axis letters of the joints: ``xyz``."""
     kinematics = ini.get("KINEMATICS", "KINS")
     text = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
@@ -89,7 +88,6 @@ def _joints(ini: Ini, values: Values) -> str:
 
 
 def _is_trivial(ini: Ini) -> bool:
-    """Return whether each joint moves one axis."""
     kinematics = ini.get("KINEMATICS", "KINS")
     return kinematics is None or kinematics.text.lower().startswith("trivkins")
 
@@ -103,7 +101,7 @@ class _Reader:
     trivial: bool
 
     def motion(self) -> None:
-        """Store velocities and accelerations of the axes or their joints, limited by the path limits."""
+        """Store velocities and accelerations, limited by the path limits."""
         limits = []
         for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
             axis_values = [self._required(key, axis) for axis in "xyz"]
@@ -134,7 +132,6 @@ class _Reader:
         self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
 
     def travel(self) -> None:
-        """Store the travel limits of the axes or their joints, and the home position."""
         limits = []
         for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
             numbers, sources = [], []
@@ -177,7 +174,6 @@ class _Reader:
         self.values.assume("process", Head.SPINDLE.value, "the file does not state the process")
 
     def spindle(self) -> None:
-        """Store the speed range of the spindle, if given."""
         settings = (
             ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
             ("MAX_VELOCITY", "SPINDLE_0"),
@@ -197,7 +193,6 @@ class _Reader:
             self.values.assume("spindle.start_time", *SPINDLE_START)
 
     def tool_change(self) -> None:
-        """Store whether the machine changes tools itself, and the tool change position."""
         random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
         if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
             origin = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
@@ -217,7 +212,6 @@ class _Reader:
             self.values.take("tool_change.position", written, f"[EMCIO]TOOL_CHANGE_POSITION, {entry.place}")
 
     def _entry(self, key: str, axis: str) -> tuple[Entry, str] | None:
-        """Return the entry of an axis or its joint, and its section."""
         letter, old, joint = f"AXIS_{axis.upper()}", f"AXIS_{'xyz'.index(axis)}", f"JOINT_{self.joints.index(axis)}"
         for section in (letter, joint, old) if self.trivial else (letter,):
             entry = self.ini.get(key, section)

@@ -170,7 +170,6 @@ def _store_mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) 
 
 
 def _motor(ini: Ini, values: Values, axis: int) -> str:
-    """Return the section of the motor that moves an axis."""
     child = ini.get("ChildMotor0", f"Axis{axis}")
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:
@@ -207,7 +206,6 @@ def _store_moves(values: Values) -> None:
 
 
 def _resolve_unit(values: Values, stated: str | None, statement: str, given: str | None) -> str:
-    """Return the units stated in a file, or else the given ones."""
     if stated is None and given is None:
         raise values.refusal(f"{statement}, so its lengths may be mm or inches; set --units")
     if stated is not None and given not in (None, stated):

@@ -52,8 +52,6 @@ class Question:
         Name of its flag, and its key in an answer file.
     keys
         The profile keys that it sets.
-    text
-        The question, also the help of the flag.
     unit
         Unit of the answer: a key of `units.FACTORS`, else "".
     required
@@ -126,8 +124,6 @@ def questioned(
         Asks the user for missing answers; None to use the suggestions.
     base
         A profile to complete, by name or path; only its estimates are asked.
-    places
-        Places of the answers in their file, by name.
 
     Raises
     ------
@@ -157,13 +153,10 @@ def questioned(
 
 
 def _with_place(problem: OptionError, place: str | None) -> OptionError:
-    """Convert the error to a `DataError` with file and line if the answer came from a file."""
     return problem if place is None else DataError(f"{place}: {problem}")
 
 
 class _Answers:
-    """The answers given, and suggestions for the others."""
-
     def __init__(self, given: dict[str, Any], ask: Ask | None, base: str | None) -> None:
         self.given, self.ask = given, ask
         known = values_of(profile_of(base)) if base is not None else ()
@@ -183,7 +176,6 @@ class _Answers:
         return all(key in self.values.entries for key in question.keys)
 
     def answer(self, question: Question) -> None:
-        """Use the given answer, ask for it, or use the suggestion."""
         if question.name in self.given:
             value = self.given[question.name]
             typed = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
@@ -212,7 +204,6 @@ class _Answers:
             self._store(question, suggested, origin, assumed=True)
 
     def _suggestion(self, question: Question) -> tuple[str, str]:
-        """Return the suggested answer to a question, and its source."""
         known = [self.values.entries.get(key) for key in question.keys]
         if question.name == "travel":
             return "as it is" if self._has_value(question) else UNKNOWN, "not known"
@@ -251,13 +242,6 @@ class _Answers:
                 self.values.assume(key, value, f"as {self.similar_machine}: {source}")
 
     def _store(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
-        """Store an answer in the profile.
-
-        Raises
-        ------
-        OptionError
-            The answer is invalid.
-        """
         try:
             entries = _TAKERS.get(question.name, _take_text)(question, typed)
             entries = self._travel(entries) if question.name == "travel" else entries
@@ -295,7 +279,6 @@ class _Answers:
         }
 
     def machine(self) -> ImportedMachine:
-        """Return the machine of the answers."""
         entries = self.values.entries
         if "description" not in entries:
             controller = self.typed_controller or entries["controller"].value
@@ -308,7 +291,6 @@ class _Answers:
 
 
 def _as_answer(value: Any) -> str:
-    """Return a profile value as it would be typed."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)
@@ -358,7 +340,7 @@ def _take_axes(question: Question, typed: str) -> dict[str, Any]:
 
 
 def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
-    """Parse the lengths of x, y and z, mm, for `_Answers._travel`."""
+    """Parse the lengths of x, y and z, mm."""
     if typed.strip().lower() == UNKNOWN:
         return {}
     parts = [part.strip() for part in typed.split(",")]

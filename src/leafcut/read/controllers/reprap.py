@@ -34,16 +34,12 @@ _JERK_FACTOR = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 @dataclass(frozen=True)
 class _Source:
-    """A line of the file, or of a file that it runs."""
-
     line: int
     file: str = ""
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A settings line: its word, and the text of each of its letters."""
-
     place: _Source
     word: str
     letters: dict[str, str]
@@ -59,8 +55,6 @@ _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
 
 @dataclass
 class _Settings:
-    """The last value of each letter of each word, and its line."""
-
     words: dict[str, dict[str, tuple[str, _Source]]] = field(default_factory=dict)
     inch: _Source | None = None
 
@@ -108,7 +102,7 @@ def read_marlin(text: str, file: str) -> Values:
 
 
 def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes:
-    """Acceleration without extrusion: M204 T (S in old versions), limited by the axis limits (M201)."""
+    """M204 T (S in old versions), limited by the axis limits (M201)."""
     limits = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     path = settings.words.get("M204", {})
     letter = next((candidate for candidate in "TSP" if candidate in path), None)
@@ -173,7 +167,7 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
-    """Store the travel of M208: ``X0:200``, or the maximum with S0 and the minimum with S1. Return both limits per
+    """Store the travel of M208 (``X0:200``, or the maximum with S0 and the minimum with S1); return the limits per
     axis.
     """
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
@@ -203,10 +197,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
 
 
 def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
-    """Store the home position of M574: 1 is the lower end and 2 the upper end, at the limits of M208.
-
-    A probe (S2) is not at an end.
-    """
+    """Store the home position of M574: 1 is the lower end, 2 the upper end (limits of M208), except for a probe (S2)."""
     homes, positions = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
         if line.word != "M574" or line.letters.get("S", "").strip() == "2":
@@ -224,7 +215,6 @@ def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[flo
 
 
 def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
-    """Store the motor steps per mm of M92, if they are plain numbers."""
     letters = settings.words.get("M92", {})
     if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
         steps = [_first_motor(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
@@ -285,7 +275,6 @@ def _number(values: Values, text: str, label: str, place: _Source) -> float:
 
 
 def _first_motor(values: Values, entry: tuple[str, _Source], label: str) -> float:
-    """Return the value of the first of several motors."""
     return _number(values, entry[0].partition(":")[0], label, entry[1])
 
 
@@ -332,10 +321,7 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 @dataclass
 class _Running:
-    """The lines of a config.g in execution order, with the files run by M98 inserted.
-
-    Numeric variables are substituted. Conditions are not evaluated.
-    """
+    """The lines of a config.g in execution order, with the files run by M98 inserted; conditions are not evaluated."""
 
     root: Path
     values: Values
@@ -345,7 +331,6 @@ class _Running:
     conditions: bool = False
 
     def lines(self, text: str) -> list[_Line]:
-        """Return the lines of the file and of those that it runs; note what is unknown."""
         lines = self._parse_text(text, "", 0)
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))

@@ -45,8 +45,6 @@ class Value:
         ``key``, or ``table.key``.
     value
         As written in a profile: text with a unit, a list of three, a bool, or a number.
-    how, source
-        Its origin, and its source as text.
     """
 
     key: str
@@ -66,8 +64,6 @@ class Values:
 
     Attributes
     ----------
-    file
-        Its name, for messages.
     title
         The kind of settings: ``GRBL 1.1``.
     notes
