@@ -33,12 +33,10 @@ class Certificate:
         The new program does the work of the original and nothing else, and is as safe.
     differences
         At most about fifty; the last states how many more exist.
-    before, after
-        Amount of work of the original and the new program.
     compared
         Compared properties in words, if all are equal; empty if something differs.
     sha256
-        SHA-256 of the original's text.
+        Of the original's text.
     allow_reverse
         Whether open cuts could be reversed.
     reversed_cuts

@@ -57,8 +57,6 @@ class Contour:
     kind
         ``cut``, ``mark``, ``sheet`` for the outline of the sheet itself, which is not cut, or ``text`` for a stroke of
         a text, which is a mark on mark layers and ignored elsewhere.
-    layer, handle
-        Layer and entity handle in the drawing (of the first entity).
     part
         Number of its part, from 1, shared by the part's outer contour, holes and marks; 0 if not assigned.
     z

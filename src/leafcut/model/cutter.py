@@ -31,8 +31,6 @@ class Cutter:
 
     Attributes
     ----------
-    radius
-        Largest cutting radius.
     flat
         Radius of the flat at the tip.
     corner
@@ -87,17 +85,17 @@ class Cutter:
 
 
 def flat_mill(diameter: float) -> Cutter:
-    """Return an end mill with sharp corners."""
+    """An end mill with sharp corners."""
     return Cutter(0.5 * diameter, 0.5 * diameter)
 
 
 def ball_mill(diameter: float) -> Cutter:
-    """Return an end mill with a ball end."""
+    """An end mill with a ball end."""
     return Cutter(0.5 * diameter, 0.0, 0.5 * diameter)
 
 
 def bull_mill(diameter: float, corner: float) -> Cutter:
-    """Return an end mill with rounded corners."""
+    """An end mill with rounded corners."""
     return Cutter(0.5 * diameter, 0.5 * diameter - corner, corner)
 
 
@@ -137,8 +135,6 @@ class BodyPart:
 
     Attributes
     ----------
-    body
-        Shank or holder.
     above
         Height of its lower end above the tip.
     flat, radius
@@ -155,7 +151,7 @@ class BodyPart:
 
 
 class BodyDisc(NamedTuple):
-    """A horizontal disc of a tool above its flutes: height above the tip, and radius, mm.
+    """A horizontal disc of a tool above its flutes, mm.
 
     Material above this height within the radius collides. A cone becomes several discs, each as wide as the cone above.
     """
@@ -182,12 +178,8 @@ def widest_below(
 ) -> NDArray[np.float64]:
     """Return the largest radius of a tool below each height, float64[k], mm.
 
-    Parameters
-    ----------
-    radius, bodies
-        Radius of the flutes, mm; height above the tip and radius of the discs above the flutes, mm.
-    tip
-        Height of the tip, mm.
+    `radius` is that of the flutes, `bodies` the height above the tip and the radius of each disc above the flutes, `tip` the
+    height of the tip, mm.
     """
     widest = np.full(np.shape(heights), radius)
     for above, wide in bodies:
@@ -196,15 +188,12 @@ def widest_below(
 
 
 def bodies_of(tool: Tool) -> list[tuple[float, float]]:
-    """Return the discs of a tool above its flutes as (height above the tip, radius), mm."""
+    """Return the discs of a tool above its flutes: (height above the tip, radius), mm."""
     return [(disc.above, disc.radius) for disc in discs_of(tool)]
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return the sections of a library tool above its flutes; empty if unspecified.
-
-    Sections narrower than the tool fit through its cut and are left out.
-    """
+    """Return the sections of a tool above its flutes that are not narrower than the tool; empty if unspecified."""
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 

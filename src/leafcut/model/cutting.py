@@ -29,8 +29,6 @@ class ConsumptionRates:
 
     Attributes
     ----------
-    nozzle
-        Name of the nozzle in the chart.
     gas, second_gas
         Gases while the torch is on: plasma or cutting gas, and shield, assist or fuel gas.
     gas_flow, second_gas_flow
@@ -68,8 +66,6 @@ class CutData:
         ``plasma``, ``oxyfuel``, ``waterjet``, or a laser with its power: ``laser_fiber_3kW``.
     material
         Name in charts: ``mild_steel``, ``stainless_304``, ``aluminium``.
-    thickness
-        mm.
     amps
         Current of a plasma, A; None for the others.
     feed
@@ -84,10 +80,6 @@ class CutData:
         Arc voltage, or None.
     can_pierce
         False if the chart has no pierce height and delay: above the pierce capacity a cut starts at the edge.
-    source, confidence
-        Source of the row, and its reliability.
-    rates
-        Consumption, as far as the chart has it.
     """
 
     process: str
@@ -112,8 +104,6 @@ class Lead:
 
     Attributes
     ----------
-    style
-        One of `LEAD_STYLES`.
     length
         Length of the line or the arc, mm.
     angle
@@ -139,9 +129,7 @@ class CutChoice:
     start
         Start on the drawn contour, x and y in mm; None: not chosen yet.
     direction
-        One of `DIRECTIONS`; empty: not chosen yet.
-    lead_in, lead_out
-        None: not chosen yet.
+        One of `DIRECTIONS`; empty: not chosen yet. Leads are None until chosen.
     fixed
         Fixed properties, of `FIXABLE`: ``order`` (it follows the preceding cuts in the plan with a fixed order),
         ``start``, ``direction``, ``lead``, ``bridge`` (it is reached by a bridge), ``ahead`` (it is cut before
@@ -161,7 +149,7 @@ class CutChoice:
 
 @dataclass(frozen=True)
 class ContourPrint:
-    """Properties that identify a contour again: lengths in mm, area in mm², start, layer and handle."""
+    """Properties that identify a contour again, mm and mm²."""
 
     kind: str
     length: float
@@ -172,7 +160,7 @@ class ContourPrint:
 
     @classmethod
     def of(cls, contour: Contour) -> ContourPrint:
-        """Return the identifying properties of a contour."""
+        """Return the properties of a contour."""
         path = contour.path
         return cls(contour.kind, path.length, abs(path.area), path.start, contour.layer, contour.handle)
 
@@ -211,10 +199,6 @@ class Cut:
         (from mm, feed mm/s) in order, the first from 0.
     pierce
         False: it starts outside the sheet, in the air.
-    kind
-        ``cut`` or ``mark``.
-    part
-        Number of its part, from 1; 0 for none.
     compensation
         40: the path is the centre of the kerf. 41, 42: the controller compensates to the left, to the right.
     loops
@@ -222,7 +206,7 @@ class Cut:
     small_hole
         True: cut by the rules for small holes (slower, height control off).
     choice
-        Choices for the plan file; in a chain, for its first contour.
+        In a chain, for its first contour.
     bridges
         (from, to) in mm along the path: moves through the scrap from one contour of a chain to the next.
     chained
@@ -255,7 +239,7 @@ class Cut:
 
     @property
     def choices(self) -> tuple[CutChoice, ...]:
-        """Choices for every contour, in order."""
+        """Choices for every contour."""
         return (self.choice, *self.chained)
 
     @cached_property
@@ -289,7 +273,7 @@ class CutTimes:
 
     @property
     def total_s(self) -> float:
-        """Total time, s."""
+        """Total, s."""
         return self.cut_s + self.pierce_s + self.rapid_s
 
     @property
@@ -298,7 +282,7 @@ class CutTimes:
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
     def times(self, count: int) -> CutTimes:
-        """Return the values for `count` pieces."""
+        """Values for `count` pieces."""
         return CutTimes(
             self.cut_s * count,
             self.pierce_s * count,
@@ -349,18 +333,12 @@ class CutMeasures:
 
     Attributes
     ----------
-    sheet, batch
-        Times of one sheet, and of `quantity` sheets.
-    parts
-        Parts in the order of their numbers.
     cuts
         Every cut in the order of the plan, including the move to it.
     utilisation
         Area of the parts divided by the area of the sheet, 0 … 1; None if the sheet's size is unknown.
     cost, batch_cost
-        Cost in the currency of the rates, including the price of the sheet; 0 without both.
-    used, batch_used
-        Consumption of the sheet and of the batch.
+        In the currency of the rates, including the price of the sheet; 0 without both.
     """
 
     sheet: CutTimes = field(default_factory=CutTimes)
@@ -377,7 +355,7 @@ class CutMeasures:
 
 @dataclass(frozen=True)
 class CutPlan:
-    """A sheet, its chart data, and its cuts in order.
+    """A sheet and its cuts in order.
 
     `crossings`: number of travel moves across detached parts; None if the head rises between cuts. `close`: number of
     other travel moves that pass a detached part within the width of the nozzle.
@@ -392,7 +370,7 @@ class CutPlan:
 
     @property
     def file(self) -> PlanFile:
-        """Content of its plan file."""
+        """Its plan file."""
         return PlanFile(
             sheet=self.sheet.name,
             contours=tuple(ContourPrint.of(c) for c in self.sheet.contours),

@@ -55,20 +55,15 @@ class ToolFront:
 
     Attributes
     ----------
-    tool, tool_material, work
     holes
         Holes per part; 0 for a mill.
     points
         Pareto front in order of time: no other speed and feed of the grid is as good in time, cost and life, and better
         in one of them.
-    chosen
-        Index of the chosen point.
     candidates, allowed
         Number of speeds and feeds tried, and number within all limits.
     given
         Result of the speed and feed from the tool library, or given for an assumed drill; None without them.
-    sources
-        Sources of the constants for tool life.
     """
 
     tool: Tool
@@ -92,20 +87,8 @@ class ToolFront:
 class CuttingData:
     """Speeds and feeds of the tools of a part.
 
-    Attributes
-    ----------
-    source
-        The drawing; empty without one.
-    objective
-        The objective: time, cost or life.
-    shop_rate
-        Currency per hour.
-    tools
-        Tools whose speed and feed were chosen.
-    issues
-        Tools that were left out, and other assumptions.
-    defaults
-        Used options that were set by the user's own defaults.
+    The objective is time, cost or life; the shop rate is currency per hour. `source` is empty without a drawing.
+    `defaults` are the used options that were set by the user's own defaults.
     """
 
     source: str
@@ -124,5 +107,5 @@ class CuttingData:
 
     @property
     def cost(self) -> float:
-        """Cost per part with all these tools, in the user's currency."""
+        """Cost per part with all these tools."""
         return sum(tool.best.cost for tool in self.tools)

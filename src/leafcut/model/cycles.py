@@ -182,7 +182,6 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
 
 
 def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
-    """Return the steps of every cycle, given its number of uses; raise if there are unreasonably many."""
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
     if rows > _MAX_ROWS:
         raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MAX_ROWS:,}; use larger pecks")
@@ -190,7 +189,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
 
 
 class _Step(NamedTuple):
-    """One move of a cycle over the hole, starting at the R plane; a dwell keeps the height."""
+    """A move of a cycle over the hole, starting at the R plane; a dwell keeps the height."""
 
     kind: Kind
     z: float
@@ -198,7 +197,7 @@ class _Step(NamedTuple):
 
 
 def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
-    """Return the steps of a cycle from the R plane to before the final retract, from `expand_drill` at x = y = 0."""
+    """Return the steps from the R plane to before the final retract, from `expand_drill` at x = y = 0."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []
     for move in list(expand_drill(motion, cycle, cycle.r_plane))[1:-1]:
@@ -208,6 +207,6 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
 
 
 def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, … for every length in turn, concatenated."""
+    """Return 0, 1, … for every length, concatenated."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

@@ -15,8 +15,6 @@ class Difference:
         Kind in a word or two: ``feed``, ``missing hole``, ``rapid below clearance`` …
     original, new
         Lines of the program texts, from 1; 0 for none (a planned toolpath has no lines).
-    text
-        Actual and expected value, in words.
     also
         Further pairs of lines, original and new: one difference may affect many blocks.
     """

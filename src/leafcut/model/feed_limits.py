@@ -18,10 +18,6 @@ class FeedLimits:
 
     Attributes
     ----------
-    diameter
-        Diameter of the tool, mm.
-    feed, rpm
-        Feed and speed of the tool, which determine its chip.
     most
         Highest feed in material.
     depth, film_depth, film

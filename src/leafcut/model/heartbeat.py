@@ -14,15 +14,7 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One of several alternatives that a step tries in turn.
-
-    Attributes
-    ----------
-    name
-        Unique name of the alternative.
-    figure, cost
-        Its result in words and as a cost to compare; "" and None until it is known.
-    """
+    """An alternative with a unique name; `figure` (in words) and `cost` are "" and None until its result is known."""
 
     name: str
     figure: str = ""

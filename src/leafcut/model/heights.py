@@ -44,7 +44,7 @@ class HeightCount:
 
     @property
     def common(self) -> float:
-        """The common height of all objects; 0 without one."""
+        """Return the height of all objects; 0 without one."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
     def __str__(self) -> str:

@@ -157,8 +157,6 @@ class MissingWork:
     ----------
     what
         Noun for one piece of it: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
-    count
-        Number of pieces.
     where
         Their known positions, mm, in program coordinates; may be fewer than `count`.
     outlines

@@ -38,7 +38,7 @@ class Head(StrEnum):
 
 
 def method_of(name: str) -> str:
-    """Return the method of a process name in a cut chart: a `CutMethod`, or a word of the chart itself."""
+    """Return the `CutMethod` in a process name of a cut chart, or a word of the chart itself."""
     return name.lower().partition("_")[0]
 
 

@@ -21,7 +21,7 @@ class Probe:
     depth
         Maximum depth below Z0 before the controller raises an alarm, mm.
     switch_offset
-        Z travel between contact and tripping of the switch, mm; 0 if the tip itself is the switch.
+        Z travel from contact to tripping of the switch, mm; 0 if the tip itself is the switch.
     """
 
     feed: float

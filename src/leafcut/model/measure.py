@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Measure:
-    """Rapid and cutting lengths of a toolpath in mm, machine time in s, and seconds by kind of motion.
+    """Rapid and cutting lengths of a toolpath, mm, and machine time, s.
 
     Attributes
     ----------
     by_kind
-        Keys: rapid, feed, dwell, tool_change and spindle.
+        Seconds by kind: rapid, feed, dwell, tool_change and spindle.
     start
         Position of the tool before the first move, (x, y) in mm, if the time includes the move from there.
     lines

@@ -12,16 +12,9 @@ from leafcut.errors import PlanError
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles in mm.
+    """Triangles, float64[n, 3, 3] (triangle, corner, x y z), mm.
 
-    Attributes
-    ----------
-    triangles
-        float64[n, 3, 3]: triangle, corner, x y z.
-    name
-        Name for messages: the file's name.
-    closed
-        Whether every edge is shared by two triangles, so that the mesh has an inside.
+    `closed`: every edge is shared by two triangles, so that the mesh has an inside.
     """
 
     triangles: NDArray[np.float64]

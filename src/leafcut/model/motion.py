@@ -124,7 +124,7 @@ class Arc:
 
 
 class Motion(NamedTuple):
-    """One row of a toolpath, for messages and for loops that need not be fast."""
+    """A row of a toolpath, for messages and for loops that need not be fast."""
 
     kind: Kind
     end: tuple[float, float, float]

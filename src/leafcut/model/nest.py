@@ -17,12 +17,8 @@ from leafcut.model.issue import Issue, missing_work
 class NestPart:
     """A part and its quantity.
 
-    Attributes
-    ----------
-    contours
-        Its closed outline first, then its holes and marks, mm, in drawing coordinates.
-    rotations
-        Allowed angles, rad counter-clockwise from the drawing; None for any.
+    `contours` are its closed outline, then its holes and marks, mm, in drawing coordinates. `rotations` are the allowed
+    angles, rad counter-clockwise from the drawing; None for any.
     """
 
     name: str
@@ -71,10 +67,8 @@ class Stock:
 
     Attributes
     ----------
-    count
-        Available number; None for unlimited.
-    price
-        Price per sheet; None if unknown.
+    count, price
+        None for unlimited, and if unknown.
     edge
         Outline of a remnant and the holes in it; empty for a rectangle.
     name
@@ -90,7 +84,7 @@ class Stock:
 
     @property
     def paths(self) -> tuple[Polyline, ...]:
-        """Its outline, then its holes."""
+        """Outline, then holes."""
         corners = [(0.0, 0.0), (self.length, 0.0), (self.length, self.width), (0.0, self.width)]
         return self.edge or (Polyline.of_points(corners, closed=True),)
 
@@ -132,8 +126,6 @@ class Nest:
 
     Attributes
     ----------
-    stocks
-        Available kinds of sheet.
     unplaced
         Number of unplaced pieces of each part.
     method, seed
@@ -166,7 +158,7 @@ class Nest:
         return sum(layout.count * self.parts[p.part].area for layout in self.layouts for p in layout.placements)
 
     def stock_of(self, layout: Layout) -> Stock:
-        """Return the kind of sheet of a layout."""
+        """Kind of sheet of a layout."""
         return self.stocks[layout.stock]
 
     @property
@@ -229,7 +221,7 @@ class Nest:
 
 @dataclass(frozen=True)
 class Remnant:
-    """A remnant worth keeping: its drawing, its number, and its shape."""
+    """A remnant worth keeping."""
 
     file: str
     count: int
@@ -250,8 +242,6 @@ class NestOutcome:
         For every drawn variant, the best or all, the DXF text of each sheet, one per layout.
     files
         Names of the written files; empty if none were written.
-    remnants
-        Remnants of the best variant's sheets, if requested.
     defaults
         Used options that were set by the user's own defaults, as typed.
     """

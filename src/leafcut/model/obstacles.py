@@ -21,15 +21,12 @@ class Obstacles:
     Attributes
     ----------
     zones
-        float64[k, 4]: x0, y0, x1, y1 with x0 ≤ x1, y0 ≤ y1, mm, in the given order.
+        float64[k, 4]: x0, y0, x1, y1 with x0 ≤ x1, y0 ≤ y1, mm.
     heights
         float64[k]: minimum height of a rapid across each zone, mm; infinite if the tool cannot be lifted and must go
         around.
     radii
         By tool, radius of the flutes, mm: minimum distance of its centre; 0 for others.
-    dogleg
-        Whether the axes of a rapid may arrive at different times, so that it may pass anywhere in the rectangle between
-        its ends.
     bodies
         By tool, discs above its flutes: height above the tip, and radius, mm.
     lowest

@@ -13,14 +13,8 @@ from leafcut.model.work_material import WorkMaterial
 class PaceRules:
     """Permitted changes to the feeds of a program.
 
-    Attributes
-    ----------
-    air, feeds
-        Replace feeds in air by rapids; adapt feeds to the chip.
-    clearance
-        Distance of new rapids to all material, mm.
-    spindle
-        Spindle limits and material; None if the material is unknown.
+    `air` replaces feeds in air by rapids, at the distance `clearance`, mm, from all material; `feeds` adapts feeds to the
+    chip. `spindle` is None if the material is unknown.
     """
 
     air: bool
@@ -31,16 +25,9 @@ class PaceRules:
 
 @dataclass(frozen=True)
 class SpindleLoad:
-    """Limits of a spindle, and the material that it cuts.
+    """Limits of a spindle, W and N·mm (infinite if unknown), and the material that it cuts.
 
-    Attributes
-    ----------
-    material
-        Material with its specific cutting force.
-    power, torque
-        W, N·mm; infinite where not known.
-    efficiency
-        Fraction of the power that reaches the tool.
+    `efficiency` is the fraction of the power that reaches the tool.
     """
 
     material: WorkMaterial

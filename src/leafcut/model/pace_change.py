@@ -30,8 +30,6 @@ class ToolPace:
 
     Attributes
     ----------
-    number, label
-        Number and name of the tool.
     feed_before, feed_after
         (lowest, highest) feed in material, mm/s.
     chip_before, chip_after, chip_limit
@@ -69,14 +67,8 @@ class PaceChange:
     rapids, clearance_mm
         Number of sections that became rapids, and their smallest distance to material, mm; None if they never approach
         any.
-    lowered
-        Number of lowered heights.
-    changed
-        Number of motions with a new feed.
     assumed
         Whether the stock was unknown; material was then assumed wherever no rapid of the program went.
-    tools
-        Milling tools with adapted feeds, by number.
     """
 
     air_s: float | None = None

@@ -41,7 +41,7 @@ class HoleStep:
 
 @dataclass(frozen=True, slots=True)
 class Hole:
-    """A round hole in plan view: centre and diameter in mm, with the drawing's layer and entity handle.
+    """A round hole in plan view, mm.
 
     A diameter of 0 means a point with a position only. `z` is the drawn height. `depth` is the depth of the full
     diameter below it, mm, if known from a solid, else None; then `through` states whether it is open at the bottom,
@@ -62,7 +62,7 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """A round opening through a solid: its outline and its diameter, mm."""
+    """A round opening through a solid, mm."""
 
     outline: Polyline
     diameter: float
@@ -70,7 +70,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A routed slot: the centre line from start to end, and its width, in mm. It may be cut from either end."""
+    """A routed slot: its centre line and its width, mm. It may be cut from either end."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -81,7 +81,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Grouping:
-    """Clusters of alternative points of a map; a tour visits one point of every cluster.
+    """Clusters of alternative points of a map; a tour visits a point of every cluster.
 
     Attributes
     ----------

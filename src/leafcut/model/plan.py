@@ -28,8 +28,6 @@ class Stage:
         Whether the stage starts where the stage before it ends.
     given
         int32[tasks]: the choices in the order of the input; empty if that order cannot be used.
-    name
-        Name of the search in progress reports.
     first
         int32[k]: choices that the user wants first, in this order.
     parts
@@ -70,14 +68,7 @@ class Order:
 class Candidate:
     """An order as motion.
 
-    Attributes
-    ----------
-    order, path, measure
-        The order, its toolpath, and the time and lengths of the toolpath.
-    detail
-        Data of the process that belong to this motion.
-    text, written
-        The program, and the toolpath read back from it; "" and None before it is written and proved.
+    `text` and `written`, the toolpath read back from it, are "" and None before the program is written and proved.
     """
 
     order: Order

@@ -35,9 +35,7 @@ class Pocket:
     islands
         Closed, clockwise, inside the outline, without contact to it or to each other.
     name
-        Name for messages: a number, a layer or the drawing's own name.
-    layer, handle
-        Layer and entity handle of the outline in the drawing; empty for pictures.
+        A number, a layer or the drawing's own name.
     depth, top
         Depth of the floor below the top of the pocket, and height of the top, mm; None if unknown, as in a drawing.
     """
@@ -85,8 +83,6 @@ class PocketLevels:
     begin
         Start of the material: 0, the floor of an enclosing pocket that is cleared before, or the surrounding surface of
         the solid.
-    levels
-        From the top down.
     """
 
     begin: float
@@ -140,7 +136,7 @@ class PocketRules:
 
     @property
     def radius(self) -> float:
-        """Radius of the tool, mm."""
+        """Tool radius, mm."""
         return 0.5 * self.tool_diameter
 
     @property
@@ -303,8 +299,6 @@ class PocketPlan:
         Height of every level below the top of the pockets, mm, negative.
     chosen
         Index in `results` of the chosen strategy.
-    results
-        The strategies that were tried.
     begin
         Start of the material, mm: 0 at the top of the pockets, negative below.
     in_floor

@@ -38,18 +38,12 @@ class Stay(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Staying:
-    """Tasks that keep their position for the same reason.
+    """Tasks that keep their position for the same reason (see `Stay`).
 
     Attributes
     ----------
-    reason
-        See `Stay`.
-    count
-        Number of tasks.
     first_line, word
         First line of a cause, and its text, "" if it is the task itself.
-    text
-        The reason and its first position, in words.
     """
 
     reason: str
@@ -69,16 +63,12 @@ class PieceOfWork:
     ----------
     begin, end
         Half-open range of blocks.
-    kind
-        ``hole`` or ``cut``.
     entry, exit
         (x, y) in mm where the tool arrives by rapid, and where it is retracted.
     arrive_z, leave_z
         Height at which the tool arrives, and to which it retracts, mm.
     bottom
         Lowest height, mm.
-    line
-        Line of its first block.
     reversible
         Whether it may be reversed: the tool then arrives at `exit` and is retracted at `entry`.
     may_free, frees
@@ -105,8 +95,6 @@ class Section:
 
     Attributes
     ----------
-    pieces
-        In the order of the program.
     precedence
         int32[k, 2]: pairs (before, after) of tasks.
     start, end
@@ -150,12 +138,8 @@ class Sequence:
     ----------
     items
         Unchanged blocks and sections, in the order of the new program.
-    process
-        ``drill``, ``mill``, ``laser`` or ``plasma``.
     dropped
         Blocks left out of the new program: tool changes saved by merging.
-    issues
-        Issues found during the analysis.
     mergeable
         Number of tool changes that joining sections would save, if that was not requested.
     stays

@@ -19,8 +19,6 @@ class ShownStock:
 
     Attributes
     ----------
-    tools
-        The cutting tools, by number.
     block
         Lower and upper corner of the block, mm; None: a block just around the cuts.
     around

@@ -16,16 +16,10 @@ class Simulation:
 
     Attributes
     ----------
-    program
-        Name of the program, as given.
     machine, dialect
-        Machine that runs it, and dialect in which it was read.
-    path
-        Toolpath of the program, and `run`, the same with additions of the controller at every cut.
+        The machine that runs the program, and its dialect.
     measure
         Times and lengths of `run`, starting at X0 Y0.
-    issues
-        Dangers, assumptions, and unknown actions of the controller.
     defaults
         Used options that were set by the user's own defaults, as typed.
     """

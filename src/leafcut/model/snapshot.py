@@ -32,7 +32,7 @@ class Pheromone:
 
 @dataclass(frozen=True)
 class NextPlace:
-    """One of the steps that an ant can take from a point.
+    """A step that an ant can take from a point.
 
     Attributes
     ----------
@@ -57,8 +57,6 @@ class SearchStep:
 
     Attributes
     ----------
-    algorithm
-        Name of the option.
     values
         By the symbols of `docs/glossary.md`, with words for indices in a formula: ``alpha``, ``tau_max``, ``c_best``
         (the best path yet), ``c_iteration`` (the best of this iteration).

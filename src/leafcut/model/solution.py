@@ -33,7 +33,7 @@ class Solution:
     history
         (seconds since the start, cost) at every improvement.
     iterations
-        Of the algorithm, 0 for a construction heuristic.
+        0 for a construction heuristic.
     lower_bound
         Lower bound of the cost of all paths, or None if it was not computed.
     stopped_early
@@ -63,15 +63,7 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A map, and a closed tour through its points.
-
-    Attributes
-    ----------
-    part
-        The map. If it has clusters, the tour visits one point of each.
-    defaults
-        Used options that were set by the user's own defaults, as typed.
-    """
+    """A map, and a closed tour through its points, or through one point of each cluster."""
 
     part: Part
     solution: Solution

@@ -40,11 +40,6 @@ class Study:
     """An observer that records every iteration, and forwards calls to another observer.
 
     It is passed as `observe` to a search. It does not change the result, and a search without it records no iterations.
-
-    Attributes
-    ----------
-    searches
-        The iterations of every observed search, in order.
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
@@ -53,7 +48,6 @@ class Study:
         self._lock = threading.Lock()
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Forward the call to the other observer."""
         if self.observer is not None:
             self.observer(take, alone)
 
@@ -81,7 +75,7 @@ class Study:
 
 
 class _Kept:
-    """Iterations of a search: at most `MAX_KEPT`, and the newest."""
+    """At most `MAX_KEPT` iterations of a search, and the newest."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

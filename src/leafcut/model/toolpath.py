@@ -159,7 +159,6 @@ class Toolpath:
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
     def _arc_extents(self) -> list[NDArray[np.float64]]:
-        """Return the extreme points of every arc along its axes that the arc reaches."""
         rows = np.flatnonzero((self.kind == Kind.ARC_CW) | (self.kind == Kind.ARC_CCW))
         return [np.array(arc_extremes(self, int(row))).reshape(-1, 3) for row in rows]
 

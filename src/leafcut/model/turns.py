@@ -41,8 +41,6 @@ class Turns(NamedTuple):
 
     Attributes
     ----------
-    row
-        Row of each arc.
     length
         mm; 0 if the start is unknown.
     plane
@@ -53,8 +51,6 @@ class Turns(NamedTuple):
         At the start, rad.
     end_radius
         mm; controllers allow a small difference from the radius at the start.
-    turn
-        The round part.
     """
 
     row: NDArray[np.int64]

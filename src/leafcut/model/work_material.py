@@ -12,7 +12,7 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor tool life of a kind of tool in a material.
+    """Extended Taylor tool life of a tool kind in a material.
 
     The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m).
     With all exponents except m at 0 it is Taylor's v T^n = C, n = m.
@@ -22,16 +22,12 @@ class ToolLife:
 
     Attributes
     ----------
-    work, tool_material
-        Operation and tool material.
     constant
         C: mm/s, for a life of 1 s, with every length 1 mm.
     life, diameter, feed, width, depth, teeth
         The exponents m, q, y, x, u and p. The feed is per revolution of a drill, per tooth of a mill.
     least_feed
         Lower end of its range of feeds, mm; the upper end is the lower end of the next.
-    source
-        Source of the constants, or "estimate: …".
     """
 
     work: CuttingWork
