@@ -178,7 +178,7 @@ def widest_below(
 ) -> NDArray[np.float64]:
     """Return the largest radius of a tool below each height, float64[k], mm.
 
-    `radius` is that of the flutes, `bodies` the height above the tip and the radius of each disc above the flutes, `tip` the
+    `radius` is that of the flutes, `bodies` the height above the tip and the radius of each disc above them, `tip` the
     height of the tip, mm.
     """
     widest = np.full(np.shape(heights), radius)

@@ -48,6 +48,7 @@ class Study:
         self._lock = threading.Lock()
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
+        """Forward the call to the other observer."""
         if self.observer is not None:
             self.observer(take, alone)
 

@@ -235,7 +235,7 @@ def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: 
 
 
 def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
-    """Return the largest distance of the centres, mm: the item of radius `inner` must contain the centre of the circle."""
+    """Return the largest distance of the centres, mm; the item of radius `inner` must contain the circle's centre."""
     return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
 
 

@@ -95,7 +95,7 @@ def picture_kind(head: bytes) -> str:
 
 
 def sniff_excellon(head: bytes) -> Match:
-    """Recognise Excellon by its header, or by tools and coordinates: boards come as ``.tap`` or ``.nc``, like programs."""
+    """Recognise Excellon by its header, or by tools and coordinates: boards come as ``.tap`` or ``.nc`` as well."""
     lines = head.replace(b"\r", b"\n")
     tools = _has_line(_DRILL_TOOL, lines)
     if _has_line(rb"^M48\s*$", lines) and (tools or _has_line(_DRILL_HEADER, lines)):

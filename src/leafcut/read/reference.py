@@ -30,7 +30,7 @@ def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
 def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
     """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all is machined.
 
-    Everything in drill files, point maps and pictures is machined; their holes count by their centres. Raises like `whole_of`.
+    All in drill files, point maps and pictures is machined; their holes count by their centres. Raises like `whole_of`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None

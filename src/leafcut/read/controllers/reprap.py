@@ -197,7 +197,7 @@ def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str
 
 
 def _store_rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
-    """Store the home position of M574: 1 is the lower end, 2 the upper end (limits of M208), except for a probe (S2)."""
+    """Store the home position of M574: 1 is the lower end, 2 the upper end (limits of M208); a probe (S2) has none."""
     homes, positions = dict.fromkeys("XYZ", 0.0), []
     for line in lines:
         if line.word != "M574" or line.letters.get("S", "").strip() == "2":
