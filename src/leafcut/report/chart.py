@@ -39,7 +39,7 @@ TIME_KINDS = {
 
 @dataclass(frozen=True)
 class _Axes:
-    """Maps seconds and costs to user units; `log` makes the time axis logarithmic."""
+    """`log` makes the time axis logarithmic."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]
@@ -59,7 +59,7 @@ class _Axes:
 def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     """Return the chart of the best cost over time, or an empty text if nothing was improved.
 
-    `nearest` is the cost of the nearest neighbour order in the solution's unit, drawn as a dashed line if known.
+    `nearest` is the cost of the nearest neighbour order, drawn as a dashed line if known.
     """
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
     if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
@@ -103,14 +103,13 @@ def _axes(history: list[tuple[float, float]], costs: list[float], total: float, 
 
 
 def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
-    """Return the factor and the name of the unit of the cost axis."""
+    """Return the factor and the name of the unit."""
     if unit == "mm":
         return (0.001, "m") if largest >= 10_000 else (1.0, "mm")
     return (1.0 / 60.0, "min") if largest >= 600 else (1.0, "s")
 
 
 def _grid(axes: _Axes, factor: float, unit: str) -> str:
-    """Return grid lines at round costs, ticks at round seconds, and the axis labels."""
     bottom = HEIGHT - _BOTTOM
     low, high = (c * factor for c in axes.costs)
     step = nice_step(high - low, 4)
@@ -148,7 +147,6 @@ def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
 
 
 def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
-    """Return the best cost as a staircase, with its end marked and labelled."""
     points = [(axes.x(s), axes.y(c)) for s, c in history]
     (x, y), *rest = points
     words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
@@ -169,7 +167,7 @@ def _level(axes: _Axes, name: str, level: float) -> str:
 
 
 def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """Return the name and cost of each level, below its line, or above it at the bottom of the chart."""
+    """A label is below its line, or above it at the bottom of the chart."""
     words = []
     for name, level in levels.items():
         y = axes.y(level)

@@ -110,7 +110,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
-    """Return the points of a front to show, quickest first, and the library's own point."""
+    """Return the points to show, quickest first, and the library's own point."""
     points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),

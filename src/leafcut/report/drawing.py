@@ -140,7 +140,7 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
 
 
 def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
-    """Return the drawn size of holes of unknown diameter: visible, and without overlap."""
+    """Return a visible size without overlap."""
     apart = math.sqrt(frame.width * frame.height / max(holes, 1))
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
@@ -195,7 +195,6 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
 
 
 def _holes(scene: Scene, name: str) -> str:
-    """Return every hole once, as a dot with a rim, and every slot."""
     parts = []
     for number, dots in enumerate(scene.dots):
         of_tool, data = tool_class(scene, dots.tool), dots_data(dots.points)
@@ -216,7 +215,7 @@ def _holes(scene: Scene, name: str) -> str:
 
 
 def _rapids(scene: Scene, path: Trace) -> str:
-    """Return the rapids: in one colour if stops are numbered, otherwise in a colour ramp from first to last."""
+    """One colour if stops are numbered, otherwise a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
@@ -236,7 +235,6 @@ def cut_tools(scene: Scene) -> dict[int, int]:
 
 
 def _cuts(scene: Scene, path: Trace) -> str:
-    """Return the cuts, thinner if there are many, in the colours of their tools."""
     if not len(path.cuts):
         return ""
     segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
@@ -253,7 +251,7 @@ def _cuts(scene: Scene, path: Trace) -> str:
 
 
 def _ends(scene: Scene, path: Trace) -> list[str]:
-    """Return the marks of the first and last stop, and numbers if there are few enough stops."""
+    """Number the stops if there are few enough."""
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}
@@ -273,9 +271,8 @@ def _ends(scene: Scene, path: Trace) -> list[str]:
 
 
 def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
-    """Return the numbers of the stops, placed where they cover the least.
-
-    `stops` is float64[k, 4]: x, y, the radius to keep clear, and the radius of the hole.
+    """Place the numbers where they cover the least; `stops` is float64[k, 4]: x, y, the radius to keep clear, and the
+    radius of the hole.
     """
     frame, font = scene.frame, _font(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
@@ -286,7 +283,7 @@ def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[
 
 
 def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the drawn radius of the largest hole at each position, 0 without a hole (the end of a slot)."""
+    """Return the radius of the largest hole at each position, 0 without a hole (the end of a slot)."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
         key = (round(x * STEPS), round(y * STEPS))
@@ -303,7 +300,7 @@ def _font(places: NDArray[np.float64]) -> float:
 
 
 def _marks(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
-    """Return a ring around the first stop and a square around the last; enlarges their `radii`."""
+    """Enlarges the `radii` of the first stop, a ring, and the last, a square."""
     radii[0] = ring = max(radii[0] + 3.0, 4.5)
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)

@@ -86,12 +86,6 @@ class Frame:
 
         Parameters
         ----------
-        words
-            Title.
-        window
-            Id of the clip path of the frame.
-        kind
-            CSS classes.
         size
             Whether the SVG stands alone and needs its size.
         """
@@ -136,7 +130,7 @@ class Frame:
         return f"rotate(-90 {short(x)} {short(y)})"
 
     def _bar(self, step: float) -> str:
-        """Return a scale bar of one tick step with its length; it stays true when the page is scaled or printed."""
+        """The bar has the length of a tick step; it stays true when the page is scaled or printed."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"

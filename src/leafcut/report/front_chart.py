@@ -47,13 +47,7 @@ svg.front { background: var(--page); }
 
 
 def check_name(file: str | Path | None) -> None:
-    """Refuse a file that is not SVG.
-
-    Raises
-    ------
-    OptionError
-        It does not end in ``.svg``.
-    """
+    """Raise `OptionError` if a file does not end in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
             f"--plot: '{Path(file).name}' is not a picture that can be written; name a file ending in .svg"
@@ -75,7 +69,7 @@ _SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
 
 @dataclass(frozen=True)
 class _Axis:
-    """Maps numbers to user units along one side of a panel."""
+    """Maps numbers to user units along a side of a panel."""
 
     low: float
     high: float
@@ -84,17 +78,15 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
-        """Return an axis with a margin around some non-negative values."""
+        """`values` are not negative; a margin is added around them."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
 
     def at(self, value: float) -> float:
-        """Return the position of a number."""
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
     def marks(self) -> list[tuple[float, str]]:
-        """Return round numbers on the axis with their labels."""
         step = nice_step(self.high - self.low, 5)
         return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
 
@@ -133,7 +125,7 @@ def front_svg(data: CuttingData) -> str:
 
 
 def _shade(shortest: float, longest: float) -> Callable[[float], int]:
-    """Return a function from tool life to colour class of the ramp (logarithmic)."""
+    """Logarithmic."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
@@ -176,7 +168,6 @@ def _panel(
     front: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
     x_of: Callable[[CuttingPoint], float], y_of: Callable[[CuttingPoint], float], names: tuple[str, str],
 ) -> str:  # fmt: skip
-    """Return one panel: axes, front, best point of each objective, and the given point."""
     start, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
     given = _given_point(front)
@@ -211,7 +202,7 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the given point, unless it is far away and would squeeze the front."""
+    """Return None for a point far away, which would squeeze the front."""
     if front.given is None:
         return None
     for value_of in _SHOWN:
@@ -232,20 +223,16 @@ def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], sh
 
 @dataclass(frozen=True)
 class _Frame:
-    """The inside of a panel, user units."""
-
     left: float
     right: float
     top: float
     bottom: float
 
     def leaves(self, box: _Box) -> bool:
-        """Return whether a box is partly outside."""
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
 def _marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
-    """Return the quickest, cheapest and longest-lived point, and the given point, with labels."""
     points = front.points
     place_of = {
         "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
@@ -277,7 +264,7 @@ def _around(place: Point) -> _Box:
 
 
 def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
-    """Return the label of a mark where it hides the least: its box and its text."""
+    """Place the label where it hides the least."""
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_BESIDE):

@@ -159,7 +159,6 @@ def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
 
 
 def _defaults(options: tuple[str, ...]) -> dict[str, list[str]]:
-    """Return the user's defaults that were used; empty if there are none."""
     return {"defaults": list(options)} if options else {}
 
 
@@ -172,7 +171,7 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
-    """Return one operation's tool; a tool with two operations (holes and slots) has two entries.
+    """A tool with two operations (holes and slots) has two entries.
 
     `staying` is the number of its holes that keep their old positions. A `beam` has a power.
     """

@@ -40,8 +40,7 @@ def place_labels(
 ) -> list[tuple[float, float] | None]:
     """Return the centre of each number, in user units, or None if every position would cover another number.
 
-    `stops` is float64[n, 4]: x, y, the radius to keep clear, and the radius of the hole. A number is placed inside a
-    hole that is large enough.
+    `stops` is float64[n, 4]: x, y, the radius to keep clear, and the radius of the hole, inside which a number may fit.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
@@ -62,7 +61,7 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return candidate centres, float64[k, 2]: inside the hole if it is large enough, then around it."""
+    """Return candidates float64[k, 2]: inside the hole if it is large enough, then around it."""
     (x, y), reach = centre, free + _GAP
     around = []
     for dx, dy in _DIRECTIONS:

@@ -33,7 +33,6 @@ def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
 
 
 def _moving(path: Toolpath) -> NDArray[np.int64]:
-    """Return the rows that move, as far as known."""
     before = path.before
     moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
     # A row that gives an axis its first position also counts.
@@ -42,12 +41,12 @@ def _moving(path: Toolpath) -> NDArray[np.int64]:
 
 
 def _marks(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the features for matching moves, float64[k, 4]: rapid or not, and the end."""
+    """Return float64[k, 4]: rapid or not, and the end."""
     return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
 
 
 def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which rows of features may be equal; unknown values match anything."""
+    """Unknown values match anything."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
 

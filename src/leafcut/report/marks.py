@@ -20,10 +20,7 @@ _WORD = 50.0
 
 
 def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
-    """Return arrow heads in the middle of some of the longer rapids, spread evenly over the path.
-
-    `reach` is half the length of a head, user units.
-    """
+    """Return arrow heads, half length `reach`, in the middle of some of the longer rapids, spread over the path."""
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
@@ -74,7 +71,6 @@ def word_side(x: float, width: float) -> float:
 
 
 def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
-    """Return a word beside a mark, on the side with space."""
     side = word_side(x, width)
     y = min(max(y, 8.0), height - 8.0)
     return text(

@@ -60,7 +60,7 @@ def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
 
 
 def _hatch(ring: Points) -> str:
-    """Return path data of 45° lines within a ring, user units."""
+    """Lines at 45°, user units."""
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)

@@ -47,7 +47,6 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
 
 
 def _tool_words(tool: ToolPace) -> str:
-    """Return how the feeds of a tool have changed, and its thickest chip."""
     before, after = (_feed_words(*feeds) for feeds in (tool.feed_before, tool.feed_after))
     origin = "from its feed and speed" if tool.limit_stated else "the thickest of the program"
     return (
@@ -58,7 +57,7 @@ def _tool_words(tool: ToolPace) -> str:
 
 
 def _limit_words(limit: FeedLimit) -> str:
-    """Return the value of a limit before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
+    """Format as "power 1.2 → 0.9 kW, at most 0.9"."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {limit_text}"

@@ -44,7 +44,7 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Return escaped text with its options marked unbreakable: browsers would break them after the dashes."""
+    """Mark options as unbreakable in escaped text: browsers would break them after the dashes."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
@@ -125,7 +125,7 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 
 def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
-    """Return title, data URL and size of a picture, optionally with the travel moves."""
+    """Return title, data URL and size."""
     from PIL import Image
 
     from leafcut.report.stock_picture import OverStock, stock_png

@@ -19,10 +19,7 @@ _TOLERANCE = 0.05
 
 
 def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the bounding-box corners of the edge contours near the work, float64[k, 2], mm.
-
-    `low` and `high` are the corners of the work.
-    """
+    """Return the bounding-box corners of the edge contours near the work, float64[k, 2], mm."""
     boxes = np.array([c.path.extents for c in part.edge]).reshape(-1, 2, 2)
     beyond = max(_BEYOND * float((high - low).max()), _MIN_DISTANCE)
     near = (boxes[:, 0] >= low - beyond).all(axis=1) & (boxes[:, 1] <= high + beyond).all(axis=1)

@@ -40,12 +40,8 @@ class PathReport(Generic[D]):
         Origin of the order before: ``drawing``, ``plan`` file or ``program``.
     proof, found
         Kind of proof, for the badge of the page; result of the proof, for the summary.
-    ordered
-        Whether there was anything to order.
     package, template
         Package and name of the page's template; the package of a process also has a style sheet of that name.
-    travel
-        Heading of the lengths between the cuts.
     cleared
         Width that the tool clears along its path, mm; 0 if drawings show lines.
     """
@@ -81,7 +77,7 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts of the outcome, title facts first."""
+        """All facts, title facts first."""
         bound = self.bound_words()
         return [
             *(self._counts or self.counts()),

@@ -78,7 +78,7 @@ def stock_picture(stock_cut: StockCut) -> str:
 
 
 def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
-    """Return lines, class → float64[n, 2, 2] in mm, in a frame with axes, as a stand-alone SVG."""
+    """`lines` maps a class to float64[n, 2, 2], mm."""
     points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
     (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
     frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))

@@ -23,7 +23,7 @@ class Trace:
     Attributes
     ----------
     rapids, cuts
-        float64[n, 2, 2]: straight segments (from, to) in order; arcs are split into short segments.
+        float64[n, 2, 2]: straight segments (from, to) in order, also along arcs.
     stops
         float64[k, 2]: positions where the tool starts to work after a travel move, in order.
     cut_tool
@@ -91,7 +91,7 @@ def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDAr
 
 
 def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return an arc as short straight segments seen from above, float64[n, 2, 2], mm."""
+    """Return straight segments, float64[n, 2, 2], mm."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)

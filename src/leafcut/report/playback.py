@@ -144,7 +144,7 @@ def playback(
 
 
 def _last_place(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the tool position after the last row, float64[0 or 1, 3]."""
+    """Return float64[0 or 1, 3]."""
     if not len(path):
         return before
     end = path.end[-1:]

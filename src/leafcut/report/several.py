@@ -25,10 +25,7 @@ def print_programs(
 ) -> None:
     """Print the result of each of several inputs, and the location of the programs.
 
-    Parameters
-    ----------
-    rows
-        The row of each input in the table of figures, and its answer as for ``--json``.
+    `rows` are the row of each input in the table of figures, and its answer as for ``--json``.
     """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
@@ -84,7 +81,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return the user's defaults that were used, each once: inputs of different kinds use different ones."""
+    """Return each default once: inputs of different kinds use different ones."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 
@@ -107,10 +104,7 @@ def _add(table: Table, name: str, cells: Iterable[str], last: str, style: str) -
 
 
 def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
-    """Return the number of issues of the worst severity: ``2 dangers``; empty if there are only notes.
-
-    For missing work, it is the amount missing.
-    """
+    """Return ``2 dangers``; empty if there are only notes. For missing work, it is the amount missing."""
     kinds = [issue["severity"] for issue in issues]
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
     if worst == "missing":
@@ -119,7 +113,6 @@ def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
 
 
 def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, key: str) -> None:
-    """Print dangers and missing work, then the table, then the rest."""
     from rich.text import Text
 
     console.print("")

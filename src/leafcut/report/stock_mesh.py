@@ -48,13 +48,13 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
-    """Return the vertex positions along an axis, mm: the centre of every `step`-th cell, and twice at each side."""
+    """Return the centre of every `step`-th cell, and twice at each side, mm."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])
 
 
 def _triangles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return two triangles per quad of neighbouring vertices, float64[m, 3, 3], facing up."""
+    """Return two triangles per quad, float64[m, 3, 3], facing up."""
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
     return np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)

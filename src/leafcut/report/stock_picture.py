@@ -53,14 +53,8 @@ _STEPS = 1024
 class OverStock(NamedTuple):
     """Overlays of a height field.
 
-    Attributes
-    ----------
-    ways
-        float64[m, 4]: x and y of both ends of lines, mm.
-    air
-        bool[rows, columns]: cells without material before the first cut.
-    held
-        bool[rows, columns]: cells of the fixture.
+    `ways` is float64[m, 4], x and y of both ends of lines, mm. `air` and `held` are bool[rows, columns]: cells without
+    material before the first cut, and cells of the fixture.
     """
 
     ways: NDArray[np.float64]
@@ -103,7 +97,7 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
 def _coloured(
     heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float, cell: float
 ) -> NDArray[np.uint8]:
-    """Return the colours of all cells, uint8[rows, columns, 3]."""
+    """Return uint8[rows, columns, 3]."""
     place = np.clip((top - heights) / (top - bottom), 0.0, 1.0)
     colours = _ramp(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
     colours *= (_light(heights, cell) * _shadow(heights, through, top, bottom))[..., None]
@@ -112,7 +106,7 @@ def _coloured(
 
 
 def _sized(picture: Picture) -> Picture:
-    """Return a picture at its size: few cells are enlarged, and many thinned out, with smooth edges."""
+    """Enlarge few cells, thin out many."""
     from PIL import Image, ImageFilter
 
     share = LONGER / max(picture.size)
@@ -128,7 +122,7 @@ def _ramp(steps: int) -> NDArray[np.float64]:
 
 
 def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """Return the brightness of each cell by its slope, 1 if flat; light comes from the upper left."""
+    """Return the brightness, 1 if flat; light comes from the upper left."""
     if min(heights.shape) < 2:
         return np.ones_like(heights)
     rise_y, rise_x = np.gradient(heights, cell)
@@ -137,7 +131,7 @@ def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
 
 
 def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float) -> NDArray[np.float32]:
-    """Return the brightness of each cell below higher surroundings, 1 in the open."""
+    """Return the brightness below higher surroundings, 1 in the open."""
     high = np.where(through, np.float32(bottom), heights)
     near = max(round(_NEAR * max(heights.shape)), 1)
     around = _mean(_mean(high, near, 0), near, 1)
@@ -146,7 +140,7 @@ def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float
 
 
 def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
-    """Return the moving average along an axis; edge values continue outside."""
+    """Return the moving average; edge values continue outside."""
     wide = [(near + 1, near) if k == axis else (0, 0) for k in range(2)]
     sums = np.cumsum(np.pad(values, wide, mode="edge"), axis=axis, dtype=np.float64)
     count = 2 * near + 1
@@ -156,7 +150,7 @@ def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float
 
 
 def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]) -> None:
-    """Draw lines over the picture of a field, each with a light edge: they cross dark colours and light ones."""
+    """Draw each line with a light edge: it crosses dark colours and light ones."""
     from PIL import ImageDraw
 
     (width, height), (rows, columns) = picture.size, field.heights.shape
@@ -170,7 +164,6 @@ def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]
 
 
 def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) -> None:
-    """Draw ticks with round coordinates along the bottom and left sides."""
     width, height = size
     rows, columns = field.heights.shape
     low_x, low_y = field.x - 0.5 * field.cell, field.y - 0.5 * field.cell
@@ -187,12 +180,12 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
 
 
 def _words(value: float, step: float) -> str:
-    """Return a tick's number; the font has only the hyphen for minus."""
+    """The font has only the hyphen for minus."""
     return tick_words(value, step).replace("−", "-")
 
 
 def _between(top: float, bottom: float, length: int) -> list[float]:
-    """Return round heights from the top down, mm, clear of both ends of a scale of this length in pixels."""
+    """Return round heights from the top down, clear of both ends of a scale of `length` pixels."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)
@@ -201,7 +194,6 @@ def _between(top: float, bottom: float, length: int) -> list[float]:
 def _draw_scale(
     draw: Any, font: Any, at: tuple[int, int], length: int, top: float, bottom: float, through: bool
 ) -> None:
-    """Draw the scale: colours of heights from top to bottom, their numbers, and the colour of holes."""
     x, y = at
     for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
         draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))

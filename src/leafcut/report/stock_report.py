@@ -24,13 +24,7 @@ _MAX_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
-    """Refuse a file that is neither a picture nor a solid.
-
-    Raises
-    ------
-    OptionError
-        The extension is unknown.
-    """
+    """Raise `OptionError` for an extension of neither a picture nor a solid."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 

@@ -43,7 +43,7 @@ def print_summary(report: PathReport[Any], console: Console) -> None:
 
 
 def _worst(outcome: Outcome) -> list[RenderableType]:
-    """Return dangers and missing work, which come first."""
+    """Dangers and missing work come first."""
     from rich.text import Text
 
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]

@@ -168,10 +168,7 @@ def work_words(operation: OperationOutcome) -> str:
 
 
 def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
-    """Return the search of each operation in words, with a chart if there is a history.
-
-    `nearest_cost` is the cost of the nearest neighbour order, drawn as a line.
-    """
+    """Return the search of each operation in words, with a chart if there is a history."""
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
     for number in sorted(by_size[:MAX_SEARCHES]):
