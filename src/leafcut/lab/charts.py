@@ -83,7 +83,7 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Return time-to-target plots: the share of runs that have reached the target.
 
-    `variants` maps a name to the time of each run, None if it missed the target. Missed runs count in the total.
+    `variants` maps a name to the time of each run, None if it missed the target, which counts in the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
@@ -151,7 +151,7 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the costs of a run at given iterations or times, each from the last step before."""
+    """Return each cost from the last step before."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
@@ -195,7 +195,7 @@ def _legend(axes: Axes, count: int) -> None:
 
 
 def _svg(figure: Any, description: str) -> str:
-    """Return a figure as an element for a page, with CSS colours and an accessible title."""
+    """Use the page's CSS colours and an accessible title."""
     from matplotlib import rc_context
 
     output = io.StringIO()

@@ -73,10 +73,7 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _against(results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]) -> Table:
-    """Return the figures by instance, with the difference from the base level or from the known figure.
-
-    Changes: `sentences`, to which the mean difference over all instances is added.
-    """
+    """Return the differences from the base level or from the known figure; add their mean to `sentences`."""
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]

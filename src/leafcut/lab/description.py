@@ -69,10 +69,6 @@ class Response:
     path
         Path in the ``--json`` answer of the command, such as ``after.time_s``; or `WALL`, `PROCESSOR`, or a figure of
         the searches (`SEARCH`), or `RAPID`. " + " adds figures; "|" takes the first figure that exists.
-    scale
-        Factor that converts the unit.
-    more_is_better
-        Whether larger figures are better.
     """
 
     name: str
@@ -99,7 +95,7 @@ class Analysis:
     fact
         Known figure of each instance as the reference of a comparison, instead of a base level.
     against
-        The other response of a Pareto plot; the next response if empty.
+        Second response of a Pareto plot; if empty, the next.
     without
         Instances without which a trend is reported a second time.
     boards

@@ -57,7 +57,7 @@ class DescriptionTable:
         return value
 
     def as_number(self, key: str, value: Any) -> float:
-        """Return a value that must be a number."""
+        """Return a number."""
         number = number_of(value)
         if number is None:
             raise self.wrong(f"{key}: a number is needed, not {value!r}")

@@ -38,8 +38,8 @@ class Repetition:
 
     Attributes
     ----------
-    cost, iterations, seconds
-        Cost, iterations and time of the result; the time excludes the lower bound.
+    seconds
+        Without the lower bound.
     nodes
         int32[k]: the tour.
     curve
@@ -57,16 +57,9 @@ class Repetition:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """Results of all runs.
+    """Results of all runs, by algorithm, then by seed.
 
-    Attributes
-    ----------
-    repetitions
-        By algorithm, then by seed.
-    lower_bound
-        Lower bound of the tour cost; None if not computed.
-    stopped
-        Whether the user stopped the experiment before all runs were finished.
+    `lower_bound` is that of the tour cost. `stopped`: the user stopped the experiment before all runs were finished.
     """
 
     part: Part
@@ -159,7 +152,7 @@ def _fits(needs: Conditions, algorithm: str) -> bool:
 
 
 def _run_progress(progress: OnProgress | None, run_name: str, number: int, runs: int) -> OnProgress | None:
-    """Return a progress callback that adds the name of the run and converts to the share of all runs."""
+    """Return a callback that adds the name of the run and converts to the share of all runs."""
     if progress is None:
         return None
 

@@ -30,7 +30,7 @@ def judged(results: Results) -> list[ReportBlock]:
 
 
 def _once(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Drop runs that only repeat other runs, since threads change the time of a search but not its result."""
+    """Drop repetitions, since threads change the time of a search but not its result."""
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
         return results

@@ -214,7 +214,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, description: Description) -> str:
-    """Return the known figure that is the reference of a comparison; empty for none."""
+    """Return the known figure of a comparison; empty for none."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -233,7 +233,7 @@ def _published(table: DescriptionTable) -> Published:
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
-    """Return the seeds: a list, or 1 to a given number."""
+    """Return a list, or 1 to a given number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
@@ -244,7 +244,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
 
 
 def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
-    """Return the named items, or all items if no name is given."""
+    """Return all items if no name is given."""
     known = [item.name for item in items]
     for name in names:
         if name not in known:
@@ -253,7 +253,7 @@ def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable,
 
 
 def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options with file paths relative to a folder; unknown options are refused later, with their run."""
+    """Unknown options are refused later, with their run."""
     try:
         return placed_in(folder, options)
     except OptionError:
@@ -261,7 +261,6 @@ def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return the table of the reduced form with file paths relative to a folder."""
     tables = {name: table[name] for name in ("options", "instance_options") if isinstance(table.get(name), dict)}
     return {**table, **{name: _placed(folder, options) for name, options in tables.items()}}
 
@@ -289,20 +288,14 @@ def _check_options(description: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return the kind of work of a command; None if its input decides."""
+    """Return None if the input decides."""
     if command == SOLVE:
         return registry.work(SOLVE)
     return next((process for process in registry.processes() if process.command == command), None)
 
 
 def in_short(description: Description) -> Description:
-    """Return the short form: fewer inputs, levels and seeds, and less work per run.
-
-    Raises
-    ------
-    OptionError
-        The file has no short form.
-    """
+    """Return the short form (fewer inputs, levels and seeds, less work per run); raise `OptionError` without one."""
     if not description.short:
         raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")
     table = DescriptionTable(description.short, description.name, "reduced")

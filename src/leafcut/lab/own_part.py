@@ -52,14 +52,7 @@ def compare_on(
 
     Options that only some of these values use are dropped: each runs with its recommended settings.
 
-    Parameters
-    ----------
-    name, source
-        Displayed name of the part, and its file or source.
-    command
-        Command of the runs: ``solve``, ``optimize``, or the command of a process.
-    values
-        Values of `what_differs`.
+    `values` are those of `what_differs`.
 
     Raises
     ------

@@ -25,8 +25,6 @@ def write_page(
 ) -> str:
     """Return the page of an experiment from its finished runs; `n_runs` is the number of planned runs on this machine.
 
-    The blocks in `before` come first.
-
     Raises
     ------
     LeafcutError

@@ -37,7 +37,7 @@ class ReportBlock:
 
 @dataclass(frozen=True)
 class Results:
-    """The finished runs of an experiment by cell: an instance and a level of each factor."""
+    """Finished runs by cell: an instance and a level of each factor."""
 
     description: Description
     rows: tuple[Row, ...]

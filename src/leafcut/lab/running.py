@@ -56,13 +56,7 @@ _PACKAGES = ("numpy", "numba")
 
 @dataclass(frozen=True)
 class RunTask:
-    """A run as plain data, so that it can be sent to another process or machine.
-
-    Attributes
-    ----------
-    input
-        Name of an example or a random map, or a file already read.
-    """
+    """A run as plain data for another process or machine; `input` is a name, or a file already read."""
 
     key: str
     command: str
@@ -76,7 +70,7 @@ class RunTask:
 class Answer:
     """The result of a task, with its machine and time.
 
-    `failed` is the error message. A run that fails after its search keeps the figures of the search.
+    `failed` is the error message. A run that fails after its search keeps its figures.
     """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
@@ -94,10 +88,7 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 @dataclass(frozen=True)
 class Ran:
-    """Summary of a call of `run`: runs of the experiment, runs stored, runs done now, failures, and skipped runs.
-
-    `left_out` counts runs that need more threads than this machine has cores.
-    """
+    """Summary of a call of `run`; `left_out` counts runs that need more threads than this machine has cores."""
 
     runs: int
     finished: int
@@ -252,7 +243,7 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
 
 
 def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
-    """Do tasks here, one after the other; a cancelled one yields no answer."""
+    """A cancelled task yields no answer."""
     for task in tasks:
         answer = perform(task, cancel_event)
         if cancel_event.is_set():
@@ -325,7 +316,6 @@ def _warm_up(task: RunTask) -> None:
 
 @cache
 def _warm() -> set[tuple[str, str, str]]:
-    """Return the kinds of runs that this process has already done."""
     return set()
 
 
@@ -353,7 +343,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 
 
 def _figures(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
-    """Return the responses; a response is a sum of figures, each the first that exists of several paths."""
+    """A response is a sum of figures, each the first that exists of several paths."""
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
         numbers = [
@@ -379,7 +369,7 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 
 
 def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
-    """Return an input, with files read once, and the hash of its bytes or its name."""
+    """Read files once; the second value is the hash of the bytes or the name."""
     if command == "nest":  # a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 
@@ -392,7 +382,7 @@ def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
 
 
 def _by_content(value: Any) -> Any:
-    """Return the hash of the content if the value is a path of a file, otherwise the value."""
+    """Replace a path of a file by the hash of its content."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -423,7 +413,7 @@ def _load() -> float | None:
 
 
 def _processor() -> float:
-    """Return the processor time of this process and its finished children, s."""
+    """Return the time of this process and its finished children, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 
@@ -435,7 +425,6 @@ def _versions() -> dict[str, str]:
 
 @cache
 def _machine() -> str:
-    """Return the processor model, the usable cores, and the operating system."""
     model = platform.processor() or platform.machine()
     cpu_info = Path("/proc/cpuinfo")
     if cpu_info.is_file():

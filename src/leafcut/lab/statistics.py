@@ -121,14 +121,10 @@ class Ranked:
 
     Attributes
     ----------
-    blocks
-        Number of blocks.
     mean_ranks
         Treatment → mean rank; rank 1 is the smallest figure.
     statistic, p, kendall_w
         Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for only two treatments.
-    pairs
-        All pairs by Wilcoxon's signed-rank test, p after Holm's correction.
     """
 
     blocks: int
@@ -141,7 +137,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Trend:
-    """Trend of one number over another: Kendall's τ-b, Spearman's ρ, Theil–Sen slope with its interval."""
+    """Trend of a number over another: Kendall's τ-b, Spearman's ρ, Theil–Sen slope with its interval."""
 
     n: int
     tau: float
@@ -356,7 +352,7 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
 
 
 def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
-    """Return Fisher's pairwise comparison of means, with the pooled variance and without a correction."""
+    """Use the pooled variance and no correction."""
     from scipy import stats
 
     pairs = []
@@ -369,7 +365,7 @@ def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, 
 
 
 def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
-    """Return Tukey's pairwise comparison of means (Tukey–Kramer for unequal groups)."""
+    """Tukey–Kramer for unequal groups."""
     from scipy import stats
 
     means = np.array([sample.mean() for sample in values.values()])
@@ -387,7 +383,7 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
 
 
 def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
-    """Return the letters of a pairwise comparison, from the smallest mean on."""
+    """Letters start at the smallest mean."""
     import pandas
     from scikit_posthocs import compact_letter_display
 
@@ -426,7 +422,7 @@ def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
 
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Return the pairs with Holm's step-down correction of p (Holm 1979)."""
+    """Correct p by the step-down method (Holm 1979)."""
     from dataclasses import replace
 
     from statsmodels.stats.multitest import multipletests

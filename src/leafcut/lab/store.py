@@ -44,14 +44,12 @@ create table run (
 
 @dataclass(frozen=True)
 class Row:
-    """A finished run.
+    """A finished run; `failed` is its error message, or empty.
 
     Attributes
     ----------
-    failed
-        Error message, or empty.
     responses
-        Name → figure; None if the answer lacks it.
+        None if the answer lacks the figure.
     curve
         (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
     load

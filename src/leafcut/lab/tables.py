@@ -70,7 +70,6 @@ def _plain(run: Repetition) -> dict[str, Any]:
 
 
 def _summary(algorithm: str, repetitions: Sequence[Repetition]) -> dict[str, Any]:
-    """Return the spread of the lengths of an algorithm, and its mean iterations and seconds."""
     lengths = asdict(Spread.of(run.cost for run in repetitions))
     return {
         "algorithm": algorithm,

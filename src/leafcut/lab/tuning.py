@@ -85,14 +85,10 @@ class TuningTask:
 
     Attributes
     ----------
-    command
-        Command of each run: ``solve``, ``optimize``, or the command of a process.
-    inputs
-        Files, examples or random maps of a class.
     options
         Options of every run, including its budget: `iterations` or `time_limit`.
     trials, seeds
-        Number of parameter sets, and number of seeds per training input.
+        Number of parameter sets, and of seeds per training input.
     hold_out
         Share of the inputs that are kept for evaluation.
     """
@@ -192,13 +188,7 @@ class Tuned:
 
 
 def command_of(process: str) -> str:
-    """Return the command for a value of ``--process``: a process, ``solve`` for maps, or ``auto``.
-
-    Raises
-    ------
-    OptionError
-        The process is unknown.
-    """
+    """Return the command of a process, ``solve`` (maps) or ``auto``; raise `OptionError` for others."""
     if process == SOLVE:
         return SOLVE
     registry.check_asked(process)
@@ -268,7 +258,6 @@ def tune(
 def _search(
     task: TuningTask, evaluate: Callable[[Mapping[str, float | int]], float | None], cancel_event: threading.Event
 ) -> None:
-    """Try parameter sets, each drawn from the costs of the previous trials."""
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -294,7 +283,7 @@ def _drawn(trial: Trial, range_: Range) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment that runs inputs with parameter sets, with consecutive seeds from `first`."""
+    """Return an experiment with consecutive seeds from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
@@ -325,7 +314,7 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 
 
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
-    """Return the mean relative change over the inputs, each the mean of its seeds; None without runs of both sets."""
+    """Return the mean over the inputs, each the mean of its seeds; None without runs of both sets."""
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     common = sides[0].keys() & sides[1].keys()
     names = dict.fromkeys(name for name, _ in sorted(common))
@@ -388,7 +377,7 @@ def _usual(name: str) -> str:
 
 
 def _names(inputs: Sequence[str]) -> list[str]:
-    """Return the file name of each input, with a number for duplicates."""
+    """Number duplicates."""
     names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
