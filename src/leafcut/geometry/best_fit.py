@@ -85,7 +85,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
 
 
 def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
-    """Return the line or arc through some points, or several at a `share` of the fees if it is inaccurate."""
+    """Return several pieces, at a `share` of the fees, if a single one is inaccurate."""
     whole = _piece(points, weights, first, beyond)
     run = points[first:beyond]
     if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
@@ -97,7 +97,7 @@ def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, s
 
 
 def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
-    """Return the first points of the pieces in the cheapest division of an open line, at a share of the fees."""
+    """Return the first points of the pieces in the cheapest division of an open line."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
@@ -122,7 +122,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Return the cuts without those inside a single piece: longer than the window, or across the opening."""
+    """Drop the cuts inside a single piece: longer than the window, or across the opening."""
     cuts = list(cuts)
     k = 1
     while k < len(cuts):
@@ -150,7 +150,7 @@ def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
 
 
 def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
-    """Return the cheaper of line and arc through some points."""
+    """Return the cheaper of line and arc."""
     origin, run = points[first], points[first:beyond]
     m = moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
@@ -177,7 +177,7 @@ def _circle(piece: _Piece) -> Polyline | None:
 
 
 def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
-    """Return the pieces, with those between two lines made tangent to both if that explains the points as well."""
+    """Make pieces between two lines tangent to both if that explains the points as well."""
     result: list[_Piece] = []
     for k, piece in enumerate(pieces):
         before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
@@ -193,7 +193,7 @@ def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> li
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
-    """Return the arc tangent to two lines through the points of a piece, None if they do not lie on one."""
+    """Return the arc tangent to both lines, None if the points do not lie on one."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _intersections(before, after)
     if not corner or abs(cross) < 0.1:
@@ -276,7 +276,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
-    """Return the transition between two pieces: one point, or two points joined by a line."""
+    """Return a point, or two points joined by a line."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
@@ -301,7 +301,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """Return whether the triangle of two points and a tip contains a pixel centre, which would have shown it."""
+    """A pixel centre in the triangle would have shown it."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)
@@ -344,7 +344,6 @@ def _intersections(first: _Piece, second: _Piece) -> list[tuple[float, float]]:
 
 
 def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
-    """Return the intersections of a line through (x, y) with a circle."""
     foot = (circle.x - x) * dx + (circle.y - y) * dy
     px, py = x + foot * dx, y + foot * dy
     square = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
@@ -355,7 +354,6 @@ def _line_intersection(circle: _Piece, x: float, y: float, dx: float, dy: float)
 
 
 def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple[float, float]) -> float:
-    """Return the bulge of a piece's arc from start to end; 0 for a line."""
     if piece.radius == 0.0 or math.dist(start, end) < _TINY:
         return 0.0
     side = math.copysign(1.0, piece.radius)

@@ -10,16 +10,9 @@ from leafcut.geometry.arrays import Indices, Points
 
 
 class Cells:
-    """Square cells, numbered row by row, with a `margin` around a box.
+    """Square cells, numbered row by row, around a box (minimum x and y, maximum x and y, mm).
 
-    Parameters
-    ----------
-    bounds
-        Bounding box of the points: minimum x and y, maximum x and y, mm.
-    side
-        Side of a cell, mm.
-    margin
-        Number of cells around the box: the maximum `reach` of `around`.
+    `margin` is the number of cells around the box: the maximum `reach` of `around`.
     """
 
     def __init__(self, bounds: tuple[float, float, float, float], side: float, margin: int) -> None:

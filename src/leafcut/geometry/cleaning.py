@@ -45,7 +45,7 @@ def cleaned(path: Polyline) -> Polyline | None:
 
 
 def _halved(path: Polyline) -> Polyline:
-    """Return a path with every arc of more than a half circle split in two."""
+    """Split every arc of more than a half circle in two."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
         if abs(s.bulge) <= _HALF:

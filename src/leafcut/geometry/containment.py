@@ -70,10 +70,7 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
 
 
 def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
-    """Return a conflict for every exact copy of an earlier polygon, and the indices of the others.
-
-    A drawing exported twice has thousands of copies, and testing all against all would be slow.
-    """
+    """Find exact copies first: a drawing exported twice has thousands, and testing all against all would be slow."""
     first: dict[bytes, int] = {}
     copies = []
     for k, outline in enumerate(shapely.to_wkb(shapes).tolist()):

@@ -40,7 +40,7 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
 
 
 def _sharpest_corner(points: Points) -> int:
-    """Return the index of the point of a ring with the largest change of direction."""
+    """Return the point of a ring with the largest change of direction."""
     forward = np.roll(points, -1, axis=0) - points
     backward = np.roll(forward, 1, axis=0)
     cross = backward[:, 0] * forward[:, 1] - backward[:, 1] * forward[:, 0]
@@ -49,7 +49,7 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end of the longest segment from `start` (index ≤ `last`), and its bulge: doubling, then bisection."""
+    """Return the end (index ≤ `last`) and the bulge: doubling, then bisection."""
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1
     while start + step < bad:
@@ -70,7 +70,7 @@ def _longest_segment(points: Points, start: int, tolerance: float, last: int) ->
 
 
 def _fitted_bulge(points: Points, tolerance: float) -> float | None:
-    """Return the bulge of the line or arc from the first to the last point that fits all points between, or None."""
+    """Return the bulge from the first to the last point that fits all points between, or None."""
     start, chord = points[0], points[-1] - points[0]
     length = float(np.hypot(*chord))
     if length <= tolerance:

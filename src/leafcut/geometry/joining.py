@@ -78,7 +78,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _mates(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end that each end is joined to, or -1. The nearest pair is joined first; ties go by drawing order."""
+    """Return the end joined to each, or -1. The nearest pair is joined first; ties go by drawing order."""
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
@@ -97,7 +97,7 @@ def _mates(
 def _angles(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the angle between the paths at pairs of ends where more than two meet, otherwise π; radians."""
+    """Return the angle at pairs of ends where more than two meet, otherwise π; radians."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
     directions = {end: _inward_direction(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
@@ -108,7 +108,6 @@ def _angles(
 
 
 def _inward_direction(path: Polyline, at_end: bool) -> Point:
-    """Return the direction from an end into a path."""
     return (path.reversed() if at_end else path).direction_at(0.0)
 
 
@@ -122,7 +121,7 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the ends at which paths are entered, and whether each chain closes; end 2i enters path i at its start."""
+    """Return the ends at which paths are entered (2i: the start of path i), and whether each chain closes."""
     table = mate.tolist()
     done = [False] * (len(table) // 2)
     walks = []
@@ -144,7 +143,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Return one path from several, each entered at one of its ends; closed gaps are added to `gaps`."""
+    """Each path is entered at one of its ends; closed gaps are added to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

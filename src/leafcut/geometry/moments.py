@@ -25,15 +25,7 @@ class Moments(NamedTuple):
 
 
 def moments(points: Floats, weights: Floats) -> Moments:
-    """Return the moments of the first 1, 2, 3 … points of every row.
-
-    Parameters
-    ----------
-    points
-        float64[rows, n, 2], near 0 to keep precision.
-    weights
-        float64[rows, n].
-    """
+    """Return the moments of the first 1, 2, 3 … points of every row, float64[rows, n, 2], near 0 to keep precision."""
     x, y = points[..., 0], points[..., 1]
     z = x * x + y * y
     total = np.maximum(np.cumsum(weights, axis=1), _TINY)

@@ -119,7 +119,7 @@ class ObstacleMap:
         return found
 
     def _sought(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Find the result of `path_around`; add the polygons that influence it to `seen`."""
+        """Add the polygons that influence the path to `seen`."""
         met = self.met(a, b, radius) if radius > 0.0 else self.crossed(a, b)
         seen |= met
         apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
@@ -141,7 +141,7 @@ class ObstacleMap:
         return None
 
     def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
-        """Return whether standing polygons leave the head no way out of the surroundings of a place."""
+        """Return whether standing polygons leave the head no exit from the surroundings of a place."""
         point, reach = shapely.Point(place), ENCLOSING * radius
         near = self._numbers_near(point, reach + radius)
         seen.update(near)
@@ -152,13 +152,10 @@ class ObstacleMap:
         return not ways_out.any()
 
     def _numbers_near(self, point: Any, distance: float) -> list[int]:
-        """Return the polygons, without walls, within a distance of a shapely point."""
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return the points at the radius around standing polygons near a position, each straight away from its
-        polygon.
-        """
+        """Return the points at the radius around nearby standing polygons, each straight away from its polygon."""
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
@@ -186,7 +183,7 @@ class ObstacleMap:
         return some[at], what
 
     def _around(self, number: int, radius: float) -> Points:
-        """Return the outward corners of a polygon, float64[k, 2], at `MARGIN` or at the radius of the head."""
+        """Return the outward corners, float64[k, 2], at `MARGIN` or at the radius of the head."""
         beside = max(MARGIN, radius + BESIDE)
         if (number, beside) not in self._corners:
             shape = self.shapes[number].simplify(0.25 * MARGIN)
@@ -197,7 +194,7 @@ class ObstacleMap:
         return self._corners[number, beside]
 
     def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return the polygons that straight lines between nodes cross or approach, as rows (node, node, polygon).
+        """Return rows (node, node, polygon) of the polygons that straight lines between nodes cross or approach.
 
         The result does not depend on the standing polygons, and hardly on the ends of the path: it is computed once.
         """
@@ -259,5 +256,5 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of n positions and m others, or of two different positions of the same n: int64[2, k]."""
+    """Return int64[2, k]: all pairs of n and m positions, or of two different positions of the same n."""
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

@@ -29,16 +29,8 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     (shapely's buffer), and arcs are fitted to them. Both are checked: every point of the result is at the distance from
     the path, within `tolerance`.
 
-    Parameters
-    ----------
-    distance
-        Positive grows the area inside, negative shrinks it, whatever the direction of the path.
-
-    Returns
-    -------
-    list of Polyline
-        Closed, largest first. Counter-clockwise: an outer edge; clockwise: the edge of a hole that growing enclosed.
-        Empty if nothing is left.
+    A negative distance shrinks the area, whatever the direction of the path. The results are closed, largest first:
+    counter-clockwise outer edges, clockwise edges of holes that growing enclosed; empty if nothing is left.
 
     Raises
     ------
@@ -61,7 +53,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
 
 
 def _fit_ring(ring: Points, check: _Check, tolerance: float) -> Polyline:
-    """Return lines and arcs along one ring of chords; the chords themselves if arcs do not fit the path."""
+    """Return the chords themselves if arcs do not fit the path."""
     moved = check.moved_to_distance(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
@@ -88,7 +80,7 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
 
 
 class _Check:
-    """The path in fine chords, and the check whether a result lies at its distance from it."""
+    """The path in fine chords."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -103,7 +95,7 @@ class _Check:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """Return whether a result is at the distance from the path everywhere, simple, and complete."""
+        """The result must be at the distance everywhere, simple, and complete."""
         if candidate.n_segments < 2:
             return False
         points = candidate.flattened(FINE * self.tolerance)
@@ -118,7 +110,7 @@ class _Check:
         return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
     def moved_to_distance(self, ring: Points) -> Points:
-        """Return the points of a ring, moved to the exact distance from the nearest point of the path."""
+        """Move points to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

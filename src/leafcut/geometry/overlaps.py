@@ -58,7 +58,7 @@ def without_overlaps(paths: Sequence[Polyline], tolerance: float = SAME) -> Unco
 
 
 class _Segments(NamedTuple):
-    """All lines and arcs of open paths: ends, bulge, length, circle (NaN for lines), and path index."""
+    """Lines and arcs: ends, bulge, length, circle (NaN for lines), and path index."""
 
     a: Points
     b: Points
@@ -109,7 +109,6 @@ def _without_close_stops(stops: list[float], tolerance: float) -> list[float]:
 
 
 def _line_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
-    """Return pairs of lines that overlap over some length."""
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]
@@ -136,7 +135,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -
 
 
 def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return the positions of the ends of segments j along segments i of the same line or circle, mm along i."""
+    """Return the positions of the ends of segments j, mm along segments i of the same line or circle."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
         direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
@@ -153,7 +152,6 @@ def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Fl
 
 
 def _arc_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
-    """Return pairs of arcs of one circle that overlap over some length."""
     arcs = np.flatnonzero(table.bulge != 0.0)
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
@@ -183,7 +181,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) ->
 
 
 def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
-    """Return the indices of pieces that equal an earlier one, in either direction."""
+    """A piece may equal an earlier one in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -202,7 +200,7 @@ def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
 def _needed_pieces(
     pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline], tolerance: float
 ) -> set[int]:
-    """Return the extra pieces that outlines need, so that no odd number of three or more ends meets.
+    """Return the extra pieces without which an odd number of three or more ends would meet.
 
     Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
     """
@@ -242,6 +240,6 @@ def _needed_pieces(
 
 
 def _nodes(ends: Points, tolerance: float) -> Indices:
-    """Return a number for every end, equal for ends linked by distances within `tolerance`."""
+    """Ends linked by distances within `tolerance` share a number."""
     first, second, _ = near_pairs(ends, tolerance)
     return linked(len(ends), first, second)

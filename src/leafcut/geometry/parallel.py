@@ -31,10 +31,7 @@ def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | No
     parallel (an arc with a radius smaller than the distance) or two neighbours do not meet. The result may still cross
     itself.
 
-    Parameters
-    ----------
-    tolerance
-        Distance within which ends are one point, mm.
+    `tolerance` is the distance within which ends are one point, mm.
     """
     shifted = [_shifted_element(s, distance) for s in path.segments() if s.start != s.end]
     if len(shifted) < 2 or any(e is None for e in shifted):
@@ -86,7 +83,7 @@ def _shifted_element(s: Segment, distance: float) -> Element | None:
 
 
 def _direction(e: Element, at_end: bool) -> Point:
-    """Return the direction of travel at an end of an element, not normalised."""
+    """Return the direction of travel at an end, not normalised."""
     if e.turn == 0.0:
         return (e.end[0] - e.start[0], e.end[1] - e.start[1])
     x, y = e.end if at_end else e.start
@@ -95,12 +92,12 @@ def _direction(e: Element, at_end: bool) -> Point:
 
 
 def _turn(a: Point, b: Point) -> float:
-    """Return the angle from one direction to another, -π … π."""
+    """Return an angle from -π to π."""
     return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
 
 def _nearest_intersection(a: Element, b: Element) -> Point | None:
-    """Return the intersection of the lines or circles of two elements nearest to their common end; None for none."""
+    """Return the intersection nearest to the common end; None for none."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         points = _line_line(a, b)
@@ -149,7 +146,7 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 
 
 def _trimmed_bulge(e: Element) -> float | None:
-    """Return the bulge of a trimmed element, or None if nothing of it is left.
+    """Return None if nothing of the element is left.
 
     A line trimmed beyond its own start reverses its direction; the caller's distance check detects that.
     """

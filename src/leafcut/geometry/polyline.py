@@ -47,8 +47,6 @@ class Polyline:
     vertices
         float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last bulge closes a closed polyline (its
         first vertex is not repeated); for an open one it is 0.
-    closed
-        True: a segment leads from the last vertex back to the first.
     """
 
     vertices: NDArray[np.float64]
@@ -82,7 +80,7 @@ class Polyline:
 
     @cached_property
     def _ends(self) -> Points:
-        """float64[m, 4]: start and end of every segment."""
+        """float64[m, 4]."""
         xy = self.vertices[:, :2]
         after = np.concatenate([xy[1:], xy[:1]]) if self.closed else xy[1:]
         return np.concatenate([xy[: self.n_segments], after], axis=1)
@@ -211,12 +209,11 @@ class Polyline:
 
     @cached_property
     def _segment_ends(self) -> list[float]:
-        """Distance from the start to the end of every segment, mm."""
         ends: list[float] = np.cumsum(self.lengths).tolist()
         return ends
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return the segment at a distance from the start, and the share of the segment before that point."""
+        """Return a segment, and its share before the point."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends = self._segment_ends
@@ -296,7 +293,7 @@ MAX_CHORDS = 2000
 
 
 def _chords(s: Segment, tolerance: float) -> Points:
-    """Return the ends of an arc's chords, float64[k, 2]; a chord's height is r·(1 − cos(step/2)) ≤ tolerance."""
+    """Return float64[k, 2]; a chord's height is r·(1 − cos(step/2)) ≤ tolerance."""
     turn = 4.0 * math.atan(s.bulge)
     step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi
     count = min(max(math.ceil(abs(turn) / max(step, 1e-6)), 1), MAX_CHORDS)

@@ -37,10 +37,7 @@ class Tidy(Joining):
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
     """Return the position of the end nearest to an open path's ends, and how to close the gap.
 
-    Parameters
-    ----------
-    number
-        Index of the path in `paths`; its own other end counts too.
+    The path is `paths[number]`; its own other end counts too.
     """
     ends = ends_of(paths)
     own_ends = slice(2 * number, 2 * number + 2)
@@ -115,14 +112,14 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """Return whether each closed path crosses itself or encloses nothing."""
+    """A flaw: a closed path crosses itself or encloses nothing."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
 def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return whether each open stroke lies entirely on one outline, and no other stroke continues from its ends."""
+    """Return whether each open stroke lies on one outline, and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(

@@ -84,7 +84,7 @@ def smoothed_outline(line: Points) -> Polyline:
 
 
 def _smoothed(line: Points) -> Points:
-    """Return a level line without stairs; every point moves only between its two pixels."""
+    """Remove stairs; every point moves only between its two pixels."""
     # A point between two pixels side by side moves in x, between two above each other in y.
     middle = line - 0.5
     in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))
