@@ -67,7 +67,7 @@ DangerCheck = tuple[str, Mask, str]
 
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
-    """Return the surface below the end of every row, mm, float64[n]: that of the hole there, otherwise the highest."""
+    """Return the height of the hole there, otherwise the highest, mm, float64[n]."""
     from scipy.spatial import cKDTree
 
     result = np.full(len(path), highest)
@@ -136,14 +136,14 @@ def _difference(path: Toolpath, before: NDArray[np.float64], row: int, kind: str
 
 
 def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
-    """Return the motions that move x or y; the first position of an axis counts as a move."""
+    """The first position of an axis counts as a move."""
     moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
     return across
 
 
 def _descends(path: Toolpath, before: NDArray[np.float64]) -> Mask:
-    """Return the motions that lower z; a move from an unknown height counts."""
+    """A move from an unknown height counts."""
     down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= before[:, 2])
     return down
 
@@ -154,7 +154,7 @@ def _cutting(path: Toolpath) -> Mask:
 
 
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the spindle speed at every row; M6 stops the spindle, as on LinuxCNC and Haas."""
+    """M6 stops the spindle, as on LinuxCNC and Haas."""
     row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)

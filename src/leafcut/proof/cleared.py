@@ -35,7 +35,7 @@ _RAPID_BATCH = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: ends, float64[n, 4], mm; upper limit of the height of each, and its row, each [n]."""
+    """Straight cuts: ends, float64[n, 4], mm; upper limit of the height, and row."""
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]
@@ -62,7 +62,6 @@ class _Stages(NamedTuple):
 
     @classmethod
     def of(cls, path: Toolpath) -> _Stages:
-        """Return the stages of a path."""
         stop = (path.kind == Kind.PAUSE) | (path.kind == Kind.FOREIGN)
         frame, shift = path.latest(Kind.FRAME, path.ref, 540), path.latest(Kind.SHIFT, path.ref)
         stage = np.cumsum(stop | (path.kind == Kind.TOOL))
@@ -160,7 +159,7 @@ def _is_covered(
     distances: NDArray[np.float64],
     width: NDArray[np.float64],
 ) -> bool:
-    """Return whether a tool at a position is inside the areas swept by cuts with their own radius `width`."""
+    """Return whether a tool is inside the areas swept by cuts with their own radius `width`."""
     # This polygon contains its circle, and those of the cuts lie inside theirs.
     remaining: BaseGeometry = point.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
     # Nearest first: these cover most of it.
@@ -206,7 +205,7 @@ def _tools(
     stages: _Stages,
     descents: NDArray[np.int64],
 ) -> dict[int, Tool]:
-    """Return the tools described by comments, by stage, for the rapids `descents` and the cuts to compare with them."""
+    """Return the tools described by comments, by stage."""
     stops = stages.setup[:, 2]
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)

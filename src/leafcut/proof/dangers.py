@@ -110,7 +110,7 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 def _cleared_rapids(
     program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
 ) -> tuple[Mask, Mask]:
-    """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked."""
+    """Return which rapids end where earlier cuts removed the material, and which are unchecked."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
@@ -131,7 +131,7 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
 
 
 def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> Mask:
-    """Return the rows in which the spindle turns, or the torch burns; `default` is the value if only the machine knows.
+    """`default` is the value if only the machine knows.
 
     A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
     """
@@ -165,7 +165,7 @@ def _spindle_started_manually(issue: Issue) -> Issue:
 
 
 def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
-    """Report that no cut goes below Z0, so that the surface of the stock is unknown (L814)."""
+    """Report that no cut goes below Z0 (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_TOLERANCE:
         return
@@ -221,7 +221,7 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
 
 
 def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
-    """Report exceeded limits of the machine, one issue per kind."""
+    """Report one issue per kind."""
     numbers: dict[str, int] = {}
     differences = check_envelope(path, machine)
     for difference in differences:

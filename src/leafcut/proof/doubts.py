@@ -41,7 +41,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
 
 
 def _backward_rotation(program: Program) -> Iterator[Issue]:
-    """Report that a tool cuts with M4, except retracts from tapped holes and tapping cycles."""
+    """Report M4 in cuts, except retracts from tapped holes and tapping cycles."""
     path, turns, cuts = program.path, program.spindle_directions, _cuts(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
@@ -52,7 +52,7 @@ def _backward_rotation(program: Program) -> Iterator[Issue]:
 
 
 def _cuts(path: Toolpath) -> Mask:
-    """Return the rows that cut: feeds sideways or down, arcs, cycles."""
+    """Feeds sideways or down, arcs, cycles."""
     with np.errstate(invalid="ignore"):
         across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
         plunging = path.end[:, 2] < path.before[:, 2] - _SAME

@@ -26,7 +26,7 @@ def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> lis
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return every position reached in program coordinates, float64[m, 3], and its row, int64[m]."""
+    """Return every position reached in program coordinates, float64[m, 3], and its row."""
     moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     positions, rows = [path.end[moving]], [moving]

@@ -102,7 +102,7 @@ def check_obstacles(
 
 
 def _has_unknown_path(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the rows in which the tool moves sideways on an unknown path or to an unknown position."""
+    """Return the rows that move sideways on an unknown path or to an unknown position."""
     end, start = path.end[:, :2], before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     sideways = ((end != start) & ~(np.isnan(end) & np.isnan(start))).any(axis=1)
@@ -113,7 +113,7 @@ def _has_unknown_path(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np
 
 
 def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
-    """Return the area that each motion covers, seen from above; from an unknown position, only its end."""
+    """Return the area of each motion, seen from above; from an unknown position, only its end."""
     end = path.end[rows, :2]
     start = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
@@ -129,7 +129,7 @@ def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp],
 
 
 def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray[np.float64]:
-    """Return points along an arc in x and y, float64[n, 2]."""
+    """Return float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)

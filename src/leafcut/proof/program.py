@@ -43,7 +43,7 @@ def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] |
 
 
 def _refuse_obeyed_comments(text: str) -> None:
-    """Refuse comments that stop, run or display something: leafcut writes none, but a name in the header may match."""
+    """leafcut writes none, but a name in the header may match."""
     for number, line in lines(text):
         if "(" not in line and ";" not in line:
             continue

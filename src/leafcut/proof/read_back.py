@@ -59,7 +59,7 @@ def compare_motion(
 
 
 def _comparable_rows(path: Toolpath) -> Toolpath:
-    """Return the rows to compare: no offsets, no straight moves of length 0, no reset of an unlit torch."""
+    """Drop offsets, straight moves of length 0, and resets of an unlit torch."""
     before = path.before
     is_motionless = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     empty_move = is_motionless & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
@@ -72,7 +72,7 @@ def _comparable_rows(path: Toolpath) -> Toolpath:
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
-    """Return the rows without straight moves that stay within `length` of the last kept one."""
+    """Drop straight moves that stay within `length` of the last kept row."""
     keep: list[int] = []
     last = (math.nan, math.nan, math.nan)
     for row, (kind, end) in enumerate(zip(path.kind.tolist(), path.end.tolist(), strict=True)):
@@ -89,7 +89,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
-    """Return the differing rows by kind of difference; `a` and `b` have equal kinds."""
+    """`a` and `b` have equal kinds."""
     wrong_ends = ~_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
@@ -111,7 +111,7 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
 
 
 def _agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
-    """Return where two values agree within `tolerance`, or are both unknown."""
+    """Unknown values agree with each other."""
     near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
 
@@ -183,7 +183,7 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 
 
 def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> Difference:
-    """Return the first row at which two toolpaths with different rows diverge."""
+    """`a` and `b` have different rows."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter

@@ -167,7 +167,7 @@ def _moves_meeting(
 
 
 def _part_above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
-    """Return the corners, seen from above, of the part of a triangle at or above a height."""
+    """Return the corners, seen from above, of the part at or above a height."""
     corners = []
     for k in range(3):
         (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()
