@@ -195,7 +195,7 @@ class Writer:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
     def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
-        """Return the axis words of a move; all known axes if none changes."""
+        """Return all known axes if none changes."""
         if only_z:
             self.out.forget("Z")
             return [self._axis(row, 2)]
@@ -241,7 +241,6 @@ class Writer:
             self.safe = self.at_machine_height = True
 
     def _move_machine(self, words: list[str], to_zero: bool) -> None:
-        """Write the block, or blocks, of a move in machine coordinates."""
         if self.dialect.machine_move == "G28" and to_zero:
             self.out.say("G91", "G28", *words)
             self.out.say("G90")
@@ -279,7 +278,7 @@ class Writer:
         return self.cycle is not None and said_with(self.cycle) == said_with(cycle)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
-        """Write the block of a hole, with the words of its cycle unless it is active."""
+        """Omit the words of the cycle if it is active."""
         is_active = self._is_active(cycle)
         if not is_active:
             self.out.forget(["motion", "retract", *"XY"])
@@ -291,7 +290,7 @@ class Writer:
         self.out.say(plane, retract, name, *position, *words, self._feed_word(row))
 
     def _place_words(self, row: Motion) -> list[str]:
-        """Return the words of a hole's place; X and Y if neither changes."""
+        """Return X and Y if neither changes."""
         words = [self._axis(row, 0), self._axis(row, 1)]
         if not any(words):
             self.out.forget("XY")

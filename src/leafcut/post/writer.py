@@ -48,14 +48,8 @@ def write_program(
         Units, line numbers, program number, header and repeated words. The dialect is the argument's.
     header
         Comment lines at the top; the first names the program. Not written with `options.header` off.
-    tool_names
-        Written as comments at tool changes.
-    spindle_start_s
-        Dwell after a spindle start that has no dwell of its own in the toolpath.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
-    preselect_tool
-        After each tool change, name the next tool (T without M6).
 
     Raises
     ------
@@ -70,13 +64,7 @@ def write_program(
 
 
 def check_options(dialect: Dialect, options: PostOptions) -> None:
-    """Refuse options that the controller does not support.
-
-    Raises
-    ------
-    PostError
-        Inches, or numbered blocks.
-    """
+    """Raise `PostError` for inches or numbered blocks if the controller does not support them."""
     if options.output_units == "inch" and not dialect.units_inch:
         raise PostError(f"--output-units inch: {dialect.name} programs are in millimetres; leave it out")
     if options.line_numbers and not dialect.line_numbers:
