@@ -54,14 +54,8 @@ class _Piece(NamedTuple):
 def best_fit(points: Points, noise: Floats) -> Polyline | None:
     """Return lines and arcs through a closed line of points, or None if they form no closed path.
 
-    O(n · `WINDOW`).
-
-    Parameters
-    ----------
-    points
-        float64[n, 2], about one unit (a pixel) apart, the first not repeated.
-    noise
-        float64[n], standard deviation of each point, in the same unit.
+    `points` is float64[n, 2], about one unit (a pixel) apart, the first not repeated; `noise` is float64[n], the
+    standard deviation of each point, in the same unit. O(n · `WINDOW`).
     """
     if len(points) < 3:
         return None
@@ -150,7 +144,6 @@ def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
 
 
 def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
-    """Return the cheaper of line and arc."""
     origin, run = points[first], points[first:beyond]
     m = moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())

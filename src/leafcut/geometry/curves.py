@@ -38,12 +38,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 
     Only the spline's own domain is used, knots[degree] … knots[n]: knots need not be repeated at the ends.
 
-    Parameters
-    ----------
-    control
-        float64[n, 2 or 3]; the third coordinate is ignored.
-    knots
-        float64[n + degree + 1], non-decreasing.
+    `control` is float64[n, 2 or 3], the third coordinate ignored; `knots` is float64[n + degree + 1], non-decreasing.
 
     Raises
     ------

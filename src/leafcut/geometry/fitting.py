@@ -20,10 +20,7 @@ def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline
     Greedy: from each point the longest arc or line within the tolerance, ending at a point. A closed line starts at its
     sharpest corner. O(n log n).
 
-    Parameters
-    ----------
-    points
-        float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
+    `points` is float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
     """
     if closed:
         points = np.roll(points, -_sharpest_corner(points), axis=0)

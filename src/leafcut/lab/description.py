@@ -143,14 +143,9 @@ class RunPlan:
 class Description:
     """An experiment as described by its file.
 
-    Attributes
-    ----------
-    command
-        Command of every run: ``solve``, ``optimize``, or the command of a process.
-    new_process
-        Whether each run is a new process, so that its start-up time counts.
-    cores
-        Factor whose levels are numbers of threads; levels above the machine's cores are skipped. Empty for none.
+    `command` is ``solve``, ``optimize``, or the command of a process. `new_process`: each run is a new process, so that
+    its start-up time counts. `cores` is the factor whose levels are numbers of threads; levels above the machine's
+    cores are skipped.
     """
 
     name: str

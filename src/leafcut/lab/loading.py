@@ -266,7 +266,6 @@ def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _check_options(description: Description) -> None:
-    """Refuse options that are unknown, have an invalid value, or are not used by the command."""
     used = _work(description.command)
     seen = set()
     for run in description.runs():

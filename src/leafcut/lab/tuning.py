@@ -302,7 +302,6 @@ def _description(
 
 
 def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
-    """Return the cost of each successful run, by input and seed."""
     responses = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
     costs = {key: value for key, value in responses.items() if value is not None and value > 0.0}
     for row in rows:

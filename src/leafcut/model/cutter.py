@@ -29,14 +29,7 @@ class Cutter:
     tangent point with the cone, then the cone up to `radius`. This is the tool of APT (ISO 3592), restricted to convex
     profiles.
 
-    Attributes
-    ----------
-    flat
-        Radius of the flat at the tip.
-    corner
-        Radius of the corner arc; 0: a sharp edge.
-    slope
-        Rise of the cone per mm of radius; infinite: a cylinder.
+    `corner` 0 is a sharp edge; `slope` is the rise of the cone per mm of radius, infinite for a cylinder.
     """
 
     radius: float
@@ -133,14 +126,8 @@ class Body(StrEnum):
 class BodyPart:
     """A section of a tool above its flutes, reduced to its profile from below: a flat, then a cone, mm.
 
-    Attributes
-    ----------
-    above
-        Height of its lower end above the tip.
-    flat, radius
-        Radius at its lower end, and largest radius; equal for a cylinder or a section that narrows upwards.
-    slope
-        Rise of the cone per mm of radius; infinite: a cylinder.
+    `above` is the height of its lower end above the tip. `flat` is the radius there, equal to `radius` for a cylinder
+    or a section that narrows upwards. `slope` is the rise of the cone per mm of radius, infinite for a cylinder.
     """
 
     body: Body

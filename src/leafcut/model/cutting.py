@@ -27,20 +27,9 @@ LEAD_STYLES = ("arc", "line", "none")
 class ConsumptionRates:
     """Consumption of a cutting process from the cut chart; None and "" if the chart has no value.
 
-    Attributes
-    ----------
-    gas, second_gas
-        Gases while the torch is on: plasma or cutting gas, and shield, assist or fuel gas.
-    gas_flow, second_gas_flow
-        Litres at standard conditions per second.
-    power
-        Power input while the torch is on, W.
-    abrasive
-        kg/s.
-    nozzle_life, electrode_life
-        Life in seconds of cutting.
-    nozzle_pierces, electrode_pierces
-        Life in pierces.
+    `gas` is the plasma or cutting gas, `second_gas` the shield, assist or fuel gas; flows are litres at standard
+    conditions per second. `power` is the input while the torch is on, W; `abrasive` is kg/s. Lives are in seconds of
+    cutting, and in pierces.
     """
 
     nozzle: str = ""
@@ -102,14 +91,8 @@ class CutData:
 class Lead:
     """A lead-in or lead-out.
 
-    Attributes
-    ----------
-    length
-        Length of the line or the arc, mm.
-    angle
-        Angle between a line and the contour, or angle of an arc, rad.
-    run_in
-        Straight segment before the arc, mm, on which a controller activates its compensation.
+    `angle` is that between a line and the contour, or that of an arc, rad. `run_in` is the straight segment before the
+    arc, mm, on which a controller activates its compensation.
     """
 
     style: str = "none"

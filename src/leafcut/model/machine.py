@@ -14,14 +14,8 @@ XYZ = tuple[float, float, float]
 class Probe:
     """Touch-off of the sheet with the torch: down to contact, then on until the switch trips.
 
-    Attributes
-    ----------
-    feed
-        mm/s.
-    depth
-        Maximum depth below Z0 before the controller raises an alarm, mm.
-    switch_offset
-        Z travel from contact to tripping of the switch, mm; 0 if the tip itself is the switch.
+    `feed` is mm/s. At `depth` mm below Z0 the controller raises an alarm. `switch_offset` is the Z travel from contact
+    to tripping of the switch, mm; 0 if the tip itself is the switch.
     """
 
     feed: float

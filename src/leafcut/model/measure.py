@@ -12,14 +12,9 @@ from numpy.typing import NDArray
 class Measure:
     """Rapid and cutting lengths of a toolpath, mm, and machine time, s.
 
-    Attributes
-    ----------
-    by_kind
-        Seconds by kind: rapid, feed, dwell, tool_change and spindle.
-    start
-        Position of the tool before the first move, (x, y) in mm, if the time includes the move from there.
-    lines
-        Bytes and words of the sent lines, int64[n] each, if the time depends on them (GRBL).
+    `by_kind` are seconds of rapid, feed, dwell, tool_change and spindle. `start` is the position before the first move,
+    (x, y) in mm, if the time includes the move from there. `lines` are bytes and words of the sent lines, int64[n]
+    each, if the time depends on them (GRBL).
     """
 
     travel_mm: float

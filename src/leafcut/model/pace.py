@@ -59,14 +59,9 @@ class Pace:
 class ToolLimits(NamedTuple):
     """Limits of a tool: chip, mm per revolution at full engagement, and material removal rate, mm³/s.
 
-    Attributes
-    ----------
-    stated
-        Whether the chip follows from feed and speed in the tool library, rather than from the program's worst cut.
-    plunge
-        Highest plunge rate, mm/s; infinite if the library has none.
-    spindle, teeth
-        Data for power and torque; None if material, spindle or teeth are unknown.
+    `stated`: the chip follows from feed and speed in the tool library, rather than from the program's worst cut.
+    `plunge` is the highest plunge rate, mm/s; infinite if the library has none. `spindle` and `teeth` are None if the
+    material, the spindle or the teeth are unknown.
     """
 
     chip: float

@@ -83,14 +83,8 @@ class Slot:
 class Grouping:
     """Clusters of alternative points of a map; a tour visits a point of every cluster.
 
-    Attributes
-    ----------
-    cluster
-        int32[n]: cluster of each point, numbered from 0 without gaps.
-    precedence
-        int32[k, 2]: pairs (before, after) of clusters.
-    first
-        Cluster at the start of the closed tour, -1 for any.
+    `cluster` is int32[n], the cluster of each point, numbered from 0 without gaps; `precedence` is int32[k, 2], pairs
+    (before, after) of clusters; `first` is the cluster at the start of the closed tour, -1 for any.
     """
 
     cluster: NDArray[np.int32]

@@ -78,11 +78,8 @@ class Pocket:
 class PocketLevels:
     """Heights of a pocket's levels, mm: 0 at the top of the program's pockets, negative below.
 
-    Attributes
-    ----------
-    begin
-        Start of the material: 0, the floor of an enclosing pocket that is cleared before, or the surrounding surface of
-        the solid.
+    `begin` is the start of the material: 0, the floor of an enclosing pocket that is cleared before, or the surrounding
+    surface of the solid.
     """
 
     begin: float

@@ -34,9 +34,8 @@ class Relief:
     Attributes
     ----------
     places, heights
-        float64[k, 2] and float64[k]: positions, and the height of the tool there before and after its work.
-    otherwise
-        Its height at any other position, such as the first.
+        float64[k, 2] and float64[k]: positions, and the height of the tool there before and after its work; at any
+        other position, such as the first, `otherwise`.
     safe
         float64[rows, columns]: safe height over each square tile, row by row from the lowest y; −∞ for no obstacle.
     x, y, side

@@ -15,14 +15,8 @@ from leafcut.model.solution import WorkerFigures
 class Pheromone:
     """Pheromone on the edges between points.
 
-    Attributes
-    ----------
-    points
-        float64[m, 2], mm.
-    edges
-        int32[k, 2]: rows of `points`. Edges with negligible pheromone are left out.
-    strength
-        float32[k], 0 … 1: agreement of the ants on an edge. 1 if every ant uses it.
+    `points` is float64[m, 2], mm; `edges` is int32[k, 2], rows of `points`, without edges of negligible pheromone;
+    `strength` is float32[k], 0 … 1: the agreement of the ants on an edge, 1 if every ant uses it.
     """
 
     points: NDArray[np.float64]
@@ -34,14 +28,8 @@ class Pheromone:
 class NextPlace:
     """A step that an ant can take from a point.
 
-    Attributes
-    ----------
-    place
-        Destination: number of a point or hole, from 1.
-    cost, pheromone, attraction
-        Of the step: d, τ, and η = 1 / (d + ε).
-    probability
-        Probability of this step for an ant at the start of its tour.
+    `place` is the destination, from 1. `cost`, `pheromone` and `attraction` are d, τ, and η = 1 / (d + ε);
+    `probability` is that for an ant at the start of its tour.
     """
 
     place: int

@@ -50,6 +50,8 @@ def write_program(
         Comment lines at the top; the first names the program. Not written with `options.header` off.
     rapid_velocity
         Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
+    spindle_start_s
+        Dwell after a spindle start that has no dwell of its own in the toolpath.
 
     Raises
     ------

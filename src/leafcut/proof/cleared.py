@@ -79,16 +79,12 @@ def cleared_before(
 ) -> tuple[Mask, Mask]:
     """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked.
 
-    Both are bool[len(down)]. A cut clears its own centre line for the same tool of any shape, until the next stop or
-    tool change. Flat mills clear the area that they sweep: if the diameters are known from the comments, the tool must
-    fit into the union of these areas.
+    Both are bool[len(descents)]. A cut clears its own centre line for the same tool of any shape, until the next stop
+    or tool change. Flat mills clear the area that they sweep: if the diameters are known from the comments, the tool
+    must fit into the union of these areas.
 
-    Parameters
-    ----------
-    rows
-        Source row in the program's path of each row of `path`, which has expanded cycles.
-    descents
-        Rows of these rapids in `path`, ascending.
+    `rows` are the source rows in the program's path of each row of `path`, which has expanded cycles; `descents` are
+    the rows of these rapids in `path`, ascending.
     """
     unchecked = np.zeros(len(descents), dtype=bool)
     stages = _Stages.of(path)

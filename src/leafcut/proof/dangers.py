@@ -221,7 +221,6 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
 
 
 def _machine_limits(path: Toolpath, machine: Machine) -> Iterator[Issue]:
-    """Report one issue per kind."""
     numbers: dict[str, int] = {}
     differences = check_envelope(path, machine)
     for difference in differences:

@@ -161,7 +161,6 @@ class Strokes:
         self.contours.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
     def _block_stroke(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
-        """Return a stroke of a block inserted at the origin."""
         stroke_path = self._cache.get((id(stroke), turn))
         if stroke_path is None:
             try:

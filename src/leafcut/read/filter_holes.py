@@ -78,10 +78,7 @@ def select_holes(
     * Of concentric circles, the one selected by `options.concentric` is kept (L302).
     * A bare point in the centre of a circle is its centre mark.
 
-    Parameters
-    ----------
-    point_tolerance
-        Distance within which bare points are duplicates, mm; None for `MERGE_TOLERANCE`.
+    `point_tolerance` is the distance within which bare points are duplicates, mm; None for `MERGE_TOLERANCE`.
     """
     issues: list[Issue] = []
     kept = _by_diameter(holes, options, issues)
@@ -261,10 +258,8 @@ def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
     Rows are processed in order, so anchors are more than `tolerance` apart. The grid only finds candidates; cell
     borders do not matter. O(n), because a cell holds few anchors.
 
-    Parameters
-    ----------
-    points
-        float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by `tolerance`.
+    `points` is float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by
+    `tolerance`.
     """
     anchor_rows = list(range(len(points)))
     cells: dict[tuple[float, float, float], list[int]] = {}

@@ -38,12 +38,7 @@ def load_mesh(
 ) -> Mesh:
     """Return the mesh of a file.
 
-    Parameters
-    ----------
-    unit
-        Unit of an STL file, one of `UNITS`; a STEP file states its own.
-    which
-        Number of a solid of a STEP file, or all of them.
+    `unit` is that of an STL file, one of `UNITS`; `which` is the number of a solid of a STEP file, or all of them.
 
     Raises
     ------

@@ -297,7 +297,6 @@ _HALF_PIXEL = 0.5
 
 
 def _steps(dark: NDArray[np.bool_]) -> int:
-    """Count the transitions between dark and bright pixels."""
     return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
 
 

@@ -86,12 +86,8 @@ def as_pockets(
 ) -> Part:
     """Return a part with pockets instead of contours; edges of plates become its `edge`.
 
-    Parameters
-    ----------
-    kinds
-        Kind of each contour: `POCKET`, `ISLAND`, `EITHER`, or None to leave it out.
-    outermost
-        Kind of the outermost outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
+    `kinds` are `POCKET`, `ISLAND`, `EITHER`, or None to leave a contour out; `outermost` is the kind of the outermost
+    outlines: `POCKET`, `EDGE`, or `EITHER` to refuse nested outlines.
 
     Raises like `pockets_of_drawing`.
     """

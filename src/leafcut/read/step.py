@@ -191,11 +191,6 @@ def _oriented(vertices: list[list[float]], clockwise: bool) -> Polyline:
 def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm, accurate to 0.05 mm.
 
-    Parameters
-    ----------
-    which
-        Number of a solid, or all of them.
-
     Raises like `read_step`.
     """
     return _solid(path, data, "mesh", which, pose)[1]

@@ -303,7 +303,6 @@ def _transform(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
 
 
 def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
-    """Return the corners in top view."""
     hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
     return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
 
@@ -386,7 +385,6 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
 
 
 def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
-    """Return whether a wide part of a hole is covered from above."""
     cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
     start = hole.top - step.depth + cone + SAME
     return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), start, math.inf)

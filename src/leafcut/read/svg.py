@@ -176,8 +176,6 @@ class _Attributes(NamedTuple):
 
 
 class _Context(NamedTuple):
-    """Inherited properties."""
-
     matrix: Affine
     layer: str = ""
     css: str = ""

@@ -126,7 +126,6 @@ class TomlTable:
 
 
 def _shown(value: Any) -> str:
-    """Return a value as one short line."""
     try:
         text = value if isinstance(value, str) else repr(value)
     except ValueError:  # the integer has more digits than Python prints

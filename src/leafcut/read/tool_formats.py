@@ -58,12 +58,8 @@ _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind 
 def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
     """Return the tools of another program's library, and whether it lacks feeds; None for other files.
 
-    Parameters
-    ----------
-    units
-        Unit of lengths without one, ``mm`` or ``in``; "" if unknown.
-    material
-        Selects a preset of each tool; "" if not given.
+    `units` is the unit of lengths without one, ``mm`` or ``in``; "" if unknown. `material` selects a preset of each
+    tool.
 
     Raises
     ------

@@ -103,7 +103,6 @@ def _axes(history: list[tuple[float, float]], costs: list[float], total: float, 
 
 
 def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
-    """Return the factor and the name of the unit."""
     if unit == "mm":
         return (0.001, "m") if largest >= 10_000 else (1.0, "mm")
     return (1.0 / 60.0, "min") if largest >= 600 else (1.0, "s")

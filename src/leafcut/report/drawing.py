@@ -251,7 +251,6 @@ def _cuts(scene: Scene, path: Trace) -> str:
 
 
 def _ends(scene: Scene, path: Trace) -> list[str]:
-    """Number the stops if there are few enough."""
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}

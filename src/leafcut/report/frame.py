@@ -84,10 +84,7 @@ class Frame:
     def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
         """Return the SVG element of a drawing: its axes, and `inside` in user units from the frame's corner.
 
-        Parameters
-        ----------
-        size
-            Whether the SVG stands alone and needs its size.
+        `size`: the SVG stands alone and needs its size.
         """
         (width, height), (x, y) = self.size, self.origin
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)

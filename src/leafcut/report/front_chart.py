@@ -264,7 +264,6 @@ def _around(place: Point) -> _Box:
 
 
 def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
-    """Place the label where it hides the least."""
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_BESIDE):

@@ -106,7 +106,6 @@ def _coloured(
 
 
 def _sized(picture: Picture) -> Picture:
-    """Enlarge few cells, thin out many."""
     from PIL import Image, ImageFilter
 
     share = LONGER / max(picture.size)

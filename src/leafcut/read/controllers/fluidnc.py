@@ -93,16 +93,10 @@ def read(text: str, file: str) -> Values:
 class FluidConfiguration:
     """The settings of a board with FluidNC.
 
-    Attributes
-    ----------
-    low, high
-        Travel limits in machine coordinates, mm; -inf and inf for an axis without ``max_travel_mm``.
-    rates, accelerations, steps
-        For x, y and z: mm/s, mm/s², steps/mm.
-    deviation, arc_tolerance
-        Of corners and of arcs, mm.
-    fastest
-        The maximum spindle speed or laser power; inf without a ``speed_map``.
+    `low` and `high` are travel limits in machine coordinates, mm; -inf and inf for an axis without ``max_travel_mm``.
+    Rates, accelerations and steps are in mm/s, mm/s² and steps/mm, the deviation of corners and the tolerance of arcs
+    in mm. `fastest` is the maximum spindle speed or laser power; inf without a ``speed_map``. Homing and soft limits
+    count if all three axes have them.
     """
 
     low: XYZ

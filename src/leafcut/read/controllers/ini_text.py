@@ -33,12 +33,7 @@ class Ini:
 
 
 def read_ini(text: str, file: str, include: bool = False) -> Ini:
-    """Read an INI file.
-
-    Parameters
-    ----------
-    include
-        Follow LinuxCNC's ``#INCLUDE name``, to files in the folder of the file or below it.
+    """Read an INI file; `include` follows LinuxCNC's ``#INCLUDE name`` to files in its folder or below it.
 
     Raises
     ------

@@ -39,12 +39,8 @@ class How(StrEnum):
 class Value:
     """A value of a profile.
 
-    Attributes
-    ----------
-    key
-        ``key``, or ``table.key``.
-    value
-        As written in a profile: text with a unit, a list of three, a bool, or a number.
+    `key` is ``key`` or ``table.key``; `value` is as written in a profile: text with a unit, a list of three, a bool, or
+    a number.
     """
 
     key: str
@@ -62,12 +58,7 @@ class Value:
 class Values:
     """The values of a settings file.
 
-    Attributes
-    ----------
-    title
-        The kind of settings: ``GRBL 1.1``.
-    notes
-        Settings that a profile cannot hold, and hints for the user.
+    `title` is their kind: ``GRBL 1.1``. `notes` are settings that a profile cannot hold, and hints for the user.
     """
 
     file: str
