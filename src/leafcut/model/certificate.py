@@ -37,10 +37,6 @@ class Certificate:
         Compared properties in words, if all are equal; empty if something differs.
     sha256
         Of the original's text.
-    allow_reverse
-        Whether open cuts could be reversed.
-    reversed_cuts
-        Number of reversed cuts.
     notes
         Changes that do not affect the work, in sentences, such as the order in which parts are detached by a beam.
     defaults

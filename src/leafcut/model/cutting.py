@@ -65,8 +65,6 @@ class CutData:
         Time from arc-on to the first move, s.
     kerf
         Width of the cut, mm.
-    volts
-        Arc voltage, or None.
     can_pierce
         False if the chart has no pierce height and delay: above the pierce capacity a cut starts at the edge.
     """
@@ -188,12 +186,8 @@ class Cut:
         (from, to) in mm along the path: loops around sharp corners, in scrap.
     small_hole
         True: cut by the rules for small holes (slower, height control off).
-    choice
-        In a chain, for its first contour.
     bridges
         (from, to) in mm along the path: moves through the scrap from one contour of a chain to the next.
-    chained
-        Choices for the other contours of a chain, in order.
     group
         Number of its group of parts with common lines, from 1; 0 for none. The cut around a group has all its outlines
         as `contours`, a common line the adjacent ones.

@@ -16,12 +16,10 @@ OBJECTIVES = ("time", "cost", "life")
 
 @dataclass(frozen=True)
 class CuttingPoint:
-    """A speed and feed of a tool with the results: mm, s, N, N·mm, W; cost in the user's currency.
+    """A speed and feed of a tool with the results: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
 
     Attributes
     ----------
-    rpm, feed
-        Spindle speed, 1/min; feed rate, mm/s.
     chip
         Feed of a drill per revolution, of a mill per tooth, mm.
     speed
@@ -30,8 +28,6 @@ class CuttingPoint:
         Time and cost per part with this tool: feeds, moves and replacement of worn tools.
     life
         Tool life in the cut, s, limited to the model's maximum.
-    worn
-        Tools worn per part.
     power, torque, thrust
         Load of the cut: power at the spindle's motor, torque of the spindle, and feed force (0 for a mill).
     """

@@ -18,8 +18,6 @@ class FeedLimits:
 
     Attributes
     ----------
-    most
-        Highest feed in material.
     depth, film_depth, film
         Depth of cut: of a level; in a strip no wider than `film`, such as a finishing pass, the full depth
         `film_depth`.

@@ -103,8 +103,7 @@ class DrillCycle:
         return initial if self.to_initial and initial >= self.r_plane else self.r_plane
 
     def approach_in_series(self, initial: float, height: float) -> str:
-        """Return the `approach` of LinuxCNC 2.9 (observed with rs274) from height `height` in a series started at
-        `initial`.
+        """Return the `approach` of LinuxCNC 2.9 (observed with rs274) in a series started at `initial`.
 
         If `initial` is below R, the tool goes straight to R, up or down. Otherwise, from R or below, it rises on its
         way over the hole to the return height. Unknown heights are allowed.

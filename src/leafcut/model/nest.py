@@ -68,11 +68,9 @@ class Stock:
     Attributes
     ----------
     count, price
-        None for unlimited, and if unknown.
-    edge
-        Outline of a remnant and the holes in it; empty for a rectangle.
-    name
-        ``3000x1500``, or the name of the remnant's drawing.
+        None if unlimited, and if unknown.
+    edge, name
+        Outline of a remnant and the holes in it, empty for a rectangle; ``3000x1500``, or the name of its drawing.
     """
 
     length: float
@@ -103,7 +101,7 @@ class Stock:
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
     """Return the cost of a sheet of each kind: its price if any sheet has one, else its area in mm².
 
-    A remnant without a price is free if there are sheets to buy, that is, sheets with a price or of a given size.
+    A remnant without a price is free if there are sheets with a price or of a given size.
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
@@ -126,8 +124,6 @@ class Nest:
 
     Attributes
     ----------
-    unplaced
-        Number of unplaced pieces of each part.
     method, seed
         ``shapes`` or ``rectangles``, and the seed of the random numbers.
     repeatable
@@ -240,8 +236,6 @@ class NestOutcome:
         One line for every variant that failed its check.
     drawings
         For every drawn variant, the best or all, the DXF text of each sheet, one per layout.
-    files
-        Names of the written files; empty if none were written.
     defaults
         Used options that were set by the user's own defaults, as typed.
     """

@@ -52,20 +52,14 @@ class Outcome(Generic[D]):
 
     Attributes
     ----------
-    part
-        The input; of a program, its holes.
     process
         ``drill``; ``cut`` for a sheet; ``pocket``; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
         Measures of the input order, of nearest neighbour (None for programs), and of the written program.
-    detail
-        Results of the process only: the plans of a sheet or of pockets, the proof of a program.
     written
         The text read back for the proof, with the line of every row. None if `path_after` was read from it.
     encoding, extension
         Encoding of the program file, and its extension including the dot.
-    seconds, compile_seconds
-        Time of the run without compiling, and the time of compiling.
     options
         Every option that differs from its default: flag → value as typed.
     defaults

@@ -13,8 +13,8 @@ from leafcut.model.work_material import WorkMaterial
 class PaceRules:
     """Permitted changes to the feeds of a program.
 
-    `air` replaces feeds in air by rapids, `clearance` mm from all material; `feeds` adapts feeds to the
-    chip. `spindle` is None if the material is unknown.
+    `air` replaces feeds in air by rapids, `clearance` mm from all material; `feeds` adapts feeds to the chip. `spindle`
+    is None if the material is unknown.
     """
 
     air: bool

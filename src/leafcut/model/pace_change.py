@@ -39,8 +39,6 @@ class ToolPace:
         Whether the limit follows from feed and speed in the tool library, rather than from the program's worst cut.
     rate_before, rate_after
         Largest material removal rate, mm³/s.
-    limits
-        Other limits with known data.
     """
 
     number: int

@@ -19,8 +19,6 @@ class HoleStep:
 
     Attributes
     ----------
-    diameter
-        Largest diameter.
     depth
         Depth of its lower end below the top of the hole.
     angle

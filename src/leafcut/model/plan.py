@@ -24,8 +24,6 @@ class Stage:
     problem
         Tasks as clusters, their choices as nodes, with precedence and travel cost. Its start is that of the tool, or
         None if the stage `follows` another stage.
-    follows
-        Whether the stage starts where the stage before it ends.
     given
         int32[tasks]: the choices in the order of the input; empty if that order cannot be used.
     first
@@ -54,8 +52,6 @@ class Order:
         Cost, bound and history of each stage; empty if no search found the order.
     kept
         Tasks that keep their position in the input, as (stage, task), with the reason.
-    unchanged
-        The input is used unchanged.
     """
 
     choices: tuple[Any, ...]

@@ -56,8 +56,7 @@ class Pocket:
         return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
-        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`); `filled`: its islands
-        count as part of the area.
+        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`), `filled` with its islands' areas.
 
         Raises
         ------
@@ -105,20 +104,10 @@ class PocketLevels:
 class PocketRules:
     """Rules for clearing a pocket with one tool, in the plane.
 
-    Attributes
-    ----------
-    tool_diameter
-        Diameter of a flat end mill, mm.
-    step_over
-        Largest distance between adjacent passes, mm.
-    stock
-        Stock left on the walls by roughing for the finishing pass, mm.
-    climb
-        Climb milling: material on the right of the tool (spindle clockwise); determines the direction along walls.
-    tolerance
-        Largest deviation of a path from the exact path, mm.
-    max_engagement
-        Largest engagement angle of the tool, rad; None: not limited.
+    The tool is a flat end mill; lengths are in mm. `step_over` is the largest distance between adjacent passes; `stock`
+    is left on the walls by roughing for the finishing pass. `climb`: material is on the right of the tool (spindle
+    clockwise). `tolerance` is the largest deviation of a path from the exact path. `max_engagement` is in rad; None:
+    not limited.
 
     Passes are planned slightly closer than the step-over (`planned`), since each is accurate only within the tolerance.
     Thus the measured step-over of a program exceeds the rule at most by rounding (`keeps`).
@@ -211,8 +200,6 @@ class PocketMeasures:
     ----------
     feed_mm, rapid_mm, retracts
         Of the path, without approach and departure.
-    finish_mm
-        Length of the finishing feed, mm; the rest is roughing.
     gouge_mm2
         Area cut beyond the walls, deeper than the tolerance.
     reachable_mm2
@@ -228,8 +215,6 @@ class PocketMeasures:
     max_width, wide_mm
         Width of cut: the largest, and the length of the feed on which it is much wider than the step-over
         (`material.removal.much_wider`), mm: first cuts into solid material, cores, corners.
-    air_mm
-        Length of feed in air, mm.
     floor_mm
         Area of the permitted tool centres divided by the step-over: no path of constant pitch is much shorter.
     """
@@ -294,8 +279,6 @@ class PocketPlan:
     ----------
     levels
         Height of every level below the top of the pockets, mm, negative.
-    chosen
-        Index in `results` of the chosen strategy.
     begin
         Start of the material, mm: 0 at the top of the pockets, negative below.
     in_floor

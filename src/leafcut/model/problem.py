@@ -128,8 +128,6 @@ class RoutingProblem:
         int32[k, 2]: pairs (before, after) of clusters.
     start, end
         (x, y) in mm, or None for a free end. Ignored if `closed`.
-    closed
-        True: the path returns to its first node.
     """
 
     entry: NDArray[np.float64]

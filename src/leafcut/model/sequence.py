@@ -22,12 +22,8 @@ class Stay(NamedTuple):
     ----------
     reason
         A name of `leafcut.processes.program.plan.precedence.staying.PHRASES`, or several, joined by a plus sign.
-    line
-        Line of the cause, from 1.
-    word
-        Text of the cause, "" if it is the task itself.
-    cause
-        Why the cause stays, "" if it does not.
+    word, cause
+        Text of the cause, "" if it is the task itself; why the cause stays, "" if it does not.
     """
 
     reason: str
@@ -38,13 +34,7 @@ class Stay(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Staying:
-    """Tasks that keep their position for the same reason (see `Stay`).
-
-    Attributes
-    ----------
-    first_line, word
-        First line of a cause, and its text, "" if it is the task itself.
-    """
+    """Tasks that keep their position for the same reason (see `Stay`)."""
 
     reason: str
     count: int
@@ -67,8 +57,6 @@ class PieceOfWork:
         (x, y) in mm where the tool arrives by rapid, and where it is retracted.
     arrive_z, leave_z
         Height at which the tool arrives, and to which it retracts, mm.
-    bottom
-        Lowest height, mm.
     reversible
         Whether it may be reversed: the tool then arrives at `exit` and is retracted at `entry`.
     may_free, frees
@@ -102,8 +90,6 @@ class Section:
         irrelevant.
     clearance
         Height of travel moves between tasks, mm; not below the original heights there.
-    tool
-        Tool in the spindle, None if the program does not state it.
     ties
         By cause, int32[n, 2]: the first later task that must stay after each task, n for none; and the last earlier
         task that must stay before it, -1 for none.
@@ -138,8 +124,6 @@ class Sequence:
     ----------
     items
         Unchanged blocks and sections, in the order of the new program.
-    dropped
-        Blocks left out of the new program: tool changes saved by merging.
     mergeable
         Number of tool changes that joining sections would save, if that was not requested.
     stays

@@ -21,8 +21,6 @@ class Sheet:
         Rectangles (x0, y0, x1, y1) that the torch must avoid: clamps.
     holes
         Closed openings from earlier cuts, without metal.
-    price
-        Price of the sheet, if its drawing states it.
     """
 
     name: str

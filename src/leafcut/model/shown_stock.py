@@ -25,12 +25,8 @@ class ShownStock:
         Smallest x and y, largest x and y that such a block includes at least, mm.
     floor
         Lower end of such a block, mm; None: below the deepest cut.
-    surface
-        Surface of the material seen from above if it is not a block; None for a block.
     finished
         Whether this is the finished part, which may contain holes: these are filled up to their rim first.
-    fixtures
-        Fixtures, which are not cut.
     refused
         Why the stock cannot be shown, in one line; empty if it can.
     """

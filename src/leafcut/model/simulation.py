@@ -12,16 +12,9 @@ from leafcut.model.toolpath import Toolpath
 
 @dataclass(frozen=True)
 class Simulation:
-    """Motion of a program on a machine, with its times.
+    """Motion of a program on a machine, and the times and lengths of `run`, starting at X0 Y0.
 
-    Attributes
-    ----------
-    machine, dialect
-        The machine that runs the program, and its dialect.
-    measure
-        Times and lengths of `run`, starting at X0 Y0.
-    defaults
-        Used options that were set by the user's own defaults, as typed.
+    `defaults` are the used options that were set by the user's own defaults, as typed.
     """
 
     program: str

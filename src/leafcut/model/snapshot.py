@@ -72,16 +72,10 @@ class Snapshot:
         ends at its start. Empty for a cost matrix without coordinates.
     cost, bound
         Travel and service in the problem's unit; the lower bound is None before it is known.
-    iteration, seconds
-        Iterations and seconds of the search; its clock may be stopped.
-    workers
-        Work of every worker so far; empty for a single worker.
     pheromone
         Of ants, else None.
     brightness
         Of fireflies, float64[f]: 1 / length; else None.
-    step
-        Last step of an algorithm from the literature; else None.
     """
 
     path: NDArray[np.float64]

@@ -266,10 +266,7 @@ class ToolpathBuilder:
         self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
 
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
-        """Add a canned cycle at (x, y), which ends at the cycle's retract height.
-
-        A series of cycles ends with any other motion, or with `end_cycles` (G80).
-        """
+        """Add a canned cycle at (x, y); its series ends with any other motion, or with `end_cycles` (G80)."""
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
         after = cycle.height_after(initial)
         if self.slants and self.initial_plane is not None:

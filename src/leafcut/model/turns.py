@@ -43,8 +43,6 @@ class Turns(NamedTuple):
     ----------
     length
         mm; 0 if the start is unknown.
-    plane
-        Index of `AXES`.
     centre
         In the plane, float64[n, 2], mm.
     angle

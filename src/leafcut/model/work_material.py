@@ -64,8 +64,6 @@ class WorkMaterial:
 
     Attributes
     ----------
-    name, description, also
-        `also` lists alternative names.
     kc11, mc
         Kienzle: kc = kc11 h^-mc, N/mm², with the chip thickness h in mm.
     tensile_strength, hardness, density
@@ -75,10 +73,9 @@ class WorkMaterial:
     drill_constant
         K of the measured torque and thrust of twist drills (`leafcut.material.cutting_force`); 0: they follow from
         `kc11` and `mc`.
-    drill_feed
-        Highest feed of a drill per revolution as a fraction of its diameter; 0 if unknown.
-    mill_feed
-        Highest feed of a carbide mill per tooth as a fraction of its diameter; 0 if unknown.
+    drill_feed, mill_feed
+        Highest feed of a drill per revolution, and of a carbide mill per tooth, as a fraction of the diameter; 0 if
+        unknown.
     sources
         Source of each value, by key, or "estimate: …".
     """

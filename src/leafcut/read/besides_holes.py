@@ -63,7 +63,7 @@ class _Collector(Strokes):
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
 ) -> Besides:
-    """Return the closed contours of a DXF drawing that are not holes (handles `holes`), mm; none if the drawing is too
+    """Return the closed contours, mm, of a DXF drawing that are not holes (handles); none if the drawing is too
     large.
     """
 

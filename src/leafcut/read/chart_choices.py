@@ -26,10 +26,10 @@ def choices_of(
     thickness: float | None = None,
     amps: float | None = None,
 ) -> ChartChoices:
-    """Return the choices that a chart offers. Empty arguments match all rows.
+    """Return the choices that a chart offers; empty arguments match all rows.
 
-    Each kind of choice is filtered by those before it, and the current also by the
-    thickness. A choice without a matching row is ignored, so that the user still sees the alternatives.
+    Each kind of choice is filtered by those before it, and the current also by the thickness. A choice without a
+    matching row is ignored, so that the user still sees the alternatives.
     """
     rows = list(rows)
     cut = [row for row in rows if not process or is_process(row.process, process)] or rows

@@ -248,10 +248,8 @@ EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 @cache
 def plate(name: str) -> Plate:
-    """Return one of `PLATE_NAMES`.
-
-    Groups, and the holes within a group, are shuffled with the name of the plate as seed, to mimic the order in which a
-    person draws them.
+    """Return one of `PLATE_NAMES`; its holes are shuffled with its name as seed, to mimic the order of a drawing by
+    hand.
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()

@@ -38,8 +38,7 @@ def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
 def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
     """Return the holes without those on layers of frames, texts and dimensions, unless `options.layers` is set.
 
-    The holes left out (L204) may be balloons, projection symbols or centring marks; their count reveals a misnamed
-    layer.
+    The holes left out (L204) may be balloons or centring marks; their count reveals a misnamed layer.
     """
     skipped_layers = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
     skipped = [hole for hole in holes if hole.layer in skipped_layers]
@@ -239,8 +238,8 @@ def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
 def _neighbours(
     table: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield each circle, the smaller circles within `reach` in X, and the distances of their centres; `table`: x, y,
-    radius.
+    """Yield each circle (`table`: x, y, radius), the smaller ones within `reach` in X, and the distances of their
+    centres.
     """
     x, y, radius = table.T
     order = np.argsort(x, kind="stable")

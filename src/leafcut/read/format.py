@@ -171,8 +171,6 @@ class Format:
         Lower case, with the dot.
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
-    sniff
-        Recognises the format from the first bytes of a file.
     prefix
         Inputs with one of these prefixes are names for this format, not files (``example:plate-70``).
     error

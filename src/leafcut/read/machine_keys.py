@@ -30,16 +30,10 @@ class ProfileKey:
         Value if the key is missing, as written in a profile; None if there is no such value.
     why
         Source of the default; without a default, the effect of a missing key.
-    example
-        Value in a template for a key without a default.
-    required
-        Every profile must have the key.
     reported
         A run that uses the default reports it (L408), because times or refusals depend on it.
     unit, size
         For a quantity: its internal unit, a key of `units.FACTORS`, and the number of values: one, or one per axis.
-    choices, bounds
-        Allowed words, or the allowed range as text.
     """
 
     name: str

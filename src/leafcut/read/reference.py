@@ -39,10 +39,10 @@ def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part 
 
 
 def outline_of(whole: Part) -> Part:
-    """Return the boundary of a drawing: its closed outlines, circles and points, or else its complete geometry.
+    """Return the closed outlines, circles and points of a drawing, or else its complete geometry.
 
-    The outermost closed outline determines the bounding box. An open path around all of them is an outline with a
-    gap, so the complete geometry is used.
+    The outermost closed outline determines the bounding box. An open path around all of them is an outline with a gap,
+    so the complete geometry is used.
     """
     from leafcut.geometry.tidying import tidy  # start-up: it needs shapely
 

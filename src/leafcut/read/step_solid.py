@@ -70,8 +70,6 @@ class SolidHole:
         Axis and diameter of the narrowest cylinder, and the height at which the hole starts, mm.
     depth
         From the top to the lower end of that cylinder, mm.
-    through
-        Whether it is open at the bottom.
     pointed
         For a blind hole: whether it ends in a cone, like the point of a drill; otherwise its floor is flat.
     """
@@ -391,8 +389,8 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls about vertical axes, the number of full cylinders in other directions, and the
-    number of free-form faces, in which holes are not found.
+    """Return the concave round walls about vertical axes, and counts of full cylinders by other direction, and of
+    free-form faces.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools

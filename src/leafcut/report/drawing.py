@@ -270,9 +270,7 @@ def _ends(scene: Scene, path: Trace) -> list[str]:
 
 
 def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
-    """Place the numbers where they cover the least; `stops` is float64[k, 4]: x, y, the radius to keep clear, and the
-    radius of the hole.
-    """
+    """Place the numbers; `stops` is float64[k, 4]: x, y, the radius to keep clear, and the radius of the hole."""
     frame, font = scene.frame, _font(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
     around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))

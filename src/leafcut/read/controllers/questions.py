@@ -48,8 +48,6 @@ class Question:
 
     Attributes
     ----------
-    name
-        Name of its flag, and its key in an answer file.
     keys
         The profile keys that it sets.
     unit

@@ -167,9 +167,7 @@ def _store_rrf_spindle(values: Values, lines: list[_Line]) -> None:
 
 
 def _store_rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
-    """Store the travel of M208 (``X0:200``, or the maximum with S0 and the minimum with S1); return the limits per
-    axis.
-    """
+    """Store the travel of M208 (``X0:200``, or maximum with S0, minimum with S1); return the limits per axis."""
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
     entries = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
     plain = [(line, axis) for line, axis in entries if "{" not in line.letters[axis]]
