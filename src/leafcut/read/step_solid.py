@@ -389,8 +389,8 @@ def _is_covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
-    """Return the concave round walls about vertical axes, and counts of full cylinders by other direction, and of
-    free-form faces.
+    """Return the concave round walls about vertical axes, the full cylinders counted by other direction, and the number
+    of free-form faces, in which holes are not found.
     """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
