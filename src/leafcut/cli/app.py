@@ -182,7 +182,7 @@ def _refused(arguments: Sequence[str], line: str, status: int) -> int:
 
 
 def app(arguments: Sequence[str] = ()) -> App:
-    """Return the application; a command line limits the generated flags to those of its command, to save time."""
+    """Return the application; a command line limits the generated flags to its command, to save time."""
     application = App(
         name="leafcut",
         help="Make the verified CNC program that needs the least machine time, from a drawing or another program.\n\n"

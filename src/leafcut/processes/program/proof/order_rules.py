@@ -51,11 +51,11 @@ class Visits:
     start
         float64[n, 2]: start point, mm.
     bottom, floor
-        float64[n]: lowest Z of all cuts, and of sideways cuts, mm; infinite if there are none.
+        float64[n]: lowest Z of all cuts, and of sideways cuts, mm; infinite without a cut.
     cuts, level, closed
         bool[n]: the visit cuts sideways; much of its length is at its lowest level; it ends at its start.
     ends
-        float64[n, 2, 2]: start and end of the sideways cuts, mm; NaN if there are none.
+        float64[n, 2, 2]: start and end of the sideways cuts, mm; NaN without a cut.
     length
         float64[n]: XY length of the sideways cuts, mm.
     sideways
