@@ -34,9 +34,9 @@ class BatchRow:
     """A row of the table: the result of an input.
 
     `state` is `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written. `before_s` is the machine time of
-    the usual order or of the given program, `after_s` the time of the new program; "" if unknown. `issues` is the number of
-    issues except notes, `worst` the severity of the worst, `line` the reason of a refusal. `key` is the hash of input,
-    options and version, `program_sha256` the hash of the program.
+    the usual order or of the given program, `after_s` the time of the new program; "" if unknown. `issues` is the
+    number of issues except notes, `worst` the severity of the worst, `line` the reason of a refusal. `key` is the hash
+    of input, options and version, `program_sha256` the hash of the program.
     """
 
     input: str

@@ -35,9 +35,9 @@ HeadRoute = tuple[tuple[Point, ...], float]
 class HeadRoutes:
     """Routes of the head.
 
-    `corners` has the corners of the route to each cut, by its position; the key of the route to the end is the number of
-    cuts. `crossing` and `close` are the positions of the cuts whose travel move still crosses a detached part, or only
-    passes within the radius of the head, mm. `moves` is the number of travel moves.
+    `corners` has the corners of the route to each cut, by its position; the key of the route to the end is the number
+    of cuts. `crossing` and `close` are the positions of the cuts whose travel move still crosses a detached part, or
+    only passes within the radius of the head, mm. `moves` is the number of travel moves.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -136,8 +136,8 @@ def cut_outlines_later(
 ) -> list[int]:
     """Return an order in which outlines are cut after the moves that cross their parts, if that costs less.
 
-    `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` returns the cost of a straight move, in seconds
-    or mm. The search ends when `late` returns true between attempts.
+    `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` returns the cost of a straight move, in
+    seconds or mm. The search ends when `late` returns true between attempts.
     """
     detaches = [frozenset(parts.detached_by(cut)) for cut in cuts]
     before: dict[int, set[int]] = {}

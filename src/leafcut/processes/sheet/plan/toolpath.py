@@ -35,9 +35,9 @@ class TorchSetup:
     `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` the height in machine
     coordinates at the start and the end, mm, if known. `switches`: the controller can switch the torch off, and hold
     its height, in motion; otherwise the head stops. `moves_z`: programs move Z; otherwise the head keeps its height
-    during travel. A marking tool is spindle 1. `tolerance` is the tolerance of rounded corners, mm (G64 P); 0: exact corners.
-    Without `probe`, the top of the sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0);
-    None: marks need no tool change.
+    during travel. A marking tool is spindle 1. `tolerance` is the tolerance of rounded corners, mm (G64 P); 0: exact
+    corners. Without `probe`, the top of the sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is
+    tool 0); None: marks need no tool change.
     """
 
     data: CutData
@@ -62,9 +62,9 @@ def lay_cuts(
 ) -> tuple[Toolpath, list[slice]]:
     """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
 
-    `corners` has the corners of the travel move before each cut, by its position; the key of the final move is the number of
-    cuts. A head that keeps its height goes around `obstacles`; other heads cross them at the clearance height.
-    `PlanError` if the travel height is not above the pierce height, or no path leads around an obstacle.
+    `corners` has the corners of the travel move before each cut, by its position; the key of the final move is the
+    number of cuts. A head that keeps its height goes around `obstacles`; other heads cross them at the clearance
+    height. `PlanError` if the travel height is not above the pierce height, or no path leads around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
