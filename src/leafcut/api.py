@@ -221,7 +221,8 @@ def _is_table(report: str | Path | None) -> bool:
 
 
 def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
-    """Run the process that suits the inputs; options that it does not use are refused, like a table that it lacks."""
+    """Run the process that suits the inputs; options that it does not use and tables that it does not have
+    are refused."""
     from leafcut.read.registry import read_source
 
     registry.check_asked(process_word)

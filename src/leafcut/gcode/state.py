@@ -262,7 +262,7 @@ class InterpreterState(Modal):
         self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def set_frame(self, number: int) -> None:
-        """Select a work offset, in tenths; the position is unknown if the offset changes."""
+        """Select a work offset, 591 for G59.1; the position becomes unknown if the offset changes."""
         if number != self.frame:
             self.frame = number
             self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)

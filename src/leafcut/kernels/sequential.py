@@ -98,7 +98,7 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
 def record_exchange(
     route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool
 ) -> bool:
-    """Record the exchange that cuts after the coordinates x < y ≤ z if it is allowed, and return whether it is.
+    """Record the exchange that cuts the path after positions x < y ≤ z if it is allowed; return whether it is.
     Changes: move.
     """
     n, move, capacity = len(route.node), route.move, len(route.buffer)

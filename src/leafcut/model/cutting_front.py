@@ -1,4 +1,4 @@
-"""`CuttingData`: Pareto-optimal speeds and feeds in time, cost and tool life, and the chosen ones."""
+"""`CuttingData`: speeds and feeds that are Pareto-optimal in time, cost and tool life, and the chosen ones."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ OBJECTIVES = ("time", "cost", "life")
 
 @dataclass(frozen=True)
 class CuttingPoint:
-    """A speed and feed of a tool with the results: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
+    """A speed and feed of a tool, and what they result in: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
 
     Attributes
     ----------
     chip
-        Feed of a drill per revolution, of a mill per tooth, mm.
+        Feed per revolution (drills) or per tooth (mills), mm.
     speed
         Cutting speed at the largest diameter, mm/s.
     time, cost
@@ -29,7 +29,7 @@ class CuttingPoint:
     life
         Tool life in the cut, s, limited to the model's maximum.
     power, torque, thrust
-        Load of the cut: power at the spindle's motor, torque of the spindle, and feed force (0 for a mill).
+        Load of the cut: power at the spindle motor, spindle torque, and feed force (0 for a mill).
     """
 
     rpm: float

@@ -55,7 +55,7 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the tool's height at positions float64[n, 2], float64[n]; the higher of two at one position."""
+        """Return the tool's heights, float64[n], at positions float64[n, 2]; the higher one if there are two."""
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 

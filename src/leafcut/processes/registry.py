@@ -166,7 +166,7 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options, those of processes (or `own`, without loading processes) after those of the job."""
+    """Return all groups of options: of the job, then of the processes, or `own` without loading processes."""
     if own is None:
         own = [group for process_ in processes() for group in process_.options]
     position = SHARED.index(CutDataOptions) + 1

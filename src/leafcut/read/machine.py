@@ -115,7 +115,8 @@ def machine_of_profile(text: str, place: str) -> Machine:
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
-    """Return the keys and values of a machine profile, unchanged. Raises like `load_machine`."""
+    """Return the keys and values of a machine profile, unchanged; the errors are those of
+    `load_machine`."""
     data, place = _profile(name_or_path)
     _machine_of(data, place)
     return data

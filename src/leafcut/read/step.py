@@ -191,7 +191,7 @@ def _oriented(vertices: list[list[float]], clockwise: bool) -> Polyline:
 def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm, accurate to 0.05 mm.
 
-    Raises like `read_step`.
+    The errors are those of `read_step`.
     """
     return _solid(path, data, "mesh", which, pose)[1]
 
@@ -302,7 +302,7 @@ def _centre(outline: Polyline) -> tuple[float, float]:
 def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     """Return the work on a solid that drills cannot do (pockets, openings, …), as missing work (L219).
 
-    Raises like `read_step`.
+    The errors are those of `read_step`.
     """
     data = _read_solid(source, options, "pockets")
     issues = _issues_of_pockets(data)

@@ -313,7 +313,7 @@ class MarlinConversation(Conversation):
         self._fly(text)
 
     def ask_status(self, *, more: bool = False) -> None:
-        """Query position and rest if no line is unanswered or follows; otherwise infer the status."""
+        """Query the position and whether the machine rests if every line is answered and sent; else infer both."""
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
         elif self._free:

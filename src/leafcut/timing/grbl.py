@@ -72,7 +72,7 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the lines that start at the rows of a path; without the text, each row is one line with three decimals."""
+    """Return the program lines that start at the rows of a path; without the text, one line of three decimals each."""
     n = len(path)
     if lines is not None and path.line.any():
         starts = np.append(True, path.line[1:] != path.line[:-1])[:n]

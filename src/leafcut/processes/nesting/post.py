@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Make ezdxf write no dates and random numbers; the option is global, so only one drawing is written at a time."""
+    """Stop ezdxf from writing dates and random numbers; the option is global, so one drawing is written at a time."""
     import ezdxf
 
     with _EZDXF_LOCK:

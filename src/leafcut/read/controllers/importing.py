@@ -119,7 +119,7 @@ def settings_text(data: bytes, path: str) -> str:
 
 
 def kind_of(text: str, file: str) -> str:
-    """Return the kind of settings of a text, by its contents.
+    """Return which kind of settings a text holds, by its contents.
 
     Raises
     ------

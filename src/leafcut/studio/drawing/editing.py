@@ -122,7 +122,7 @@ class Undoable(Generic[State]):
             self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
-        """Return the parts of a state, regardless of their order; states with equal parts are compatible."""
+        """Return the parts of a state in any order; states with equal parts are compatible."""
         raise NotImplementedError
 
     def undo(self) -> bool:

@@ -24,7 +24,7 @@ READY_TASK = ReadyTask("optimize", ("example:plate-10",), "auto", {"thickness": 
 
 
 def main() -> None:
-    """Do the works that standard input names, until it ends."""
+    """Run the work named on standard input, until the input ends."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # the prints of a library must not mix with the answers
     lock = threading.Lock()

@@ -86,7 +86,7 @@ class RunWishes:
 class ReadyProgram:
     """A program that was checked against the machine's current state and may be run.
 
-    `job` has the times of this machine, `facts` are the settings reported by the controller, and `steps` the blocks to
+    `job` holds the times for this machine, `facts` are the settings reported by the controller, `steps` the blocks to
     send. The program continues at `line`, 0 for its start. `told` are messages for the user before the start.
     """
 

@@ -1,4 +1,4 @@
-"""Choices of a page, saved under a name in its address, for reload, Back and restarts."""
+"""A page's choices, saved under a name in its URL, so that they survive reloads, Back and restarts."""
 
 from __future__ import annotations
 
