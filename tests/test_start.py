@@ -118,7 +118,7 @@ def test_a_refused_file_or_option_loads_no_compiled_kernels(tmp_path: Path) -> N
     for name in ("notes.xyz", "broken.dxf", "broken.nc", "broken.tsp"):
         (tmp_path / name).write_text("G1 X(", encoding="utf-8")
     files = {"plate": EXAMPLES / "plate_8x8_10.dxf", "pocket": EXAMPLES / "pocket.dxf"}
-    commands = [command.format(**files).split() for command in REFUSED]
+    commands = [[word.format(**files) for word in command.split()] for command in REFUSED]
     code = (
         "import sys\nfrom leafcut.cli.app import run\n"
         f"print([(words, status) for words in {commands!r} if (status := run(words)) not in (1, 2)])\n"
