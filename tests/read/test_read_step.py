@@ -374,7 +374,7 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
     assert outcome.written is not None
     assert float(np.nanmin(outcome.written.end[:, 2])) < 5.0
     for more in ({}, {"surface": examples / "stepped_plate.stl"}):
-        with pytest.raises(OptionError, match=r"--solid: only STEP files have solids; leave it out"):
+        with pytest.raises(OptionError, match=r"--solid: .* solids.*; leave it out"):
             api.optimize(tmp_path / "holes.csv", solid=2, **more, **options)
 
 

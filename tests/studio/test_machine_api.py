@@ -238,7 +238,8 @@ def test_what_the_machine_cannot_do_is_refused_before_anything_is_sent(
 
 def test_a_program_made_for_another_machine_is_refused(open_board: Machine) -> None:
     made = open_board.client.post(
-        "/api/optimize", data={"source": "example:ten-points", "options": '{"preset": "fast", "machine": "grbl-3018"}'}
+        "/api/optimize",
+        data={"source": "example:ten-points", "options": '{"preset": "fast", "machine": "grbl-3018", "depth": "3"}'},
     ).json()
     line = open_board.refused("run", 400, job=made["job"], machine="mine:board")
     assert "was made and verified for grbl-3018, not for board" in line
@@ -257,7 +258,7 @@ def test_an_alarm_and_a_reset_at_the_board_are_told_and_the_place_is_not_trusted
     assert line.startswith("the machine is locked by an alarm; home it")
     open_board.ask("unlock")
     line = open_board.refused("run", source=open_board.file(plate(3)), machine="mine:board")
-    assert "may not be where it thinks" in line
+    assert "its position may be wrong" in line
 
 
 def test_a_pulled_cable_is_one_line_and_the_machine_can_be_connected_again(open_board: Machine) -> None:
