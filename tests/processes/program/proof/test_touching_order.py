@@ -11,9 +11,9 @@ import pytest
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes, position_before
 from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.order_rules import touching_in_new_order
 from leafcut.processes.program.proof.outlines import lines_of, outlines_of, starts_inside
-from leafcut.processes.program.proof.touching_order import inverted
-from leafcut.processes.program.proof.traces import touching, traces_of
+from leafcut.processes.program.proof.traces import traces_of
 
 TOUCH = 0.05
 PARTS = 151
@@ -54,7 +54,7 @@ def cuts_of(path: Toolpath) -> Features:
 
 def inside(features: Features, run: np.ndarray) -> list[int]:
     """Return the runs that start inside an outline of another run."""
-    lines = lines_of(features, traces_of(features), run, FREE.sagitta)
+    lines = list(lines_of(features, traces_of(features), run, FREE.sagitta))
     found = starts_inside(lines, outlines_of(lines, None, FREE))
     return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)
 
@@ -87,44 +87,32 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
     return 0.0 if crossing.any() else float(nearest)
 
 
-@pytest.mark.parametrize(("seed", "n"), [(0, 26), *(pytest.param(k, 40, marks=pytest.mark.slow) for k in range(3))])
-def test_touching_pairs_are_those_of_finely_divided_lines(seed: int, n: int) -> None:
+def turned(features: Features, rank: np.ndarray, tolerance: float = 0.002) -> list[list[int]]:
+    """Return the pairs of touching features whose order is changed."""
+    pairs, proved = touching_in_new_order(features, traces_of(features), rank, tolerance)
+    assert proved
+    return pairs.tolist()
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))])
+def test_touching_pairs_in_changed_order_are_those_of_finely_divided_lines(seed: int) -> None:
     """Vertices of the divided lines are up to 0.6 mm apart, so pairs up to 0.7 mm apart are left out."""
-    path = scribble(seed, n=n, size=0.5 * n)
+    path = scribble(seed, n=30, size=16.0)
     features = cuts_of(path)
-    traces = traces_of(features)
+    rank = np.random.default_rng(seed).permutation(30)
     lines = [line_of(path, row) for row in features.row.tolist()]
-    checked = 0
+    found, checked = turned(features, rank, TOUCH), 0
     for one, other in itertools.combinations(range(len(lines)), 2):
         distance = apart(lines[one], lines[other])
         if 0 < distance <= 0.7:
             continue
-        pieces = [np.flatnonzero(traces.feature == k) for k in (one, other)]
-        a, b = (grid.ravel() for grid in np.meshgrid(*pieces))
-        assert touching(traces.pick(a), traces.pick(b), TOUCH).any() == (distance == 0), (one, other)
+        assert ([one, other] in found) == (distance == 0 and rank[one] > rank[other]), (one, other)
         checked += 1
-    assert checked > n * (n - 1) / 4
-
-
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 8))])
-def test_inverted_pairs_are_all_those_that_touch_and_have_changed_places(seed: int) -> None:
-    path = scribble(seed, n=150, size=60.0)
-    traces = traces_of(cuts_of(path))
-    rank = np.random.default_rng(seed).permutation(150)
-    one, other = (grid.ravel() for grid in np.meshgrid(*[np.arange(len(traces.feature))] * 2, indexing="ij"))
-    turned = (one < other) & (rank[traces.feature[one]] > rank[traces.feature[other]])
-    one, other = one[turned], other[turned]
-    touch = touching(traces.pick(one), traces.pick(other), TOUCH)
-    expected = {(int(traces.feature[a]), int(traces.feature[b])) for a, b in zip(one[touch], other[touch], strict=True)}
-    pairs, proved = inverted(traces, rank, TOUCH)
-    assert proved
-    assert {(a, b) for a, b in pairs.tolist()} == expected
-    assert expected
+    assert checked > 200
 
 
 def test_order_that_is_kept_is_not_looked_at() -> None:
-    traces = traces_of(cuts_of(scribble(1)))
-    assert len(inverted(traces, np.arange(60), TOUCH)[0]) == 0
+    assert not turned(cuts_of(scribble(1)), np.arange(60))
 
 
 def test_parallel_lines_in_any_direction_may_change_places_and_one_that_crosses_them_may_not() -> None:
@@ -138,11 +126,10 @@ def test_parallel_lines_in_any_direction_may_change_places_and_one_that_crosses_
         builder.rapid(*(40 * along - across).tolist())
         builder.feed(*(40 * along + 10.05 * across).tolist(), feed=1.0)
         rank = np.append(np.random.default_rng(3).permutation(500), 500)
-        traces = traces_of(cuts_of(builder.build()))
-        assert len(inverted(traces, rank, 0.002)[0]) == 0
+        features = cuts_of(builder.build())
+        assert not turned(features, rank)
         rank = np.append(np.arange(1, 501), 0)
-        pairs, _ = inverted(traces, rank, 0.002)
-        assert sorted(set(pairs[:, 0].tolist())) == list(range(101))
+        assert sorted({one for one, _ in turned(features, rank)}) == list(range(101))
 
 
 def test_a_thousand_cuts_at_one_place_are_soon_told() -> None:
@@ -150,8 +137,7 @@ def test_a_thousand_cuts_at_one_place_are_soon_told() -> None:
     for k in range(1000):
         builder.rapid(1.0, 1.0, 5.0)
         builder.feed(z=-0.01 * k, feed=1.0)
-    traces = traces_of(cuts_of(builder.build()))
-    assert len(inverted(traces, np.arange(1000)[::-1].copy(), 0.002)[0]) >= 50
+    assert len(turned(cuts_of(builder.build()), np.arange(1000)[::-1].copy())) >= 50
 
 
 def test_what_is_inside_a_closed_cut_is_what_a_walk_around_shows() -> None:

@@ -76,7 +76,7 @@ def certify(
     - Barriers (`barriers`): the same, in the same order, with the tool no lower. The tool is at the same position at an
       unknown block. Only whole tool changes may be missing.
     - Between two barriers (`matching`): the same holes, cuts and dwells, in any order, with these exceptions.
-    - Cuts that touch each other keep their order (`touching_order`).
+    - Cuts that touch each other keep their order (`order_rules`).
     - Work inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`).
       With a laser or torch, only work before the cut must stay before it.
     - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).

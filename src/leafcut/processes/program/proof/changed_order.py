@@ -20,12 +20,12 @@ from leafcut.processes.program.proof.order_rules import (
     near_lines,
     passes_beside,
     rows_in_order,
+    touching_in_new_order,
     visits_of,
 )
 from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, outlines_of, starts_inside
 from leafcut.processes.program.proof.program_work import ProgramWork
 from leafcut.processes.program.proof.rapids import RapidGaps, heights_of
-from leafcut.processes.program.proof.touching_order import inverted
 from leafcut.processes.program.proof.traces import traces_of
 from leafcut.proof.difference import MOST_LISTED, place
 
@@ -65,7 +65,7 @@ class ChangedOrder:
         for one in _overtaken(self.new_of, np.flatnonzero(~known)):
             yield self._difference("order", one, one, "the position of {} is unknown, and it has moved in the order")
         self.look()
-        pairs, proved = inverted(self.traces, self.new_of, tolerance)
+        pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.look)
         for one, other in pairs[:MOST_LISTED].tolist():
             yield self._difference("order", one, other, "{} touches {}, which came after it and is now before")
         if not proved:
@@ -85,7 +85,7 @@ class ChangedOrder:
         soonest = np.minimum.accumulate(np.concatenate([[missing], np.where(begins < 0, missing, begins)[::-1]]))[:n]
         moved = ((latest > ends) | (soonest[::-1] < ends)) & (ends >= 0)
         tab = BEAM_TAB if self.flat else MILL_TAB
-        lines = lines_of(self.features, self.traces, self.run, FREE.sagitta)
+        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         counts = {False: 0, True: 0}
         for outline, within in starts_inside(lines, outlines_of(lines, tab, FREE, self.look, moved)):
             if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
@@ -198,7 +198,7 @@ class ChangedOrder:
 
     def _part_outlines(self) -> Indices:
         """Return the runs that are outlines of parts: closed, and nested at an even depth."""
-        lines = lines_of(self.features, self.traces, self.run, FREE.sagitta)
+        lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         outlines = list(outlines_of(lines, None, FREE, self.look))
         if not outlines:
             return np.zeros(0, dtype=np.int64)

@@ -7,7 +7,7 @@ every pair whose order may matter. The proof uses `FREE` and gets the pairs whos
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import NearLines, unique_pairs
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.doubt import Doubt
+from leafcut.processes.program.proof.doubt import FREE, Doubt
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, lines_of, outlines_of
 from leafcut.processes.program.proof.traces import Traces
@@ -34,6 +34,8 @@ _CLOSED = 1.0
 _PLACES = 40
 #: Segments per line in the index, which keeps bounding boxes small; pairs of lines compared at once.
 _SEGMENTS, _PAIRS = 32, 2000
+#: Touching pairs in changed order after which the search ends; compared pairs beyond which the order is unproved.
+_ENOUGH, _MOST_COMPARED = 1_000, 1_000_000_000
 #: Maximum ratio of the length of a straight row to the distance between its ends.
 _STRAIGHT = 1.01
 #: Rows of a surface: maximum spacing, mm, and minimum number.
@@ -117,7 +119,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
     )
 
 
-def near_lines(lines: Sequence[Line]) -> tuple[NearLines, Indices]:
+def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
     """Return a spatial index of the lines, split into short parts, and the piece of work of each part."""
     coordinates: list[Floats] = []
     owner: list[int] = []
@@ -126,12 +128,39 @@ def near_lines(lines: Sequence[Line]) -> tuple[NearLines, Indices]:
             coordinates.append(line.points[begin : begin + _SEGMENTS + 1])
             owner.append(line.owner)
     shapes: Any = shapely.linestrings(
-        np.concatenate(coordinates), indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates])
+        np.concatenate([np.zeros((0, 2)), *coordinates]), indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates])
     )
     # GEOS does not find lines of zero length.
     still = np.flatnonzero([(part == part[0]).all() for part in coordinates])
     shapes[still] = shapely.points(np.array([coordinates[k][0] for k in still]).reshape(-1, 2))
     return NearLines(shapes), np.array(owner, dtype=np.int64)
+
+
+def touching_in_new_order(
+    features: Features, traces: Traces, new_of: Indices, tolerance: float, look: Heartbeat = unseen
+) -> tuple[Indices, bool]:
+    """Return touching features whose order changed, int64[k, 2], earlier first, and whether the search is complete.
+
+    `new_of`, int64[n], is the position of each feature in the new order, -1 if it is missing. The search ends after
+    `_ENOUGH` pairs.
+    """
+    found, compared = np.zeros((0, 2), dtype=np.int64), 0
+    of_feature = np.where(new_of >= 0, np.arange(len(new_of)), -1)
+    near, owner = near_lines(lines_of(features, traces, of_feature, FREE.sagitta))
+
+    def changed(a: Indices, b: Indices) -> Mask:
+        nonlocal compared
+        a, b = owner[a], owner[b]
+        mask: Mask = (a < b) & (new_of[a] > new_of[b])
+        compared += np.count_nonzero(mask)
+        return mask
+
+    for a, b in near.pairs(near, tolerance + 2 * FREE.sagitta, changed):
+        look()
+        found = np.concatenate([found, unique_pairs(owner[a], owner[b])])
+        if len(found) > _ENOUGH or compared > _MOST_COMPARED:
+            break
+    return unique_pairs(*found.T), compared <= _MOST_COMPARED
 
 
 #: Filter of visit pairs: (int64[k], int64[k]) → bool[k].
@@ -287,7 +316,7 @@ def detached_parts(
     level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
     lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
     tab = TOUCHING if doubt.keep else None
-    return freed_parts(visits, list(outlines_of(lines, tab, doubt, look)), above, doubt)
+    return freed_parts(visits, list(outlines_of(list(lines), tab, doubt, look)), above, doubt)
 
 
 def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:

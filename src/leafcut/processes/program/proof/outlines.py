@@ -63,8 +63,8 @@ class Outline(NamedTuple):
     joined: bool = False
 
 
-def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> list[Line]:
-    """Return the lines of all pieces (`owner`, -1 to leave out); holes and dwells become lines of zero length."""
+def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
+    """Yield the lines of all pieces (`owner`, -1 to leave out); holes and dwells become lines of zero length."""
     traces = traces.pick(np.flatnonzero(owner[traces.feature] >= 0)).flattened(sagitta)
     waits = features.kind[traces.feature] == Kind.DWELL
     cuts = traces.pick(~waits)
@@ -73,11 +73,12 @@ def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float)
     starts[1:] = (of[1:] != of[:-1]) | (np.abs(cuts.begin[1:] - cuts.end[:-1]) > MEETING).any(axis=1)
     heads = np.flatnonzero(starts)
     points = np.insert(cuts.end, heads, cuts.begin[heads], axis=0)
-    parts = np.split(points, heads[1:] + np.arange(1, len(heads))) if len(heads) else []
-    lines = [Line(number, part) for number, part in zip(of[heads].tolist(), parts, strict=True)]
+    edges = [*(heads + np.arange(len(heads))).tolist(), len(points)]
+    for number, (low, high) in zip(of[heads].tolist(), pairwise(edges), strict=True):
+        yield Line(number, points[low:high])
     places = np.column_stack([owner[traces.feature[waits]], traces.end[waits]])
-    lines += [Line(int(number), np.array([(x, y), (x, y)])) for number, x, y in np.unique(places, axis=0).tolist()]
-    return lines
+    for number, x, y in np.unique(places, axis=0).tolist():
+        yield Line(int(number), np.array([(x, y), (x, y)]))
 
 
 def is_point(line: Line) -> bool:

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind, plane_axes
@@ -18,11 +17,7 @@ _MOST_PIECES = 1024
 #: Largest difference of radius within one circle, mm.
 _SAME_RADIUS = 0.01
 #: Maximum number of chords per piece of an arc.
-_MOST_CHORDS = 360
-#: Number of bisections after which undecided arcs count as touching.
-_MOST_HALVINGS = 40
-#: Maximum number of pairs of halves; beyond it, arcs that run close for a long stretch count as touching.
-_MOST_HALVES = 2_000_000
+_MOST_CHORDS = 1000
 
 
 _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
@@ -85,19 +80,6 @@ class Traces:
     def pick(self, which: Indices | Mask) -> Traces:
         """Return the pieces selected by `which`."""
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
-
-    def halved(self) -> Traces:
-        """Return both halves of every arc, one after the other; straight pieces are repeated unchanged."""
-        twice = self.pick(np.repeat(np.arange(len(self.feature)), 2))
-        curved = twice.arc >= 0
-        middle = 0.5 * (twice.low + twice.high)
-        odd = np.arange(len(middle)) % 2 == 1
-        low, high = np.where(odd, middle, twice.low), np.where(odd, twice.high, middle)
-        begin, end, bow = twice.begin.copy(), twice.end.copy(), twice.bow.copy()
-        which = twice.arc[curved]
-        begin[curved], end[curved] = self.arcs.at(which, low[curved]), self.arcs.at(which, high[curved])
-        bow[curved] = self.arcs.bow(which, (high - low)[curved])
-        return Traces(twice.feature, begin, end, bow, twice.arc, low, high, self.arcs)
 
     def flattened(self, sagitta: float) -> Traces:
         """Return the pieces with each arc divided into chords within `sagitta` (mm) of it."""
@@ -168,65 +150,3 @@ def _arcs(features: Features) -> Arcs:
     sweep = np.where(one_circle, math.tau, sweep + math.tau * (turns - 1))
     level, top = begin[rows, axes[:, 2]], end[rows, axes[:, 2]]
     return Arcs(center, axes, start, turning * sweep, radius, last - radius, level, top - level)
-
-
-def distances(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats) -> Floats:
-    """Return the distances between pairs of line segments, float64[k]; 0 if they cross."""
-    along, other_along = end - begin, other_end - other_begin
-    sides = _cross(along, other_begin - begin) * _cross(along, other_end - begin)
-    other_sides = _cross(other_along, begin - other_begin) * _cross(other_along, end - other_begin)
-    apart = np.minimum.reduce(
-        [
-            _from_line(begin, other_begin, other_end),
-            _from_line(end, other_begin, other_end),
-            _from_line(other_begin, begin, end),
-            _from_line(other_end, begin, end),
-        ]
-    )
-    return np.where((sides < 0) & (other_sides < 0), 0.0, apart)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    crossed: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return crossed
-
-
-def _from_line(point: Floats, begin: Floats, end: Floats) -> Floats:
-    along, off = end - begin, point - begin
-    square = (along**2).sum(axis=-1)
-    part = np.clip((along * off).sum(axis=-1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    rest = off - part[..., None] * along
-    apart: Floats = np.hypot(rest[..., 0], rest[..., 1])
-    return apart
-
-
-def touching(one: Traces, other: Traces, tolerance: float) -> NDArray[np.bool_]:
-    """Return the mask of pairs of pieces within `tolerance`; arcs are bisected until the result is certain."""
-    touches = np.zeros(len(one.feature), dtype=bool)
-    pair = np.arange(len(touches))
-    for halving in range(_MOST_HALVINGS):
-        bow = one.bow + other.bow
-        near = distances(one.begin, one.end, other.begin, other.end) <= tolerance + bow
-        ends = [(a, b) for a in (one.begin, one.end) for b in (other.begin, other.end)]
-        met = np.logical_or.reduce([np.hypot(*(a - b).T) <= tolerance for a, b in ends])
-        sure = near & (met | (bow <= 0.1 * tolerance))
-        if halving == _MOST_HALVINGS - 1 or len(pair) > _MOST_HALVES:
-            sure = near
-        touches[pair[sure]] = True
-        open_ = near & ~touches[pair]
-        if not open_.any():
-            break
-        one, other = _longer_bow_first(one.pick(open_), other.pick(open_))
-        pair, one, other = np.repeat(pair[open_], 2), one.halved(), other.pick(np.repeat(np.arange(open_.sum()), 2))
-    return touches
-
-
-def _longer_bow_first(one: Traces, other: Traces) -> tuple[Traces, Traces]:
-    swap = other.bow > one.bow
-
-    def mixed(a: Traces, b: Traces) -> Traces:
-        columns = {name: (getattr(a, name), getattr(b, name)) for name in _COLUMNS}
-        chosen = {n: np.where(swap if p.ndim == 1 else swap[:, None], q, p) for n, (p, q) in columns.items()}
-        return Traces(**chosen, arcs=a.arcs)
-
-    return mixed(one, other), mixed(other, one)

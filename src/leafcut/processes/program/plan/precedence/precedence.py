@@ -78,7 +78,7 @@ class _Work:
 
     def lines(self) -> list[Line]:
         """Return the lines of all pieces; a piece without lines is represented by its start point."""
-        lines = lines_of(self.features, self.traces, self.owner, KEEP.sagitta)
+        lines = list(lines_of(self.features, self.traces, self.owner, KEEP.sagitta))
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
 
