@@ -128,7 +128,8 @@ def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
             coordinates.append(line.points[begin : begin + _SEGMENTS + 1])
             owner.append(line.owner)
     shapes: Any = shapely.linestrings(
-        np.concatenate([np.zeros((0, 2)), *coordinates]), indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates])
+        np.concatenate([np.zeros((0, 2)), *coordinates]),
+        indices=np.repeat(np.arange(len(owner)), [len(part) for part in coordinates]),
     )
     # GEOS does not find lines of zero length.
     still = np.flatnonzero([(part == part[0]).all() for part in coordinates])
