@@ -9,9 +9,10 @@ from itertools import pairwise
 from typing import overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from leafcut.gcode.active_comments import ControllerSetting
+from leafcut.gcode.words import Word, plain_block
 from leafcut.model.toolpath import Toolpath
 
 
@@ -173,8 +174,7 @@ class Program:
         """Direction of the spindle after the block of each row of `path`, int64[n]: 1 for M3, -1 for M4, 0 for M5."""
         if not len(self.modals):
             return np.zeros(len(self.path), dtype=np.int64)
-        block = self.blocks_of(np.arange(len(self.path)))
-        active = self.before[np.clip(block + 1, 0, len(self.before) - 1)]
+        active = self.before[np.clip(self.row_block + 1, 0, len(self.before) - 1)]
         return np.array([modal.spindle for modal in self.modals], dtype=np.int64)[active]
 
     @cached_property
@@ -185,15 +185,26 @@ class Program:
             line[begin:end] = line[begin]
         return line
 
-    def block_of(self, row: int) -> int:
-        """Return the block of a row of `path`."""
-        return int(self.blocks_of(row))
-
-    def blocks_of(self, rows: ArrayLike) -> NDArray[np.int64]:
-        """Return the blocks of rows of `path`, int64[k]."""
-        # Keys of another type would copy `first` at every call.
-        return self.first.searchsorted(np.asarray(rows, dtype=self.first.dtype), side="right") - 1
+    @cached_property
+    def row_block(self) -> NDArray[np.int32]:
+        """int32[n]: the block of each row of `path`."""
+        block = self.first.searchsorted(np.arange(len(self.path), dtype=self.first.dtype), side="right") - 1
+        return block.astype(np.int32)
 
     def modal(self, block: int) -> Modal:
         """Return the modal state before a block; for `n_blocks`: at the end."""
         return self.modals[int(self.before[block])]
+
+    def words(self, block: int) -> tuple[Word, ...]:
+        """Return the words of a block; none if they are not plain words."""
+        plain = plain_block(self.lines[int(self.line[block]) - 1])
+        return () if plain is None else plain.words
+
+    def is_plain(self, row: int) -> bool:
+        """Return whether a row is the only effect of its plain block: absolute, uncompensated, and run exactly once."""
+        block = int(self.row_block[row])
+        if block in self.fixed or block in self.said or self.text_line[block] != self.line[block]:
+            return False
+        after = self.modal(block + 1)
+        alone = int(self.first[block + 1]) - int(self.first[block]) == 1
+        return alone and not after.incremental and after.radius == 40 and bool(self.words(block))

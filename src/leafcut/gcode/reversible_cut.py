@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import Block, BlockError, tokenise
+from leafcut.gcode.words import Block, plain_block
 from leafcut.model.toolpath import Kind
 
 #: G codes, in tenths, allowed in the lead and the tail, where they stay.
@@ -58,8 +58,7 @@ class _CutReader:
         cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._stands(row)]
         if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
             return None
-        first = self.program.blocks_of([cuts[0], cuts[-1]])
-        body, tail = int(first[0]), int(first[1]) + 1
+        body, tail = int(self.program.row_block[cuts[0]]), int(self.program.row_block[cuts[-1]]) + 1
         blocks = self._blocks(body, tail)
         if body == self.begin or blocks is None:
             return None
@@ -81,18 +80,11 @@ class _CutReader:
     def _blocks(self, body: int, tail: int) -> list[Block] | None:
         """Return all blocks; None if one has no plain words, or a comment states a position."""
         lines, line = self.program.lines, self.program.line
-        try:
-            blocks = [tokenise(lines[int(line[b]) - 1].rstrip("\r\n")) for b in range(self.begin, self.end)]
-        except BlockError:
-            return None
-        remarks = [
-            comment
-            for number in range(int(line[self.begin]) - 1, int(line[tail - 1]))
-            if "(" in lines[number] or ";" in lines[number]
-            for comment in tokenise(lines[number].rstrip("\r\n")).comments
-        ]
-        plain = not any(b.deleted or b.percent is not None for b in blocks)
-        return blocks if plain and not any(_STATES_POSITION.search(remark) for remark in remarks) else None
+        blocks = [plain_block(lines[int(line[b]) - 1]) for b in range(self.begin, self.end)]
+        between = map(plain_block, lines[int(line[self.begin]) - 1 : int(line[tail - 1])])
+        states = (_STATES_POSITION.search(remark) for block in between if block for remark in block.comments)
+        plain = [b for b in blocks if b is not None and not b.deleted and b.percent is None]
+        return plain if len(plain) == len(blocks) and not any(states) else None
 
     def _row(self, block: int, words: Block) -> int | None:
         """Return the row of a block that only cuts, or None."""

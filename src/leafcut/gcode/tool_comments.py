@@ -6,8 +6,6 @@ import math
 import re
 from collections.abc import Iterable
 
-import numpy as np
-
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import COMMENT
 from leafcut.model.tool import Tool, ToolKind
@@ -110,7 +108,7 @@ def _described(program: Program, block: int, since: int = 0) -> tuple[float, str
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)
     unit, tool = modal.unit or 1.0, modal.tool
-    changes = program.blocks_of(np.flatnonzero(program.path.kind == Kind.TOOL))
+    changes = program.row_block[program.path.kind == Kind.TOOL]
     earlier = changes[changes < block]
     last = int(program.text_line[earlier[-1]]) if len(earlier) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):

@@ -126,8 +126,7 @@ def _radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, flo
     unknown: list[int] = []
     kind = program.path.kind
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    blocks = np.searchsorted(program.first, works, side="right") - 1
-    used = [(program.modal(block).tool or 0, block) for block in np.unique(blocks).tolist()]
+    used = [(program.modal(block).tool or 0, block) for block in np.unique(program.row_block[works]).tolist()]
     for number, block in dict(reversed(used)).items():
         width = library[number].diameter if number in library else tool_width(program, block)
         radii[number] = 0.5 * width

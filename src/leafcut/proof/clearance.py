@@ -9,7 +9,7 @@ from leafcut.geometry.arrays import Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import ends_of, shorten
 
 #: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
 LEAST_CLEARANCE = 0.05
@@ -48,7 +48,6 @@ def check_clearance(
     requires that the height is known.
     """
     path = expand(path)
-    before = path.before
     turning = _spindle_speed(path) != 0
     surface: float | NDArray[np.float64] = surface_z
     if tops is not None and len(tops):
@@ -56,11 +55,11 @@ def check_clearance(
         surface = _surface_under(path, tops, surface_z)
     if not level:
         surface_z = -np.inf
-    heights = height_checks(path, before, surface_z, clearance, safe_z, milled, surface)
-    checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
+    heights = height_checks(path, surface_z, clearance, safe_z, milled, surface)
+    checks = [*heights, torch_check(path, turning) if torch else spindle_check(path, turning)]
     dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     total = sum(int(mask.sum()) for _, mask, _ in checks)
-    return shorten([_difference(path, before, *danger) for danger in sorted(dangers)], total)
+    return shorten([_difference(path, *danger) for danger in sorted(dangers)], total)
 
 
 DangerCheck = tuple[str, Mask, str]
@@ -80,7 +79,6 @@ def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) ->
 
 def height_checks(
     path: Toolpath,
-    before: NDArray[np.float64],
     surface_z: float,
     clearance: float,
     safe_z: float,
@@ -89,17 +87,17 @@ def height_checks(
 ) -> list[DangerCheck]:
     """Return the checks of the first two rules of `check_clearance`: name, violating rows, bool[n], and the rule.
 
-    `path` has expanded cycles; `before` is the tool position before every row, float64[n, 3]. `surface` is the surface
+    `path` has expanded cycles. `surface` is the surface
     below every row if it is not `surface_z`.
     """
     surface = surface_z if surface is None else surface
     rapid = path.kind == Kind.RAPID
-    across = _moves_across(path, before)
-    lowest = np.fmin(before[:, 2], path.end[:, 2])
+    across = _moves_across(path)
+    lowest = np.fmin(path.before[:, 2], path.end[:, 2])
     low = rapid & across & (lowest < surface_z + clearance - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
-    low |= home & (before[:, 2] < surface_z + clearance - _TOLERANCE)
-    descending = rapid & _descends(path, before) & (path.end[:, 2] < surface - _TOLERANCE) & ~_is_return(path, before)
+    low |= home & (path.before[:, 2] < surface_z + clearance - _TOLERANCE)
+    descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_is_return(path)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
@@ -121,30 +119,30 @@ def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
     return "spindle off", _cutting(path) & ~turning, "the spindle must turn before a cut"
 
 
-def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> DangerCheck:
+def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch; `burning` marks the rows in which it is on."""
     return (
         "torch on in a rapid",
-        (path.kind == Kind.RAPID) & _moves_across(path, before) & burning,
+        (path.kind == Kind.RAPID) & _moves_across(path) & burning,
         "the torch must be off in a rapid",
     )
 
 
-def _difference(path: Toolpath, before: NDArray[np.float64], row: int, kind: str, text: str) -> Difference:
-    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+def _difference(path: Toolpath, row: int, kind: str, text: str) -> Difference:
+    start, end = ends_of(path, row)
     return Difference(kind, 0, int(path.line[row]), f"{text}; this move goes from {start} to {end}")
 
 
-def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+def _moves_across(path: Toolpath) -> Mask:
     """The first position of an axis counts as a move."""
-    moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])
+    moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == path.before[:, :2])
     across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
     return across
 
 
-def _descends(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+def _descends(path: Toolpath) -> Mask:
     """A move from an unknown height counts."""
-    down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= before[:, 2])
+    down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= path.before[:, 2])
     return down
 
 
@@ -169,14 +167,14 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     return high
 
 
-def _is_return(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+def _is_return(path: Toolpath) -> Mask:
     """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
 
     A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum
     is computed per stay. Each stay is shifted down by more than the whole range of heights, so a minimum from an
     earlier stay is recognised because it is too high.
     """
-    arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)
+    arrives = _moves_across(path) | (path.kind == Kind.MACHINE)
     interruption = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
     visit = np.cumsum(arrives | interruption | (np.diff(path.offset, prepend=0) != 0))
     heights = path.end[:, 2]

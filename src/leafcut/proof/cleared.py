@@ -206,7 +206,7 @@ def _tools(
     fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     used = np.union1d(fed[np.isin(stops[fed], stops[descents])], descents)
     numbers, first = np.unique(stages.stage[used], return_index=True)
-    blocks = np.searchsorted(program.first, rows, side="right") - 1
+    blocks = program.row_block[rows]
     # A comment before the last cut of an earlier stage describes that stage's tool.
     earlier = np.searchsorted(stages.stage[fed], numbers) - 1
     since = np.where(earlier >= 0, program.text_line[blocks[fed[earlier]]], 0)

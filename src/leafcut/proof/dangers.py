@@ -20,7 +20,7 @@ from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check
-from leafcut.proof.difference import place
+from leafcut.proof.difference import ends_of, place
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import fixed
 
@@ -74,25 +74,24 @@ def find_dangers(
     path = expand(source)
     rows = path.line
     path = replace(path, line=program.path.line[rows])
-    before = path.before
     checks: list[DangerCheck] = []
     if process not in BEAMS and heights:
-        checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
+        checks += height_checks(path, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
     if process not in BEAMS:
         checks.append(spindle_check(path, _turning_rows(program, rows, True)))
     elif process == ProgramKind.PLASMA:
-        checks.append(torch_check(path, before, _turning_rows(program, rows, False)))
+        checks.append(torch_check(path, _turning_rows(program, rows, False)))
     rapid = path.kind == Kind.RAPID
     for index, (kind, mask, text) in enumerate(checks):
         if (by_stock := simulated.get(_KINDS[kind][0])) is not None:
             checks[index] = kind, mask & ~(by_stock[rows] & rapid), text
     unchecked: list[Issue] = []
     for index, (kind, mask, text) in enumerate(checks):
-        cleared, unresolved = _cleared_rapids(program, rows, path, before, mask)
+        cleared, unresolved = _cleared_rapids(program, rows, path, mask)
         checks[index] = kind, mask & ~cleared & ~unresolved, text
         if unresolved.any():
             unchecked.append(_unchecked_rapids_issue(path, unresolved))
-    issues = unchecked + [_issue(path, before, kind, mask) for kind, mask, _ in checks if mask.any()]
+    issues = unchecked + [_issue(path, kind, mask) for kind, mask, _ in checks if mask.any()]
     spindle_never_starts = not _turning_rows(program, rows, True).any()
     issues = [
         _spindle_started_manually(issue) if spindle_never_starts and issue.code == "L803" else issue for issue in issues
@@ -107,12 +106,10 @@ def find_dangers(
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
-def _cleared_rapids(
-    program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
-) -> tuple[Mask, Mask]:
+def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, mask: Mask) -> tuple[Mask, Mask]:
     """Return which rapids end where earlier cuts removed the material, and which are unchecked."""
     cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
-    straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
+    straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
     if len(descents):
         from leafcut.proof.cleared import cleared_before
@@ -136,10 +133,8 @@ def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> M
     A tool change stops the spindle. M3 without an S starts it at the set speed; S0 is no speed.
     """
     kinds = program.path.kind
-    block = np.searchsorted(program.first, np.arange(len(kinds)), side="right") - 1
-    after = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)
     sets_state = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
-    turns_before = after[block]
+    turns_before = program.spindle_directions != 0
     for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & turns_before).tolist():
         turns_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
     state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | turns_before, default & (kinds != Kind.TOOL))
@@ -148,10 +143,10 @@ def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> M
     return turning
 
 
-def _issue(path: Toolpath, before: NDArray[np.float64], kind: str, mask: Mask) -> Issue:
+def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     code, severity, singular, plural = _KINDS[kind]
     number, row = int(mask.sum()), int(np.argmax(mask))
-    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    start, end = ends_of(path, row)
     if path.kind[row] == Kind.MACHINE:
         end = "a position in machine coordinates"
     text = singular if number == 1 else f"{number:,} {plural}"
@@ -213,7 +208,7 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
     rows = np.flatnonzero(untracked)
     if not len(rows):
         return
-    block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+    block = int(program.row_block[rows[0]])
     location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
     message = f"where the tool goes {location} is not known: neither timed nor checked{first}"

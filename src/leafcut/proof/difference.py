@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Kind, Motion
+from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.units import fixed
 
 #: Maximum number of listed differences; a program that is wrong everywhere has a million.
@@ -29,6 +29,11 @@ def place(x: float, y: float, z: float | None = None) -> str:
     if known and unknown:
         return f"{known} and an unknown {unknown}"
     return known or "an unknown position"
+
+
+def ends_of(path: Toolpath, row: int) -> tuple[str, str]:
+    """Return the start and the end of a move in words."""
+    return place(*path.before[row].tolist()), place(*path.end[row].tolist())
 
 
 def describe(motion: Motion) -> str:

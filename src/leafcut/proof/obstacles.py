@@ -18,7 +18,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import ends_of, place, shorten
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -64,18 +64,17 @@ def check_obstacles(
     heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(boxes))
     highest = float(heights.max())
     path = expand(path)
-    before = path.before
-    lowest = np.minimum(before[:, 2], path.end[:, 2])
+    lowest = np.minimum(path.before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
     at_machine = np.isfinite(highest) & at_machine_height(path, safe_z)
     is_high = (lowest >= highest - _TOLERANCE) | (rapid & at_machine)
-    untracked = np.flatnonzero(_has_unknown_path(path, before) & ~is_high & ~at_machine)
-    unseen = [_unknown_path_difference(path, before, row) for row in untracked.tolist()]
+    untracked = np.flatnonzero(_has_unknown_path(path) & ~is_high & ~at_machine)
+    unseen = [_unknown_path_difference(path, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
         return shorten(unseen[:100], len(unseen))
-    shapes = _shapes(path, before, rows, dogleg)
+    shapes = _shapes(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
     for box, top in zip(boxes, heights.tolist(), strict=True):
@@ -91,19 +90,17 @@ def check_obstacles(
                 with_body |= body & ~touching
                 touching |= body
         needed[touching] = np.maximum(needed[touching], top)
-    from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
+    from_anywhere = rapid[rows] & np.isnan(path.before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
     needed[from_anywhere] = highest
     inside = np.flatnonzero(needed > -math.inf)
-    differences = [
-        _difference(path, before, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()
-    ]
+    differences = [_difference(path, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()]
     differences += unseen
     return shorten(differences[:100], len(differences))
 
 
-def _has_unknown_path(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
     """Return the rows that move sideways on an unknown path or to an unknown position."""
-    end, start = path.end[:, :2], before[:, :2]
+    end, start = path.end[:, :2], path.before[:, :2]
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     sideways = ((end != start) & ~(np.isnan(end) & np.isnan(start))).any(axis=1)
     unknown_end = moves & np.isnan(end).any(axis=1) & sideways
@@ -112,14 +109,14 @@ def _has_unknown_path(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np
     return result
 
 
-def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
+def _shapes(path: Toolpath, rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
     """Return the area of each motion, seen from above; from an unknown position, only its end."""
     end = path.end[rows, :2]
-    start = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
+    start = np.where(np.isnan(path.before[rows, :2]).any(axis=1, keepdims=True), end, path.before[rows, :2])
     shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([start, end], axis=1)))
     kind = path.kind[rows]
     for k in np.flatnonzero((kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)).tolist():
-        shapes[k] = shapely.linestrings(_along_arc(path, before, int(rows[k])))
+        shapes[k] = shapely.linestrings(_along_arc(path, int(rows[k])))
     if dogleg:
         for k in np.flatnonzero(kind == Kind.RAPID).tolist():
             low, high = np.minimum(start[k], end[k]), np.maximum(start[k], end[k])
@@ -128,7 +125,7 @@ def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp],
     return shapes
 
 
-def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray[np.float64]:
+def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return float64[n, 2]."""
     radius, start, sweep = arc_sweep(path, row)
     arc = path.arcs[int(path.ref[row])]
@@ -138,18 +135,18 @@ def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray
     points = np.empty((count, 3))
     points[:, first] = arc.center[first] + radius * np.cos(angle)
     points[:, second] = arc.center[second] + radius * np.sin(angle)
-    points[:, normal] = np.linspace(before[row, normal], path.end[row, normal], count)
+    points[:, normal] = np.linspace(path.before[row, normal], path.end[row, normal], count)
     return points[:, :2]
 
 
-def _unknown_path_difference(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
-    start = place(*before[row].tolist())
+def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
+    start = place(*path.before[row].tolist())
     text = f"it leaves {start} on an unknown path, not high enough to cross a --keep-out zone"
     return Difference("may cross an obstacle", 0, int(path.line[row]), text)
 
 
-def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float, body: bool) -> Difference:
-    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
+    start, end = ends_of(path, row)
     rapid = path.kind[row] == Kind.RAPID
     allowed = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
     rule = f"a rapid may cross a --keep-out zone {allowed}" if rapid else "cutting is forbidden in a --keep-out zone"

@@ -16,7 +16,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.clearance import LEAST_CLEARANCE
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import ends_of, shorten
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -53,30 +53,27 @@ def check_surface(
         A rapid may go anywhere in the rectangle between its ends.
     """
     path = expand(path)
-    before = path.before
-    has_position = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
-    upright = (path.end[:, :2] == before[:, :2]).all(axis=1)
-    rises = upright & (path.end[:, 2] >= before[:, 2])
+    has_position = np.isfinite(path.before).all(axis=1) & np.isfinite(path.end).all(axis=1)
+    upright = (path.end[:, :2] == path.before[:, :2]).all(axis=1)
+    rises = upright & (path.end[:, 2] >= path.before[:, 2])
     allowed = rises | _returns_into_holes(path, upright & ~rises, tool_radii)
     rapids = np.flatnonzero((path.kind == Kind.RAPID) & has_position & ~allowed)
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
     text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
     wrong = [
-        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, before, row)}")
-        for row in _rows_meeting(path, before, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
+        Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, row)}")
+        for row in _rows_meeting(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
     ]
     moves = np.flatnonzero(np.isin(path.kind, _MOVES) & has_position & ~rises)
     meeting_rows = set[int]()
     for number, discs in (bodies or {}).items():
         tool_moves = moves[path.tool[moves] == number]
         for above, disc_radius in discs:
-            rows = _rows_meeting(
-                path, before, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg
-            )
+            rows = _rows_meeting(path, tool_moves, triangles, above, np.full(len(tool_moves), disc_radius), dogleg)
             meeting_rows.update(rows)
     body = "the tool meets the surface above its flutes"
     wrong += [
-        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_motion_text(path, before, row)}")
+        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_motion_text(path, row)}")
         for row in sorted(meeting_rows)
     ]
     return shorten(wrong)
@@ -109,19 +106,18 @@ def _returns_into_holes(
     return result
 
 
-def _motion_text(path: Toolpath, before: NDArray[np.float64], row: int) -> str:
-    start, end = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
-    return f"this move goes from {start} to {end}"
+def _motion_text(path: Toolpath, row: int) -> str:
+    return "this move goes from {} to {}".format(*ends_of(path, row))
 
 
 def _rows_meeting(
-    path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.int64], triangles: NDArray[np.float64],
+    path: Toolpath, rows: NDArray[np.int64], triangles: NDArray[np.float64],
     above: float, radius: NDArray[np.float64], dogleg: bool,
 ) -> list[int]:  # fmt: skip
     """Return the moves with a part of the surface higher than `above` over the tip, within a radius."""
     if not len(rows):
         return []
-    lowest = np.minimum(before[rows, 2], path.end[rows, 2]) + above
+    lowest = np.minimum(path.before[rows, 2], path.end[rows, 2]) + above
     high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min()]
     if not len(high):
         return []
@@ -131,7 +127,7 @@ def _rows_meeting(
     for first in range(0, len(rows), _BATCH):
         batch = slice(first, first + _BATCH)
         meeting = _moves_meeting(
-            tree, high, before[rows[batch]], path.end[rows[batch]], lowest[batch] + _TOLERANCE,
+            tree, high, path.before[rows[batch]], path.end[rows[batch]], lowest[batch] + _TOLERANCE,
             np.maximum(radius[batch] - _TOLERANCE, 0.0), dogleg,
         )  # fmt: skip
         result += rows[batch][meeting].tolist()

@@ -118,7 +118,7 @@ def _check_spindle(job: SendJob) -> None:
     cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
     starts = last_rows(path.kind == Kind.SPINDLE)[cuts]
     for start in np.unique(starts[starts >= 0]).tolist():
-        block = int(np.searchsorted(program.first, start, side="right")) - 1
+        block = int(program.row_block[start])
         if path.value[start] == 0.0 and program.modal(block + 1).spindle:
             cut = int(cuts[np.argmax(starts == start)])
             raise SendError(
@@ -219,7 +219,7 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         return
     before = path.before
     unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
-    checks = height_checks(path, before, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
+    checks = height_checks(path, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
     low = [
         (int(row), code)
         for danger, mask, _ in checks

@@ -192,7 +192,7 @@ def _check_known(program: Program, file: str) -> None:
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])
-            block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+            block = int(program.row_block[rows[0]])
             explanation = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {reason}"
             raise ReadError(file, f"{explanation}; remove it, and send again", line)
 

@@ -541,8 +541,7 @@ def _spindle(run: Job) -> SpindleLoad | None:
 def _skippable(program: Program) -> int:
     """Return the first line with moves under block delete (/), or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
-    blocks = program.blocks_of(np.flatnonzero(moves))
-    lines = np.unique(program.line[blocks]).tolist()
+    lines = np.unique(program.line[program.row_block[moves]]).tolist()
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
 
 

@@ -177,11 +177,10 @@ def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> lis
     library = whole.by_number if whole is not None else {}
     kind = program.path.kind
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    blocks = program.blocks_of(works)
     number_of = program.path.tool[works]
     _, first_of = np.unique(number_of, return_index=True)
     firsts = np.sort(first_of).tolist()
-    return [(int(number_of[at]), int(blocks[at]), library.get(int(number_of[at]))) for at in firsts]
+    return [(int(number_of[at]), int(program.row_block[works[at]]), library.get(int(number_of[at]))) for at in firsts]
 
 
 def known_tools(

@@ -90,12 +90,12 @@ def test_a_tool_stops_before_its_work_where_a_stop_comes_first() -> None:
 def test_compensation_ends_in_the_first_move_behind_the_last_one_under_it() -> None:
     program, finder, _ = found("G0 X0 Y0 / G1 Z-1 F100 / G41 D1 / G1 X5 Y5 / G40 / G0 Z5 / G0 X20")
     rows = [row for row in range(len(program.path)) if follows_compensation(program, row)]
-    blocks = finder.rows.block[rows].tolist()
+    blocks = finder.program.row_block[rows].tolist()
     ended = {program.lines[int(program.line[b]) - 1].strip() for b in blocks}
     assert ended == {"G40", "G0 Z5"}
     program, finder, _ = found("G0 X0 Y0 / G1 Z-1 F100 / G41 D1 G1 X5 Y5 / G40 G0 Z5 / G0 X20")
     rows = [row for row in range(len(program.path)) if follows_compensation(program, row)]
-    assert {program.lines[int(program.line[b]) - 1].strip() for b in finder.rows.block[rows]} == {"G40 G0 Z5"}
+    assert {program.lines[int(program.line[b]) - 1].strip() for b in finder.program.row_block[rows]} == {"G40 G0 Z5"}
 
 
 # -- merging ---------------------------------------------------------------------------------------------------------

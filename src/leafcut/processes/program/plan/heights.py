@@ -14,7 +14,6 @@ from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
-from leafcut.processes.program.plan.plain_blocks import is_plain, words_of_row
 
 #: Smallest reduction worth a change, mm.
 _WORTH = 0.25
@@ -116,7 +115,7 @@ class LowWays:
 
     def _drills_alone(self, row: int) -> bool:
         """Return whether the block only drills its hole, so that G98 or G99 can be added."""
-        return is_plain(self.program, row) and not self.program.modal(self._block(row) + 1).incremental
+        return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _stays(self, row: int, behind: int, plane: float) -> bool:
         """Return whether the tool can move to the next hole at the R plane."""
@@ -313,7 +312,7 @@ class LowWays:
         after = program.modal(block + 1)
         if after.incremental or after.radius != 40 or others & {int(kind) for kind in (*MOTIONS, Kind.MACHINE)}:
             return False
-        letters = [word.letter for word in words_of_row(program, row)]
+        letters = [word.letter for word in program.words(block)]
         return (
             letters.count("Z") == 1
             and set(letters) <= _LETTERS | _BESIDE_LETTERS
@@ -377,7 +376,7 @@ class LowWays:
     def _plane_may_change(self, rows: list[int]) -> bool:
         cycles = [self.path.cycles[int(self.path.ref[row])] for row in rows]
         plane = cycles[0].r_plane
-        if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):
+        if not self.program.is_plain(rows[0]) or "R" not in self._letters(rows[0]):
             return False
         if any(one.r_plane != plane or one.name in _KEEP_R for one in cycles):
             return False
@@ -405,14 +404,14 @@ class LowWays:
         return abs(float(self.path.before[row, 2]) - plane) < _SAME
 
     def _block(self, row: int) -> int:
-        return self.program.block_of(row)
+        return int(self.program.row_block[row])
 
     def _letters(self, row: int) -> set[str]:
-        return {word.letter for word in words_of_row(self.program, row)}
+        return {word.letter for word in self.program.words(self._block(row))}
 
     def _plain(self, row: int) -> bool:
         """Return whether the end height of a move can be changed."""
-        return is_plain(self.program, row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
+        return self.program.is_plain(row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
 
     def _codes(self, row: int) -> set[float]:
-        return {word.value for word in words_of_row(self.program, row) if word.letter == "G"}
+        return {word.value for word in self.program.words(self._block(row)) if word.letter == "G"}

@@ -22,7 +22,6 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
-from leafcut.processes.program.plan.plain_blocks import is_plain, words_of_row
 from leafcut.timing.profile import move_time
 
 #: Words allowed in a line whose feed is changed, and G words that do not prevent its division.
@@ -280,10 +279,10 @@ def _may_change(program: Program, row: int) -> bool | None:
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
-    block = program.block_of(row)
-    if not is_plain(program, row) or program.modal(block + 1).feed_mode != 94 or program.modal(block).radius != 40:
+    block = int(program.row_block[row])
+    if not program.is_plain(row) or program.modal(block + 1).feed_mode != 94 or program.modal(block).radius != 40:
         return None
-    words = words_of_row(program, row)
+    words = program.words(block)
     codes = {word.value for word in words if word.letter == "G"}
     if not {word.letter for word in words} <= _LETTERS or not codes <= _MOTION_CODES | _BESIDE:
         return None

@@ -72,7 +72,7 @@ def all_stay(program: Program, process: str, reason: str) -> Sequence:
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
-    lines = program.line[rows.block[begins]].tolist()
+    lines = program.line[program.row_block[begins]].tolist()
     return Sequence((Kept(0, program.n_blocks),), process, stays=tuple(Stay(reason, line) for line in lines))
 
 
@@ -122,9 +122,8 @@ def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
     begin, end = first[ends].T
     low, high = int(begin.min(initial=len(kind))), int(end.max(initial=0))
     works = low + np.flatnonzero((kind[low:high] >= Kind.FEED) & (kind[low:high] <= Kind.DRILL))
-    # Search for all rows at once: a search per row would copy the whole column each time.
     work = np.append(works, len(kind))[np.searchsorted(works, begin)]
-    blocks = np.searchsorted(first, np.where(work < end, work, begin), side="right")
+    blocks = program.row_block[np.where(work < end, work, begin)] + 1
     return np.array([program.modal(block).rpm for block in blocks.tolist()], dtype=np.float64)
 
 

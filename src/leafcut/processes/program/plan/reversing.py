@@ -69,7 +69,7 @@ class _Finder:
 
     def _fits(self, piece: PieceOfWork, stroke: ReversibleCut) -> bool:
         """Return whether the piece starts and ends at the ends of the cut."""
-        path, before = self.program.path, self.rows.before
+        path, before = self.program.path, self.program.path.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
             np.allclose(ends[0], piece.entry, rtol=0.0, atol=TOLERANCE)
@@ -88,7 +88,7 @@ class _Finder:
 
     def _is_open(self, stroke: ReversibleCut) -> bool:
         """Return whether the cut is neither closed nor self-intersecting."""
-        path = np.concatenate([self.rows.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
+        path = np.concatenate([self.program.path.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
         path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
         length = float(np.hypot(*np.diff(path, axis=0).T).sum())
         gap = float(np.hypot(*(path[-1] - path[0])))
@@ -107,7 +107,7 @@ class _Finder:
         """Return the unit tangents at the start and at the end of a row, float64[2, 2]."""
         path = self.program.path
         if path.kind[row] == Kind.FEED:
-            way = path.end[row, :2] - self.rows.before[row, :2]
+            way = path.end[row, :2] - self.program.path.before[row, :2]
             return np.tile(way / max(float(np.hypot(*way)), TOLERANCE), (2, 1))
         _, start, sweep = arc_sweep(path, row)
         angles = np.array([start, start + sweep])

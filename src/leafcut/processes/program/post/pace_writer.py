@@ -75,7 +75,7 @@ class _PaceWriter:
     def text(self, look: Heartbeat) -> str:
         program = self.program
         rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
-        edited = dict(zip(program.blocks_of(rows).tolist(), rows.tolist(), strict=True))
+        edited = dict(zip(program.row_block[rows].tolist(), rows.tolist(), strict=True))
         lines = list(program.lines)
         if not edited:
             return "".join(lines)

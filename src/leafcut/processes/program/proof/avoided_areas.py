@@ -138,8 +138,7 @@ def _joined(ways: Sequence[_Ways]) -> _Ways:
 
 def _apart(ways: _Ways, program: Program, number: dict[object, int]) -> _Ways:
     """Shift the moves of each work offset by a separate distance, since their coordinates are not comparable."""
-    block = program.blocks_of(ways.row)
-    modals = program.before[block]
+    modals = program.before[program.row_block[ways.row]]
     of_modal = {}
     for k in np.unique(modals).tolist():
         modal = program.modals[k]

@@ -73,16 +73,16 @@ class Wall:
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
 
-def barriers_of(program: Program, path: Toolpath, source: Indices, states: States, before: Floats) -> list[Mark]:
+def barriers_of(program: Program, path: Toolpath, source: Indices, states: States) -> list[Mark]:
     """Return the barriers in order; `path` may have expanded cycles, `source` are the program rows of its rows."""
-    kind = path.kind
+    kind, before = path.kind, path.before
     frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
     lost = np.isnan(before[:, 2]) & ~at_machine_height(path, 0.0)
     marks = []
     for row in rows.tolist():
         motion = path[row]
-        block = program.block_of(source[row])
+        block = int(program.row_block[source[row]])
         said, text = program.said.get(block, ""), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:

@@ -225,8 +225,7 @@ def states_of_program(program: Program) -> States:
     path = program.path
     if not len(program.modals):
         return states_of_path(path)
-    rows = np.arange(len(path))
-    block = program.blocks_of(rows)
+    block = program.row_block
     active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
 
     def column(take: Callable[[Modal], float]) -> Floats:
@@ -314,14 +313,11 @@ def first_with_units(program: Program) -> int:
 _UNITS = re.compile(r"G\s*0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
 
 
-def features_of(path: Toolpath, states: States, which: Mask, before: Floats | None = None) -> Features:
-    """Return the features of the rows `which`: cuts, cycles, dwells, and rapids under radius compensation.
-
-    `before` is the position before every row (`Toolpath.before`), if it is already computed.
-    """
+def features_of(path: Toolpath, states: States, which: Mask) -> Features:
+    """Return the features of the rows `which`: cuts, cycles, dwells, and rapids under radius compensation."""
     rows = np.flatnonzero(which)
     kind = path.kind[rows].astype(np.int64)
-    start = (path.before if before is None else before)[rows]
+    start = path.before[rows]
     dwell, drill = kind == Kind.DWELL, kind == Kind.DRILL
     end = path.end[rows]
     end[dwell] = start[dwell]

@@ -66,10 +66,10 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
     compensated = (path.kind == Kind.RAPID) & compensated_moves(path, states)
     making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
-    features = features_of(path, states, making, before)
+    features = features_of(path, states, making)
     travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
     across = travel[goes_across(before[travel], path.end[travel])]
-    marks = barriers_of(program, path, source, states, before)
+    marks = barriers_of(program, path, source, states)
     marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
     features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
     return ProgramWork(

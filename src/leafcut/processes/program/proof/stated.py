@@ -125,7 +125,7 @@ def _relying(
     rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
     if not len(rows):
         return _Relying(False, 0, 0)
-    block = program.block_of(rows[0])
+    block = int(program.row_block[rows[0]])
     stating = _first_with(program, [number for number, text in words.items() if pattern.search(text)])
     if stating <= block:
         return _Relying(False, int(path.line[rows[0]]), 0)

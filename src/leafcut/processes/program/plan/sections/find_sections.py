@@ -60,7 +60,7 @@ class Finder:
         self.blind = self._blind()
         path, first = program.path, program.first
         self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
-        travels = np.unique(self.rows.block[self.rows.travel])
+        travels = np.unique(self.program.row_block[self.rows.travel])
         self.travels = travels
         across = self.rows.travel & np.isfinite(path.end[:, 2])
         # There is material below the part zero, unless the zero lies above all moves of the program.
@@ -95,7 +95,7 @@ class Finder:
         """Return the blocks with unknown height: from a change of length offset to the next block that states Z."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
-        for block in self.rows.block[offsets].tolist():
+        for block in self.program.row_block[offsets].tolist():
             for later in range(block, self.program.n_blocks):
                 words = self.reader.words(later)
                 if later in found or (words is not None and "Z" in words.letters):
@@ -137,7 +137,7 @@ class Finder:
         return starts
 
     def _may_begin(self, start: _Start, top: float, level: bool) -> bool:
-        unknown = level and math.isnan(self.rows.before[start.row, 2])
+        unknown = level and math.isnan(self.program.path.before[start.row, 2])
         why = self._why_not(start, top) or ("unknown-height" if unknown else "")
         if why:
             self.refused[start.block] = why
@@ -174,7 +174,7 @@ class Finder:
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         row = next(r for r in rows if self.rows.travel[r])
         path = self.program.path
-        z0, z1 = float(self.rows.before[row, 2]), float(path.end[row, 2])
+        z0, z1 = float(self.program.path.before[row, 2]), float(path.end[row, 2])
         drill = path.kind[row] == Kind.DRILL
         height = max(z0, path.cycles[int(path.ref[row])].r_plane) if drill else min(z0, z1)
         if self.beam and math.isnan(height):
@@ -186,7 +186,7 @@ class Finder:
         if self.beam:
             return -math.inf
         rows = slice(int(self.first[begin]), int(self.first[end]))
-        z = np.maximum(self.program.path.end[rows, 2], self.rows.before[rows, 2])
+        z = np.maximum(self.program.path.end[rows, 2], self.program.path.before[rows, 2])
         travel = self.program.path.end[rows, 2][self.rows.travel[rows]]
         travel = travel[np.isfinite(travel)]
         highest = travel.max() if len(travel) else math.inf
@@ -291,7 +291,7 @@ class Finder:
         cuts = np.flatnonzero(self.rows.cut[low:high])
         if not len(cuts):
             return None
-        for block in range(int(self.rows.block[low + int(cuts[-1])]), end):
+        for block in range(int(self.program.row_block[low + int(cuts[-1])]), end):
             if block + 1 in self.called:
                 continue
             row = int(self.first[block + 1]) - 1
@@ -328,7 +328,7 @@ class Finder:
 
     def _place_after(self, row: int) -> tuple[float, float, float]:
         """Return the position of the tool after a row, which may be the last row of the program."""
-        path, before = self.program.path, self.rows.before
+        path, before = self.program.path, self.program.path.before
         if row + 1 < len(path):
             x, y, z = before[row + 1].tolist()
         else:
@@ -380,7 +380,7 @@ class Finder:
     def _stays_up(self, block: int, clearance: float) -> bool:
         """Return whether a block is a rapid to the current position at the clearance height."""
         rows = range(int(self.first[block]), int(self.first[block + 1]))
-        path, before = self.program.path, self.rows.before
+        path, before = self.program.path, self.program.path.before
         return len(rows) > 0 and all(
             path.kind[r] == Kind.RAPID
             and abs(path.end[r, 2] - clearance) < TOLERANCE
@@ -419,7 +419,7 @@ class Finder:
         return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
 
     def _section(self, pieces: list[PieceOfWork], first: _Start, clearance: float) -> Section:
-        before = self.rows.before[first.row, :2]
+        before = self.program.path.before[first.row, :2]
         marked, pairs, ties = with_precedence(self.program, self.rows, pieces, self.process, self.look)
         return Section(
             marked,

@@ -46,13 +46,13 @@ def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
             if rows.sideways[row] or (stays and compensated):
                 return (stays and compensated) or (higher and not stops_before_work(program, rows, row))
             risen |= not compensated
-            higher = stays and bool(z[row] > rows.before[high, 2] + TOLERANCE)
+            higher = stays and bool(z[row] > program.path.before[high, 2] + TOLERANCE)
         elif kind[row] in _FEEDS:
             return stays
         elif kind[row] == Kind.DRILL:
             # A new last piece retracts like the original if the hole follows directly.
             r_plane = program.path.cycles[int(ref[row])].r_plane
-            return higher or (row > high and r_plane > rows.before[high, 2] + TOLERANCE)
+            return higher or (row > high and r_plane > program.path.before[high, 2] + TOLERANCE)
         elif kind[row] in STOPS:
             return False
         elif stays and not risen and (kind[row] == Kind.DWELL or (kind[row] == Kind.RADIUS and ref[row] != 40)):
@@ -73,8 +73,7 @@ def follows_compensation(program: Program, row: int) -> bool:
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:
         return False
-    block = program.block_of(before)
-    return program.modal(block + 1).radius != 40
+    return program.modal(int(program.row_block[before]) + 1).radius != 40
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
@@ -84,6 +83,6 @@ def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]
     if not all(len(way) for way in ways):
         return False
-    blocks = [int(rows.block[start + int(way[0])]) for start, way in zip((low, high), ways, strict=True)]
+    blocks = [int(program.row_block[start + int(way[0])]) for start, way in zip((low, high), ways, strict=True)]
     own, after = (program.modal(block + 1).spindle for block in blocks)
     return own == 0 and after != 0

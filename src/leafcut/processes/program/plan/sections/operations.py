@@ -88,9 +88,9 @@ def _remark(program: Program, section: Section, rows: Rows, number: int, last_cu
     piece, line = section.pieces[number], program.text_line
     first, last = int(program.first[piece.begin]), int(program.first[piece.end])
     worked = last_cut[first]
-    low = int(line[rows.block[worked]]) if worked >= 0 else 0
+    low = int(line[program.row_block[worked]]) if worked >= 0 else 0
     ways = np.flatnonzero(rows.travel[first:last])
-    high = int(line[rows.block[first + int(ways[0])]]) if len(ways) else int(line[piece.begin])
+    high = int(line[program.row_block[first + int(ways[0])]]) if len(ways) else int(line[piece.begin])
     said = []
     for text in program.lines[low : high - 1]:
         if "(" not in text and ";" not in text:

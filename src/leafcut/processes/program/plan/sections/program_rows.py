@@ -60,8 +60,6 @@ class Rows:
 
     Attributes
     ----------
-    before
-        float64[n, 3]: tool position before the row, mm.
     cut, travel
         bool[n]: the row cuts; the row moves sideways without cutting (a canned cycle does both).
     sideways
@@ -73,8 +71,6 @@ class Rows:
     """
 
     path: Toolpath
-    before: NDArray[np.float64]
-    block: NDArray[np.int32]
     cut: NDArray[np.bool_]
     travel: NDArray[np.bool_]
     sideways: NDArray[np.bool_]
@@ -88,14 +84,14 @@ class Rows:
         # A beam at zero power that was not switched off may still cut.
         dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & self.sideways & ~self.travel
         states = States(np.zeros(len(self.path), dtype=np.int32), {"plane": np.zeros(1, dtype=np.int64)})
-        return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL), self.before)
+        return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL))
 
 
 def read_rows(program: Program, process: str) -> Rows:
     """Classify the rows of a program; for a beam, a feed move after M5 is a travel move like a rapid."""
     path = program.path
     before = path.before
-    block = program.blocks_of(np.arange(len(path))).astype(np.int32)
+    block = program.row_block
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
     with np.errstate(invalid="ignore"):
@@ -107,7 +103,7 @@ def read_rows(program: Program, process: str) -> Rows:
         with np.errstate(invalid="ignore"):
             aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
         deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
-        return Rows(path, before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
+        return Rows(path, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
@@ -115,7 +111,7 @@ def read_rows(program: Program, process: str) -> Rows:
     # An arc depends on its start point, so it stays with the move that leads there.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
-    return Rows(path, before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
+    return Rows(path, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -141,8 +137,7 @@ def _beam(program: Program) -> NDArray[np.bool_]:
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
     if switched.any() and not on[switched].any():
-        block = program.blocks_of(np.arange(len(path)))
-        on = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)[block]
+        on = program.spindle_directions != 0
     last = last_rows(switched)
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
     return beam
@@ -194,7 +189,7 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
-    block = program.blocks_of(np.arange(len(path)))
+    block = program.row_block
     for row in np.flatnonzero(hard).tolist():
         barriers.setdefault(int(block[row]), _BARRIERS[Kind(int(path.kind[row]))])
     before = program.before
