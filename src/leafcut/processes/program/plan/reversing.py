@@ -7,26 +7,23 @@ the cut stays.
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
-import shapely
-from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork, Section, Sequence
-from leafcut.model.toolpath import Kind, arc_sweep
+from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+from leafcut.processes.program.proof.features import Features, is_uniform
 from leafcut.processes.program.proof.outlines import TOUCHING
+from leafcut.processes.program.proof.traces import SAGITTA, is_simple, traces_of
 
 #: Maximum gap between the ends of a closed cut, as a part of its length; `TOUCHING` is the minimum.
 _CLOSED_PART = 0.1
-#: Number of chords per arc to detect self-intersection.
-_CHORDS = 24
 #: Cosine of the change of direction at an arc (150°) beyond which the chords may miss an intersection.
 _BACK = -0.866
 
@@ -60,7 +57,8 @@ class _Finder:
         if self.beam and (self.program.path.kind[part] == Kind.DWELL).any():
             # The dwell is a pierce delay at a position chosen by the program.
             return False
-        return self._fits(piece, stroke) and self._alike(stroke) and self._is_open(stroke)
+        cuts = self.rows.features.pick(np.isin(self.rows.features.row, stroke.rows))
+        return self._fits(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
     def _same_height(self, piece: PieceOfWork) -> bool:
         """Return whether arrival and departure have the same height, so that both ends are equally clear."""
@@ -76,51 +74,14 @@ class _Finder:
             and np.allclose(ends[1], piece.exit, rtol=0.0, atol=TOLERANCE)
         )
 
-    def _alike(self, stroke: ReversibleCut) -> bool:
-        """Return whether the first and last moves have the usual kind and feed of the cut (no lead-in or lead-out)."""
-        rows = np.array(stroke.rows)
-        arc = (self.program.path.kind[rows] != Kind.FEED).tolist()
-        feed = self.program.path.value[rows].tolist()
-        if len(rows) == 1:
-            return True
-        usual = Counter(feed).most_common(1)[0][0]
-        return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
 
-    def _is_open(self, stroke: ReversibleCut) -> bool:
-        """Return whether the cut is neither closed nor self-intersecting."""
-        path = np.concatenate([self.program.path.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
-        path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
-        length = float(np.hypot(*np.diff(path, axis=0).T).sum())
-        gap = float(np.hypot(*(path[-1] - path[0])))
-        # A path that runs straight back over itself is not simple either.
-        is_open = gap > max(TOUCHING, _CLOSED_PART * length) and not self._goes_back(stroke)
-        return is_open and bool(shapely.is_simple(shapely.linestrings(path)))
-
-    def _goes_back(self, stroke: ReversibleCut) -> bool:
-        """Return whether the cut nearly reverses at a joint with an arc, where it may cross itself."""
-        ends = [self._directions(row) for row in stroke.rows]
-        arc = [self.program.path.kind[row] != Kind.FEED for row in stroke.rows]
-        joints = zip(ends, ends[1:], arc, arc[1:], strict=False)
-        return any((a or b) and float(one[1] @ other[0]) < _BACK for one, other, a, b in joints)
-
-    def _directions(self, row: int) -> NDArray[np.float64]:
-        """Return the unit tangents at the start and at the end of a row, float64[2, 2]."""
-        path = self.program.path
-        if path.kind[row] == Kind.FEED:
-            way = path.end[row, :2] - self.program.path.before[row, :2]
-            return np.tile(way / max(float(np.hypot(*way)), TOLERANCE), (2, 1))
-        _, start, sweep = arc_sweep(path, row)
-        angles = np.array([start, start + sweep])
-        along: NDArray[np.float64] = np.sign(sweep) * np.stack([-np.sin(angles), np.cos(angles)], axis=1)
-        return along
-
-    def _points(self, row: int) -> NDArray[np.float64]:
-        """Return the points of a row after its start, float64[k, 2]; arcs as chords."""
-        path = self.program.path
-        end: NDArray[np.float64] = path.end[row : row + 1, :2]
-        if path.kind[row] == Kind.FEED:
-            return end
-        radius, start, sweep = arc_sweep(path, row)
-        angles = start + sweep * np.arange(1, _CHORDS) / _CHORDS
-        centre = np.array(path.arcs[int(path.ref[row])].center[:2])
-        return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])
+def _is_open(cuts: Features) -> bool:
+    """Return whether a cut is not nearly closed, and does not turn back at an arc, where it may cross itself."""
+    pieces = traces_of(cuts).flattened(SAGITTA)
+    way = pieces.end - pieces.begin
+    length = np.hypot(*way.T)
+    along, curved = way / np.maximum(length, TOLERANCE)[:, None], pieces.arc >= 0
+    goes_back = (along[:-1] * along[1:]).sum(axis=1) < _BACK
+    gap = float(np.hypot(*(cuts.end[-1, :2] - cuts.start[0, :2])))
+    is_open = gap > max(TOUCHING, _CLOSED_PART * float(length.sum()))
+    return is_open and not (goes_back & (curved[:-1] | curved[1:])).any()

@@ -6,6 +6,7 @@ A million features must fit into memory, so rarely changing values are kept in t
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -345,6 +346,15 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
         states=states.table,
         tables=_tables_of(path),
     )
+
+
+def is_uniform(cuts: Features) -> bool:
+    """Return whether the first and last cuts have the usual kind and feed of all (no lead-in or lead-out)."""
+    if len(cuts) == 1:
+        return True
+    arc, feed = (cuts.kind != Kind.FEED).tolist(), cuts.feed.round(6).tolist()
+    usual = Counter(feed).most_common(1)[0][0]
+    return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
 
 
 def _tables_of(path: Toolpath) -> Tables:

@@ -6,25 +6,21 @@ has no lead-in or lead-out, and the tool arrives and leaves by rapids.
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import shapely
 
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, is_uniform
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork
 from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
-from leafcut.processes.program.proof.traces import traces_of
+from leafcut.processes.program.proof.traces import is_simple
 
 #: Largest gap between the ends of a closed cut, mm.
 _CLOSED = 0.01
-#: Largest distance of an arc from its chords, mm.
-_SAGITTA = 0.001
 #: Reference direction of cuts in the comparison; it is parallel to no line in a usual drawing.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
 #: Values that are constant in a reversible run; dwells differ in feed and time, arcs in kind, plane and turns.
@@ -88,7 +84,8 @@ def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices 
     ends = features.start[body[0], :2], features.end[body[-1], :2]
     if not np.isfinite(ends).all() or np.hypot(*(ends[1] - ends[0])) <= _CLOSED:
         return None
-    return body if _alike(features, body) and _is_simple(features.pick(body)) else None
+    cuts = features.pick(body)
+    return body if is_uniform(cuts) and is_simple(cuts) else None
 
 
 def _upright(features: Features, rows: Indices) -> Mask:
@@ -110,32 +107,6 @@ def _steady(features: Features, rows: Indices, body: Indices) -> bool:
     return bool(
         kinds.all() and (steady == steady[0]).all() and flat.all() and level and radius == 40 and mode in (94, 95)
     )
-
-
-def _alike(features: Features, body: Indices) -> bool:
-    """Return whether the first and last moves have the usual kind and feed of the cut (no lead-in or lead-out)."""
-    if len(body) == 1:
-        return True
-    arc = (features.kind[body] != Kind.FEED).tolist()
-    feed = features.feed[body].round(6).tolist()
-    usual = Counter(feed).most_common(1)[0][0]
-    return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
-
-
-def _is_simple(cuts: Features) -> bool:
-    """Return whether consecutive cuts form a path that does not cross or touch itself."""
-    if len(cuts) == 1:
-        return True
-
-    straight = (cuts.kind == Kind.FEED).all()
-    places = np.concatenate([cuts.start[:1, :2], cuts.end[:, :2]])
-    if straight:
-        outline = places
-    else:
-        chords = traces_of(cuts).flattened(_SAGITTA)
-        outline = np.concatenate([chords.begin[:1], chords.end])
-    outline = outline[np.concatenate([[True], (np.diff(outline, axis=0) != 0.0).any(axis=1)])]
-    return bool(shapely.is_simple(shapely.linestrings(outline)))
 
 
 def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind, plane_axes
@@ -16,6 +17,8 @@ _PIECE = math.pi / 4
 _MOST_PIECES = 1024
 #: Largest difference of radius within one circle, mm.
 _SAME_RADIUS = 0.01
+#: Maximum distance of an arc from its chords in the search for self-intersections, mm.
+SAGITTA = 0.001
 #: Maximum number of chords per piece of an arc.
 _MOST_CHORDS = 1000
 
@@ -150,3 +153,13 @@ def _arcs(features: Features) -> Arcs:
     sweep = np.where(one_circle, math.tau, sweep + math.tau * (turns - 1))
     level, top = begin[rows, axes[:, 2]], end[rows, axes[:, 2]]
     return Arcs(center, axes, start, turning * sweep, radius, last - radius, level, top - level)
+
+
+def is_simple(cuts: Features) -> bool:
+    """Return whether consecutive cuts form a path that does not cross or touch itself."""
+    if len(cuts) == 1:
+        return True
+    chords = traces_of(cuts).flattened(SAGITTA)
+    outline = np.concatenate([chords.begin[:1], chords.end])
+    outline = outline[np.concatenate([[True], (np.diff(outline, axis=0) != 0.0).any(axis=1)])]
+    return bool(shapely.is_simple(shapely.linestrings(outline)))
