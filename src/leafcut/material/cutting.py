@@ -141,6 +141,15 @@ def cut(
     )
 
 
+def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
+    """Return the depth of every move in the material, mm: of rapids, shanks and holders; 0 without a collision."""
+    return {
+        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
+        Body.SHANK.value: removed.shank,
+        Body.HOLDER.value: removed.holder,
+    }
+
+
 class _ToolRun(NamedTuple):
     """Successive moves of a tool: the number of the first, the range of y that each reaches, and the shape."""
 

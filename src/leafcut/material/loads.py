@@ -15,7 +15,7 @@ from leafcut.material.chip_thickness import chip_share, cut_width
 from leafcut.material.cutting import Removed, cut
 from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power, spindle_torque
 from leafcut.material.height_field import HeightField
-from leafcut.material.straight_moves import StraightMoves, straight_moves
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
@@ -161,9 +161,8 @@ def loads_of(
 ) -> Loads:
     """Return the loads of every piece of a path in the unchanged stock. Raises PlanError for too many pieces."""
     field = stock.field.copy()
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
-    moves = straight_moves(numbered, 0.05 * field.cell, max(0.5 * smallest, 2.0 * field.cell)).of_tools(cutters)
+    moves = moves_in_cells(numbered, cutters, field.cell, max(0.5 * smallest_tool(cutters), 2.0 * field.cell))
     margin = clearance + field.cell
     removed = cut(field, moves, cutters, threads, check_cancelled, margin=margin, surrounding_height=stock.beside)
     source = moves.path.line[moves.row].astype(np.int64)

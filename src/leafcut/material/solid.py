@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 from leafcut.material.chip_thickness import chip_share, cut_width
-from leafcut.material.cutting import Removed, cut
+from leafcut.material.cutting import Removed, collision_depths, cut
 from leafcut.material.height_field import FINEST, HeightField, StockBlock
 from leafcut.material.shown_surface import block_of_surface, field_of_surface
-from leafcut.material.straight_moves import StraightMoves, straight_moves
-from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
+from leafcut.model.cutter import BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
@@ -29,8 +29,6 @@ CELLS = 512
 _PIECE, _PIECES = 0.5, 400_000
 #: Maximum number of moves of a program that is shown.
 _MOST_MOVES = 1_000_000
-#: Maximum distance of chords from their arcs, cells.
-_CHORD_ERROR = 0.05
 #: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
 #: Minimum depth as a share of the longer side, so that the block is not a foil.
@@ -96,8 +94,7 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
         return cutters, block_of_surface(stock.surface, stock)
     if stock.block:
         return cutters, StockBlock(*stock.block)
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    return cutters, _block_around_cuts(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
+    return cutters, _block_around_cuts(whole_moves(path, cutters), cutters, stock)
 
 
 def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = unseen) -> Solid:
@@ -106,12 +103,11 @@ def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = uns
     """
     cutters, block = _prepare(path, stock)
     tools = dict(stock.tools)
-    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
-    moves = straight_moves(path, _CHORD_ERROR * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
+    moves = moves_in_cells(path, cutters, cell, max(_PIECE * smallest_tool(cutters), 2.0 * cell))
     if len(moves) > _PIECES:
-        moves = straight_moves(path, _CHORD_ERROR * cell, np.inf).of_tools(cutters)
+        moves = moves_in_cells(path, cutters, cell)
     if len(moves) > _MOST_MOVES:
         raise PlanError(f"{len(moves):,} moves are more than can be shown, {_MOST_MOVES:,}")
     origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
@@ -173,13 +169,8 @@ def _collisions(
     block: StockBlock,
     origin: tuple[float, float],
 ) -> tuple[Collision, ...]:
-    depths = {
-        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
-        Body.SHANK.value: removed.shank,
-        Body.HOLDER.value: removed.holder,
-    }
     result = []
-    for kind, depth in depths.items():
+    for kind, depth in collision_depths(moves, removed).items():
         deepest: dict[int, int] = {}
         for index in np.flatnonzero(depth > 0.0).tolist():
             row = int(moves.row[index])

@@ -16,6 +16,8 @@ from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.model.turns import AXES, Turns, turns_of
 
+#: Maximum distance of chords from their arcs, as a share of a cell, or of the smallest tool's diameter.
+_OF_CELL, _OF_TOOL = 0.05, 0.01
 #: Maximum number of moves of a program that fits into memory together with the material.
 MOST_MOVES = 20_000_000
 
@@ -102,6 +104,23 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
         _bend(position, turns, arc[source], share)
         ends[:, 3 * half : 3 * half + 3] = position
     return StraightMoves(ends, rows[source], kind[source] == Kind.RAPID, path.tool[rows][source], path, unknown_rows)
+
+
+def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
+    """Return the diameter of the smallest tool, mm."""
+    return 2.0 * min(cutter.radius for cutter in cutters.values())
+
+
+def whole_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
+    """Return the undivided moves of the cutting tools; other moves, such as a probe, are left out."""
+    return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
+
+
+def moves_in_cells(
+    path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
+) -> StraightMoves:
+    """Return the moves of the cutting tools, as exact as a height field with cells of side `cell`, mm."""
+    return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _bend(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:

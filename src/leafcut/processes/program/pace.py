@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import signed
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
-from leafcut.material.height_field import HeightField
 from leafcut.material.loads import MILLING, Loads, StockBefore, loads_of
-from leafcut.material.same_stock import stock_differences
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -33,6 +31,7 @@ from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
+from leafcut.processes.program.proof.stock_judge import StockJudge
 from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
 from leafcut.read.step import ChosenSolid
 
@@ -44,8 +43,6 @@ if TYPE_CHECKING:
 
 #: A line with block delete (/).
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
-#: Largest height difference between the stock that both programs leave, mm.
-_TOLERANCE = 0.01
 #: Relative tolerance of limits.
 _ROUNDED = 1e-4
 #: Smallest difference of heights, mm.
@@ -168,9 +165,9 @@ class _Job:
         return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
 
     @cached_property
-    def left(self) -> HeightField:
-        """The stock that the original leaves."""
-        return _left(self.original, self.cutters, self.stock)
+    def judge(self) -> StockJudge:
+        """The judge of the stock that the original leaves."""
+        return StockJudge.of(self.original, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property
     def held(self) -> StockBefore:
@@ -258,9 +255,7 @@ class _Job:
 
     def check_rest(self, new: Program) -> None:
         """Check that a program leaves the same stock as the original and hits no obstacle; else `VerifyError`."""
-        if differences := stock_differences(self.left, _left(new, self.cutters, self.stock), _TOLERANCE):
-            first = differences[0]
-            raise VerifyError(f"X{first.x:.3f} Y{first.y:.3f}: the new program leaves another height there")
+        self.judge.check(new)
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
 
@@ -581,12 +576,3 @@ def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
     """Return the time of a path by source row, s."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)
-
-
-def _left(program: Program, cutters: Mapping[int, Cutter], stock: StockBefore) -> HeightField:
-    from leafcut.material.cutting import cut
-    from leafcut.material.straight_moves import straight_moves
-
-    field = stock.field.copy()
-    cut(field, straight_moves(program.path, 0.05 * field.cell, np.inf).of_tools(cutters), cutters, _threads())
-    return field

@@ -14,6 +14,7 @@ from leafcut.files.whole_files import read_program
 from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.issue import Issue, Severity
@@ -32,24 +33,19 @@ from leafcut.processes.program.workpiece import (
     in_other_unit,
     in_unit_words,
     other_tools,
-    smallest_tool,
     solid_file,
     told_of,
     tools_of,
-    whole_moves,
 )
 from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.material.cutting import Removed
-    from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.heartbeat import Heartbeat
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
 
-#: Maximum distance of the chords of arcs from the arcs, cells.
-_STRAYS = 0.05
 #: Maximum length of a simulated piece: the larger of this share of the smallest tool diameter and this many cells.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
 #: Number of rapids in the material that are reported one by one.
@@ -180,7 +176,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
         raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     bodies = {number: body_of(tool) for number, tool in tools.items()}
-    return _Cuts(source, read, tools, cutters, bodies, whole_moves(read.program, cutters))
+    return _Cuts(source, read, tools, cutters, bodies, whole_moves(read.program.path, cutters))
 
 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
@@ -192,10 +188,8 @@ def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, 
 
 
 def _pieces(one: _Cuts, cell: float) -> StraightMoves:
-    from leafcut.material.straight_moves import straight_moves
-
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
-    return straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
+    return moves_in_cells(one.read.program.path, one.cutters, cell, longest)
 
 
 def _assumed_block(stated: StatedPart | None) -> list[Issue]:

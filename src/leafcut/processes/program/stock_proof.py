@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.height_field import usual_cell
+from leafcut.material.straight_moves import smallest_tool, whole_moves
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
@@ -15,9 +16,7 @@ from leafcut.processes.program.workpiece import (
     block_of,
     field_of,
     known_tools,
-    smallest_tool,
     told_of,
-    whole_moves,
 )
 from leafcut.read.step import ChosenSolid
 
@@ -63,7 +62,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
     smallest = smallest_tool(cutters)
     options = run.settings.stock
     try:
-        whole = whole_moves(program, cutters)
+        whole = whole_moves(program.path, cutters)
         which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:

@@ -14,6 +14,7 @@ import numpy as np
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
 from leafcut.material.height_field import HeightField, StockBlock, usual_cell
 from leafcut.material.loads import StockBefore
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
@@ -40,7 +41,6 @@ FAR_OFF = 3.0
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
-    from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
     from leafcut.processes.job import Job
@@ -206,18 +206,6 @@ def known_tools(
     return found, unknown
 
 
-def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
-    """Return the diameter of the smallest tool, mm."""
-    return 2.0 * min(cutter.radius for cutter in cutters.values())
-
-
-def whole_moves(program: Program, cutters: Mapping[int, Cutter]) -> StraightMoves:
-    """Return the undivided moves of the cutting tools; other moves, such as a probe, are left out."""
-    from leafcut.material.straight_moves import straight_moves
-
-    return straight_moves(program.path, 0.01 * smallest_tool(cutters), np.inf).of_tools(cutters)
-
-
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
     """Return a block around the cuts below Z0, or None without such cuts, since the top is then unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
@@ -230,7 +218,6 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the given block, or the largest stock that the rapids of the program allow."""
     from leafcut.material.largest_stock import largest_stock
-    from leafcut.material.straight_moves import straight_moves
 
     options = run.settings.stock
     smallest = smallest_tool(cutters)
@@ -239,15 +226,14 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)
-    whole = whole_moves(program, cutters)
+    whole = whole_moves(program.path, cutters)
     low, high = whole.extent(~whole.rapid, cutters)
     cell = options.cell or usual_cell(
         StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW),
                    (float(high[0]), float(high[1]), float(high[2]) + _BELOW)), smallest
     )  # fmt: skip
-    moves = straight_moves(program.path, 0.05 * cell, np.inf).of_tools(cutters)
     field = largest_stock(
-        moves,
+        moves_in_cells(program.path, cutters, cell),
         cutters,
         cell,
         run.machine.rapid_style == "dogleg",
@@ -309,7 +295,7 @@ def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -
 
     A tool may start outside the block by its diameter and a lead.
     """
-    moves = whole_moves(program, cutters)
+    moves = whole_moves(program.path, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
     fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
     if not fed.any():

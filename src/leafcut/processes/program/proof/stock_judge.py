@@ -13,11 +13,11 @@ import numpy as np
 
 from leafcut.errors import VerifyError, count_of
 from leafcut.gcode.program import Program
-from leafcut.material.cutting import Removed, cut
+from leafcut.material.cutting import Removed, collision_depths, cut
 from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import stock_differences
-from leafcut.material.straight_moves import StraightMoves, straight_moves
-from leafcut.model.cutter import Body, BodyPart, Cutter
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells
+from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
@@ -25,8 +25,6 @@ from leafcut.units import fixed
 
 #: Tolerance of heights, mm: rounding depends on the order of the cuts.
 TOLERANCE = 0.01
-#: Maximum distance of chords from their arcs, in cells.
-_STRAYS = 0.05
 #: Issue codes by kind of collision with the material.
 _KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
 
@@ -115,19 +113,14 @@ def _cut(
 ) -> tuple[HeightField, dict[tuple[int, str], _Met], bool]:
     """Return the stock that a program leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
-    moves = straight_moves(program.path, _STRAYS * field.cell, np.inf).of_tools(cutters)
+    moves = moves_in_cells(program.path, cutters, field.cell)
     removed = cut(field, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
     return field, _met(moves, removed), bool(removed.cuts.any())
 
 
 def _met(moves: StraightMoves, removed: Removed) -> dict[tuple[int, str], _Met]:
     found: dict[tuple[int, str], _Met] = {}
-    depths = {
-        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
-        Body.SHANK.value: removed.shank,
-        Body.HOLDER.value: removed.holder,
-    }
-    for kind, depth in depths.items():
+    for kind, depth in collision_depths(moves, removed).items():
         there = np.flatnonzero(depth > 0.0)
         for tool in np.unique(moves.tool[there]).tolist():
             mine = there[moves.tool[there] == tool]
