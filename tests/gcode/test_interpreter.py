@@ -232,11 +232,9 @@ def test_the_frame_of_a_program_is_no_motion() -> None:
     assert len(interpret("%\nG21 G0 X1\n%\nG0 X5", dialect("linuxcnc"))) == 1
 
 
-def test_units_may_be_given_for_a_program_that_has_none() -> None:
-    """A length before G20 or G21 is an error, unless the caller knows the units; zero is zero in any."""
+def test_a_length_before_the_units_is_an_error_unless_it_is_zero() -> None:
     with pytest.raises(ReadError, match="program:1: X1 comes before the units"):
         interpret("G0 X1\nM2", dialect("linuxcnc"))
-    assert interpret("G0 X1\nM2", dialect("linuxcnc"), units="in")[0].end[0] == 25.4
     assert interpret("G0 X0\nM2", dialect("linuxcnc"))[0].end[0] == 0.0
 
 

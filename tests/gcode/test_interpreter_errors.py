@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.errors import LeafcutError, OptionError, ReadError
+from leafcut.errors import LeafcutError, ReadError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
 
@@ -129,12 +129,6 @@ def test_faults_of_order_and_of_dialect_are_named(text: str, name: str, reason: 
     assert str(caught.value).startswith(reason)
 
 
-def test_units_of_a_caller_are_checked() -> None:
-    """A name that is no unit is an error of the option."""
-    with pytest.raises(OptionError, match="unknown unit 'furlong'"):
-        interpret("", dialect("grbl"), units="furlong")
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -239,12 +233,11 @@ WORDS = st.sampled_from(
 @given(
     st.lists(st.lists(WORDS, max_size=6).map(" ".join), max_size=12).map("\n".join),
     st.sampled_from(dialects()),
-    st.sampled_from([None, "mm"]),
 )
-def test_any_mixture_of_words_is_read_or_refused(text: str, name: str, units: str | None) -> None:
+def test_any_mixture_of_words_is_read_or_refused(text: str, name: str) -> None:
     """The only exception is LeafcutError with a one-line message."""
     try:
-        interpret(text, dialect(name), units=units)
+        interpret(text, dialect(name))
     except LeafcutError as problem:
         assert "\n" not in str(problem)
 

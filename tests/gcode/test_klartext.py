@@ -98,7 +98,7 @@ def test_any_drilling_reads_back(data: st.DataObject) -> None:
         cycles.append(DrillCycle(name, r_plane, r_plane - depth, high, peck, dwell))
     path = drills(tuple(cycles), data.draw(st.floats(0.2, 50.0)))
     read = interpret_klartext(text_of(path))
-    assert compare_motion(expand(path), expand(read), 0.0016, cycles=False) == []
+    assert compare_motion(expand(path), expand(read), 0.0016) == []
 
 
 def mutations(text: str) -> list[tuple[str, str]]:

@@ -43,11 +43,11 @@ def test_the_mean_chip_of_a_slot_is_two_over_pi_and_of_a_narrow_cut_the_catalogu
 
 
 def test_the_power_of_milling_is_the_catalogues_in_kilowatts() -> None:
-    """Pc = ap ae vf kc / (60·10⁶ η), kW, mm/min (Dijet 2018, p. F007)."""
+    """Pc = ap ae vf kc / 60·10⁶ at the cutter, kW, mm/min (Dijet 2018, p. F007)."""
     ap, ae, vf = 5.0, 8.0, 600.0
     chip = float(mean_chip(0.05, ae, 10.0))
-    kilowatts = ap * ae * vf * 1700.0 * chip**-0.25 / (60e6 * 0.8)
-    assert milling_power(STEEL, ap * ae * vf / 60.0, chip, 0.8) == pytest.approx(1000.0 * kilowatts)
+    kilowatts = ap * ae * vf * 1700.0 * chip**-0.25 / 60e6
+    assert milling_power(STEEL, ap * ae * vf / 60.0, chip) == pytest.approx(1000.0 * kilowatts)
 
 
 def test_power_and_torque_of_drilling_are_the_catalogues_in_kilowatts_and_newton_metres() -> None:

@@ -60,13 +60,11 @@ def test_a_rapid_across_must_be_clear_of_the_surface(height: float, fault: bool)
     assert whats(builder) == (["rapid below clearance"] if fault else [])
 
 
-def test_the_clearance_and_the_surface_can_be_given() -> None:
+def test_the_surface_can_be_given() -> None:
     builder = begun()
     builder.rapid(z=1.0)
     builder.rapid(x=10.0)
     assert whats(builder) == []
-    assert whats(builder, clearance=2.0) == ["rapid below clearance"]
-    assert whats(builder, surface_z=-5.0, clearance=2.0) == []
     assert whats(builder, surface_z=3.0) == ["rapid into the part", "rapid below clearance"]
 
 

@@ -26,8 +26,8 @@ def moves(*places: tuple[float, float, float]) -> Toolpath:
     return builder.build()
 
 
-def whats(path: Toolpath, machine: Machine = MILL, margin: float = 0.0) -> list[str]:
-    return [str(d) for d in check_envelope(path, machine, margin)]
+def whats(path: Toolpath, machine: Machine = MILL) -> list[str]:
+    return [str(d) for d in check_envelope(path, machine)]
 
 
 def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
@@ -51,11 +51,6 @@ def test_a_place_outside_is_named_with_its_axis_and_line(place: tuple[float, flo
     assert len(found) == 1
     assert words in found[0]
     assert "2 such places (line 2)" in found[0]
-
-
-def test_a_margin_narrows_the_travel() -> None:
-    assert whats(moves((295, 0, 0)), margin=5) == []
-    assert len(whats(moves((295.1, 0, 0)), margin=5)) == 1
 
 
 def test_without_a_work_offset_only_the_size_is_checked() -> None:

@@ -125,30 +125,30 @@ MUTATIONS = {
 
 @pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_and_named(what: str) -> None:
-    found = compare_motion(program(), MUTATIONS[what], TOLERANCE, cycles=True)
+    found = compare_motion(program(), MUTATIONS[what], TOLERANCE)
     assert what.strip() in {d.what for d in found}
     assert all("\n" not in str(d) for d in found)
-    assert compare_motion(MUTATIONS[what], program(), TOLERANCE, cycles=True)
+    assert compare_motion(MUTATIONS[what], program(), TOLERANCE)
 
 
 @pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
     """Except for the name of a cycle that makes the same moves, which does not occur here."""
-    assert compare_motion(program(), expand(MUTATIONS[what]), TOLERANCE, cycles=False)
+    assert compare_motion(expand(program()), expand(MUTATIONS[what]), TOLERANCE)
 
 
 @pytest.mark.hazard
 def test_the_same_program_has_no_difference_as_cycles_and_as_moves() -> None:
-    assert compare_motion(program(), program(), 0.0, cycles=True) == []
-    assert compare_motion(program(), expand(program()), 0.0, cycles=False) == []
-    assert compare_motion(program(), program(offsets=True), 0.0, cycles=True) == []
+    assert compare_motion(program(), program(), 0.0) == []
+    assert compare_motion(expand(program()), expand(program()), 0.0) == []
+    assert compare_motion(program(), program(offsets=True), 0.0) == []
 
 
 def test_an_empty_toolpath_is_equal_to_itself_only() -> None:
     empty = ToolpathBuilder().build()
-    assert compare_motion(empty, empty, TOLERANCE, cycles=True, offsets=True) == []
-    assert compare_motion(program(), empty, TOLERANCE, cycles=True)
-    assert compare_motion(empty, program(), TOLERANCE, cycles=True)
+    assert compare_motion(empty, empty, TOLERANCE, offsets=True) == []
+    assert compare_motion(program(), empty, TOLERANCE)
+    assert compare_motion(empty, program(), TOLERANCE)
 
 
 def rounded(path: Toolpath) -> Toolpath:
@@ -161,8 +161,8 @@ def test_rounding_to_the_written_decimals_is_no_difference() -> None:
     noise = np.random.default_rng(3).uniform(-3e-4, 3e-4, program().end.shape)
     path = program()
     planned = replace(path, end=path.end + noise, value=path.value * 1.0003)
-    assert compare_motion(planned, rounded(planned), TOLERANCE, cycles=True) == []
-    assert compare_motion(planned, rounded(planned), TOLERANCE / 10, cycles=True)
+    assert compare_motion(planned, rounded(planned), TOLERANCE) == []
+    assert compare_motion(planned, rounded(planned), TOLERANCE / 10)
 
 
 def test_a_move_of_no_length_need_not_be_written() -> None:
@@ -173,7 +173,7 @@ def test_a_move_of_no_length_need_not_be_written() -> None:
             b.rapid(0.0, 0.0, 5.0)
             b.rapid(0.0004, 0.0, 5.0)
         b.rapid(10.0, 0.0, 5.0)
-    assert compare_motion(builder.build(), plain.build(), TOLERANCE, cycles=True) == []
+    assert compare_motion(builder.build(), plain.build(), TOLERANCE) == []
 
 
 def test_many_tiny_moves_that_lead_away_cannot_vanish() -> None:
@@ -185,17 +185,17 @@ def test_many_tiny_moves_that_lead_away_cannot_vanish() -> None:
         curve.feed(0.0005 * step, 0.0, 5.0, feed=1.0)
     for b in (curve, straight):
         b.rapid(10.0, 0.0, 5.0)
-    assert compare_motion(curve.build(), straight.build(), TOLERANCE, cycles=True)
+    assert compare_motion(curve.build(), straight.build(), TOLERANCE)
 
 
 @pytest.mark.hazard
 def test_a_tool_must_take_its_own_length_offset_before_it_moves_down() -> None:
     right = program(offsets=True)
-    assert compare_motion(program(), right, TOLERANCE, cycles=True, offsets=True) == []
-    missing = compare_motion(program(), program(), TOLERANCE, cycles=True, offsets=True)
+    assert compare_motion(program(), right, TOLERANCE, offsets=True) == []
+    missing = compare_motion(program(), program(), TOLERANCE, offsets=True)
     assert {d.what for d in missing} == {"length offset"}
     wrong = replace(right, ref=np.where((right.kind == Kind.OFFSET) & (right.ref == 2), 1, right.ref))
-    found = compare_motion(program(), wrong, TOLERANCE, cycles=True, offsets=True)
+    found = compare_motion(program(), wrong, TOLERANCE, offsets=True)
     assert [d.what for d in found] == ["length offset"]
     assert "tool 2 moves with length offset 1" in str(found[0])
 
@@ -205,12 +205,12 @@ def test_a_length_offset_taken_too_late_is_seen() -> None:
     path = program(offsets=True)
     row = int(np.flatnonzero(path.kind == Kind.OFFSET)[0])
     late = pick(path, [*range(row), row + 1, row + 2, row, *range(row + 3, len(path))])
-    found = compare_motion(program(), late, TOLERANCE, cycles=True, offsets=True)
+    found = compare_motion(program(), late, TOLERANCE, offsets=True)
     assert [d.what for d in found] == ["length offset"]
 
 
 def test_a_difference_names_line_and_place_for_a_person() -> None:
-    found = compare_motion(program(), MUTATIONS["feed"], TOLERANCE, cycles=True)
+    found = compare_motion(program(), MUTATIONS["feed"], TOLERANCE)
     place = "drilling cycle to X10.000 Y3.000 Z2.000"
     assert str(found[0]) == f"feed: planned 120 mm/min, written 126 mm/min, {place} (original line 9, line 9)"
 
@@ -220,6 +220,6 @@ def test_a_program_wrong_everywhere_makes_a_short_list() -> None:
     for number in range(5000):
         builder.drill(float(number), 0.0, G81, feed=2.0)
         other.drill(float(number), 1.0, G81, feed=2.0)
-    found = compare_motion(builder.build(), other.build(), TOLERANCE, cycles=True)
+    found = compare_motion(builder.build(), other.build(), TOLERANCE)
     assert len(found) == MOST_LISTED + 1
     assert "4950 more" in str(found[-1])

@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-from leafcut.errors import OptionError, ReadError
+from leafcut.errors import ReadError
 from leafcut.gcode.active_comments import active_comments, may_stop
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
@@ -38,7 +38,6 @@ from leafcut.gcode.word_groups import (
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word, lines
 from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import STILL, UNKNOWN, Kind, Toolpath
-from leafcut.units import MM_PER_UNIT
 
 #: G38.2 as a motion.
 _PROBE = 38
@@ -74,7 +73,6 @@ def interpret(
     dialect: Dialect,
     file: str = "program",
     *,
-    units: str | None = None,
     left_over: bool = False,
     material_feeds: Mapping[int, float] | None = None,
 ) -> Toolpath:
@@ -85,8 +83,6 @@ def interpret(
 
     Parameters
     ----------
-    units
-        "mm" or "in" for a program that does not state its units before the first length; None: that is an error.
     left_over
         True: start with modes that another program may have left active (G1, G18, G91, G95, G99), which exposes a
         program that does not state its own modes. False: start with the power-on modes.
@@ -97,11 +93,9 @@ def interpret(
     Raises ReadError if a word or block is unsupported (the message has its line), or the end required by the controller
     is missing.
     """
-    if units is not None and units not in MM_PER_UNIT:
-        raise OptionError(f"unknown unit '{units}'; use mm or in")
     if dialect.language == "klartext":
         return interpret_klartext(text, file)
-    state = InterpreterState(unit=None if units is None else MM_PER_UNIT[units], dialect=dialect)
+    state = InterpreterState(dialect=dialect)
     state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False

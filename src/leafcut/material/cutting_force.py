@@ -51,13 +51,9 @@ def specific_force(material: WorkMaterial, chip: Floats | float) -> Floats:
     return np.asarray(material.kc11 * np.asarray(chip, dtype=float) ** -material.mc)
 
 
-def milling_power(
-    material: WorkMaterial, rate: Floats | float, chip: Floats | float, efficiency: float = 1.0
-) -> Floats:
-    """Return the power of a milling cut, W: `rate` is the material removal rate, mm³/s, `chip` the mean thickness, mm.
-    An `efficiency` of 1 gives the power at the cutter.
-    """
-    return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip) / efficiency)
+def milling_power(material: WorkMaterial, rate: Floats | float, chip: Floats | float) -> Floats:
+    """Return the power of a milling cut, W, at a material removal rate, mm³/s, and a mean chip thickness, mm."""
+    return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip))
 
 
 def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:

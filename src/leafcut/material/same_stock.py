@@ -11,6 +11,8 @@ from leafcut.material.height_field import HeightField
 
 #: Side of the squares in which differing cells are grouped, cells.
 _TILE = 64
+#: Side of the squares of cells that are joined into regions, cells.
+_SQUARE = 8
 
 
 class StockDifference(NamedTuple):
@@ -53,11 +55,11 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     return sorted(result, key=lambda stock_difference: -stock_difference.cells)
 
 
-def regions(cells: NDArray[np.bool_], size: int = 8) -> list[NDArray[np.int64]]:
-    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `size` cells join."""
+def regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `_SQUARE` cells join."""
     positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
-    for index, (row, column) in enumerate((positions // size).tolist()):
+    for index, (row, column) in enumerate((positions // _SQUARE).tolist()):
         squares.setdefault((row, column), []).append(index)
     groups = []
     while squares:

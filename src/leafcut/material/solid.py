@@ -18,7 +18,6 @@ from leafcut.material.height_field import FINEST, HeightField, StockBlock
 from leafcut.material.shown_surface import block_of_surface, field_of_surface
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
 from leafcut.model.cutter import BodyPart, Cutter, body_of, cutter_of
-from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
@@ -97,7 +96,7 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
     return cutters, _block_around_cuts(whole_moves(path, cutters), cutters, stock)
 
 
-def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = unseen) -> Solid:
+def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     """Return the stock of a run, cut by a toolpath, in cells for pictures. Raises PlanError if the stock is unknown or
     not cut, or the moves are too many; OptionError if a tool has no diameter.
     """
@@ -120,7 +119,7 @@ def solid_of(path: Toolpath, stock: ShownStock, check_cancelled: Heartbeat = uns
         held = np.zeros(before.heights.shape, dtype=np.bool_)
     after = before.copy()
     bodies = {number: body_of(tool) for number, tool in tools.items()}
-    removed = cut(after, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)
+    removed = cut(after, moves, cutters, os.cpu_count() or 1, bodies=bodies)
     if not removed.cuts.any():
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])

@@ -24,7 +24,6 @@ def check_clearance(
     path: Toolpath,
     *,
     surface_z: float = 0.0,
-    clearance: float = LEAST_CLEARANCE,
     safe_z: float = 0.0,
     torch: bool = False,
     milled: bool = False,
@@ -33,7 +32,7 @@ def check_clearance(
 ) -> list[Difference]:
     """Return every move that could crash, with its line and position; empty if the program is safe by these rules.
 
-    1. A rapid in x or y is nowhere lower than `clearance` mm above `surface_z`, and its z is known. After a move to
+    1. A rapid in x or y is nowhere lower than `LEAST_CLEARANCE` above `surface_z`, and its z is known. After a move to
        machine z (G53, G28) at or above `safe_z`, z counts as high. A move to machine x or y does not start below the
        clearance height, whether it rises or not.
     2. A rapid does not descend below `surface_z`, except back into a hole: at a position where a feed has gone at least
@@ -55,7 +54,7 @@ def check_clearance(
         surface = _surface_under(path, tops, surface_z)
     if not level:
         surface_z = -np.inf
-    heights = height_checks(path, surface_z, clearance, safe_z, milled, surface)
+    heights = height_checks(path, surface_z, safe_z, milled, surface)
     checks = [*heights, torch_check(path, turning) if torch else spindle_check(path, turning)]
     dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     total = sum(int(mask.sum()) for _, mask, _ in checks)
@@ -80,7 +79,6 @@ def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) ->
 def height_checks(
     path: Toolpath,
     surface_z: float,
-    clearance: float,
     safe_z: float,
     milled: bool,
     surface: float | NDArray[np.float64] | None = None,
@@ -94,14 +92,14 @@ def height_checks(
     rapid = path.kind == Kind.RAPID
     across = _moves_across(path)
     lowest = np.fmin(path.before[:, 2], path.end[:, 2])
-    low = rapid & across & (lowest < surface_z + clearance - _TOLERANCE)
+    low = rapid & across & (lowest < surface_z + LEAST_CLEARANCE - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
-    low |= home & (path.before[:, 2] < surface_z + clearance - _TOLERANCE)
+    low |= home & (path.before[:, 2] < surface_z + LEAST_CLEARANCE - _TOLERANCE)
     descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_is_return(path)
     unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
-        ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above"),
+        ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + LEAST_CLEARANCE:.3f} or above"),
         (
             "rapid into the part",
             descending & (not milled),

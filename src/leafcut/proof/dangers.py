@@ -19,7 +19,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
-from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check
+from leafcut.proof.clearance import DangerCheck, height_checks, spindle_check, torch_check
 from leafcut.proof.difference import ends_of, place
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import fixed
@@ -76,7 +76,7 @@ def find_dangers(
     path = replace(path, line=program.path.line[rows])
     checks: list[DangerCheck] = []
     if process not in BEAMS and heights:
-        checks += height_checks(path, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
+        checks += height_checks(path, 0.0, machine.safe_z or 0.0, milled=False)
     if process not in BEAMS:
         checks.append(spindle_check(path, _turning_rows(program, rows, True)))
     elif process == ProgramKind.PLASMA:

@@ -15,14 +15,14 @@ from leafcut.proof.difference import shorten
 _TOLERANCE = 0.001
 
 
-def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> list[Difference]:
+def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
     """Return the exceeded limits of `machine`, one difference per limit, at the first position.
 
     If the machine's `work_offset` is known, every position in the program, including hole bottoms and arc bulges, must
-    lie inside the travel, `margin` mm from its ends. Otherwise only the size of the job is compared with the travel.
+    lie inside the travel. Otherwise only the size of the job is compared with the travel.
     Heights are those of the tool tip, because the tool length is unknown here.
     """
-    return shorten([*_positions_outside(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
+    return shorten([*_positions_outside(path, machine), *_feeds(path, machine), *_speeds(path, machine)])
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -51,23 +51,21 @@ def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]
         return []
 
 
-def _positions_outside(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
+def _positions_outside(path: Toolpath, machine: Machine) -> list[Difference]:
     positions, rows = _reached_positions(path)
     outside = []
     for axis, name in enumerate("XYZ"):
-        low, high = machine.travel_min[axis] + margin - _TOLERANCE, machine.travel_max[axis] - margin + _TOLERANCE
+        low, high = machine.travel_min[axis] - _TOLERANCE, machine.travel_max[axis] + _TOLERANCE
         if machine.work_offset is not None:
             offset = machine.work_offset[axis]
             outside += _outside_limits(
                 path, rows, positions[:, axis] + offset, (low, high), f"{name} in machine coordinates"
             )
         else:
-            outside += _exceeds_travel(positions[:, axis], machine.reach(axis) - 2 * margin, name)
+            outside += _exceeds_travel(positions[:, axis], machine.reach(axis), name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
-        outside += _outside_limits(
-            path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates"
-        )
+        outside += _outside_limits(path, in_machine, values, (low, high), f"{name} in machine coordinates")
     return outside
 
 

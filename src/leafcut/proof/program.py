@@ -96,7 +96,6 @@ def check_program(
         expand(planned, keep=dialect.cycles),
         written,
         rounding_of(dialect, units),
-        cycles=True,
         offsets=bool(dialect.length_offset),
     )
     if differences:

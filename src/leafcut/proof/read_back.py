@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
-from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import describe, shorten
@@ -31,28 +30,25 @@ def compare_motion(
     written: Toolpath,
     tolerance_mm: float,
     *,
-    cycles: bool,
     offsets: bool = False,
-    feed_rounding: float = FEED_ROUNDING,
 ) -> list[Difference]:
     """Return the differences between the program read back and the plan: the same rows in the same order.
 
-    Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or `feed_rounding` mm/s, and dwells, speeds,
-    tools, coolant and pauses exactly up to rounding. With `cycles`, drilling cycles are compared as cycles (name, R
-    plane, bottom, retract, peck, dwell, feed). Without, the written program has none, and both are compared move by
-    move. Length offsets are not part of a plan; with `offsets`, every tool must have its own active before it works or
-    z moves. Straight moves of length 0 are ignored, because a post may omit them.
+    Positions must agree within `tolerance_mm` per axis, feeds within 0.5 % or half of 1 mm/min, and dwells, speeds,
+    tools, coolant and pauses exactly up to rounding. Drilling cycles are compared as cycles (name, R plane, bottom,
+    retract, peck, dwell, feed). Length offsets are not part of a plan; with `offsets`, every tool must have its own
+    active before it works or z moves. Straight moves of length 0 are ignored, because a post may omit them.
 
     An empty list is the proof. At most about fifty differences are listed; the last states the number of the rest.
     """
     wrong = _wrong_offsets(written) if offsets else []
-    a, b = (_comparable_rows(path if cycles else expand(path)) for path in (planned, written))
+    a, b = (_comparable_rows(path) for path in (planned, written))
     if not np.array_equal(a.kind, b.kind):
         # Rounding can make a short move vanish; the remaining rows are still compared in full.
         a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
     if not np.array_equal(a.kind, b.kind):
-        return [*wrong, _first_divergence(a, b, tolerance_mm, feed_rounding)]
-    masks = _masks(a, b, tolerance_mm, feed_rounding)
+        return [*wrong, _first_divergence(a, b, tolerance_mm)]
+    masks = _masks(a, b, tolerance_mm)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
     listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
     return shorten(wrong + listed, len(wrong) + len(wrong_rows))
@@ -88,11 +84,11 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
     return path.take(keep)
 
 
-def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
+def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]:
     """`a` and `b` have equal kinds."""
     wrong_ends = ~_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
-    feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
+    feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), FEED_ROUNDING)
     speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
     turning = a.kind == Kind.SPINDLE
     refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
@@ -182,13 +178,13 @@ _SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
 }
 
 
-def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> Difference:
+def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
     """`a` and `b` have different rows."""
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     n_same = int(kinds[0]) if len(kinds) else shorter
     head_a, head_b = a.take(slice(n_same)), b.take(slice(n_same))
-    wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance, feed_rounding)], axis=0))
+    wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance)], axis=0))
     row = int(wrong[0]) if len(wrong) else n_same
     shown = [describe(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
     lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]

@@ -13,7 +13,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath, arc_extremes, last_rows
-from leafcut.proof.clearance import LEAST_CLEARANCE, height_checks
+from leafcut.proof.clearance import height_checks
 from leafcut.sender.conversation import LOCKED
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
@@ -219,7 +219,7 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         return
     before = path.before
     unseen = moved | (np.isnan(original.before[:, 2]) & np.isfinite(before[:, 2]))
-    checks = height_checks(path, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
+    checks = height_checks(path, 0.0, -np.inf, milled=False)
     low = [
         (int(row), code)
         for danger, mask, _ in checks

@@ -61,10 +61,10 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     tolerance = half * 1.001 + 1e-9
     torch = dialect.torch
     if torch is None:
-        return compare_motion(planned, written, tolerance, cycles=True)
+        return compare_motion(planned, written, tolerance)
     moves, states = _Torch(dialect, torch, 2.0 * tolerance, planned=True).moves(planned)
     read, found = _Torch(dialect, torch, 2.0 * tolerance, planned=False).moves(written)
-    if differences := compare_motion(moves, read, tolerance, cycles=True):
+    if differences := compare_motion(moves, read, tolerance):
         return differences
     if len(states) != len(found):
         return [Difference("motion", 0, 0, f"{count_of(len(states), 'move')} planned, {len(found)} written")]
