@@ -11,7 +11,7 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.program_rows import known_process
+from leafcut.processes.program.plan.program_rows import known_process
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.settings import collect
 from leafcut.read.machine import load_machine

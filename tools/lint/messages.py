@@ -11,7 +11,7 @@ import sources
 from message_lines import GAP, message_lines, texts_of
 
 from leafcut import errors
-from leafcut.processes.program.plan.sections import find_sections, program_rows
+from leafcut.processes.program.plan import find_sections, program_rows
 from leafcut.studio.wording import words
 
 ES = words("es")

@@ -21,7 +21,7 @@ class Stay(NamedTuple):
     Attributes
     ----------
     reason
-        A name of `leafcut.processes.program.plan.precedence.staying.PHRASES`, or several, joined by a plus sign.
+        A name of `leafcut.processes.program.plan.staying.PHRASES`, or several, joined by a plus sign.
     word, cause
         Text of the cause, "" if it is the task itself; why the cause stays, "" if it does not.
     """

@@ -83,7 +83,7 @@ def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
 
 def detail_of(plan: Plan, best: Candidate) -> ProgramDetail:
     """Return the proof, the pieces that stay, and the stock."""
-    from leafcut.processes.program.plan.precedence.staying import count_pieces, grouped
+    from leafcut.processes.program.plan.staying import count_pieces, grouped
 
     work, settings, detail = plan.work, plan.job.settings, best.detail
     sequence = work.sequence

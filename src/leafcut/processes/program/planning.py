@@ -151,8 +151,8 @@ class _TooManySteps(Exception):
 
 def _sections(job: Job, original: Program, process: str) -> Sequence:
     """Return the sections of the program; the whole program stays if the search takes too many steps."""
+    from leafcut.processes.program.plan.program_rows import known_process
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
-    from leafcut.processes.program.plan.sections.program_rows import known_process
 
     options, steps = job.settings.of(ResequenceOptions), 0
     tell = job.start_step("finding what can be reordered")

@@ -46,7 +46,7 @@ class Rewritten:
 
 def measured(plan: Plan, program: Program) -> Measure:
     """Return the time and lengths of a program (on GRBL by the sent lines); moves with the beam off count as travel."""
-    from leafcut.processes.program.plan.sections.program_rows import dark_rows
+    from leafcut.processes.program.plan.program_rows import dark_rows
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure
 

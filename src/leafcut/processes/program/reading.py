@@ -196,7 +196,7 @@ def _timed_on_router(read: ProgramRead) -> ProgramRead:
 
 
 def _process(read: ProgramRead, process: str) -> str:
-    from leafcut.processes.program.plan.sections.program_rows import known_process
+    from leafcut.processes.program.plan.program_rows import known_process
 
     return known_process(read.program) if process == "auto" else process
 

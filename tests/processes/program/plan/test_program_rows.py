@@ -7,7 +7,7 @@ import pytest
 
 from leafcut.model.kinds import ProgramKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.program_rows import dark_rows, read_rows
+from leafcut.processes.program.plan.program_rows import dark_rows, read_rows
 from rewriting import program_of
 
 MILLED = "G21 G90 G17 G94 / S1000 M3 / G0 X0 Y0 Z5 / G1 Z-2 F100 / X10 / Z-3 / X20 / G0 Z5 / X50 / M5 / M2"

@@ -8,11 +8,11 @@ from itertools import chain
 from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
+from leafcut.processes.program.plan.find_sections import Finder
+from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
+from leafcut.processes.program.plan.merging import changes_saved, merge_sections
+from leafcut.processes.program.plan.operations import keep_apart
 from leafcut.processes.program.plan.reversing import with_reversible
-from leafcut.processes.program.plan.sections.find_sections import Finder
-from leafcut.processes.program.plan.sections.fixed_last import follows_compensation, stays_last, stops_before_work
-from leafcut.processes.program.plan.sections.merging import changes_saved, merge_sections
-from leafcut.processes.program.plan.sections.operations import keep_apart
 from rewriting import program_of
 
 HOLE = "G0 X{0} Y0 / G1 Z-1 F100 / G0 Z5"

@@ -13,9 +13,9 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Staying
-from leafcut.processes.program.plan.precedence.precedence import ties_of
-from leafcut.processes.program.plan.precedence.staying import PHRASES, _held, count_pieces, grouped
+from leafcut.processes.program.plan.precedence import ties_of
 from leafcut.processes.program.plan.resequencing import find_sequence
+from leafcut.processes.program.plan.staying import PHRASES, _held, count_pieces, grouped
 
 HEAD = "G21 G90 G94 G17\nT1 M6 (T1 D=3. END MILL)\nS1000 M3\nG43 H1\nG0 Z5.\n"
 

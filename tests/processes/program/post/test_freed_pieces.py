@@ -12,8 +12,8 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
-from leafcut.processes.program.plan.precedence.staying import grouped
 from leafcut.processes.program.plan.resequencing import find_sequence
+from leafcut.processes.program.plan.staying import grouped
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import some_orders, work_of

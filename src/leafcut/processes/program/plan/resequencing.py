@@ -20,10 +20,10 @@ from leafcut.model.kinds import ProgramKind
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence, Stay
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.find_sections import STAYING, Finder
-from leafcut.processes.program.plan.sections.merging import changes_saved, merge_sections
-from leafcut.processes.program.plan.sections.operations import keep_apart
-from leafcut.processes.program.plan.sections.program_rows import known_process, read_rows
+from leafcut.processes.program.plan.find_sections import STAYING, Finder
+from leafcut.processes.program.plan.merging import changes_saved, merge_sections
+from leafcut.processes.program.plan.operations import keep_apart
+from leafcut.processes.program.plan.program_rows import known_process, read_rows
 
 
 def find_sequence(
@@ -46,7 +46,7 @@ def find_sequence(
     allow_reverse
         Allow open cuts at one depth to start at either end (`reversing`).
     mix_operations
-        Allow work of different CAM operations to be mixed (`sections.operations`).
+        Allow work of different CAM operations to be mixed (`operations`).
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")
@@ -68,7 +68,7 @@ def find_sequence(
 
 
 def all_stay(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which the whole program stays, for one reason (`precedence.staying.PHRASES`)."""
+    """Return a sequence in which the whole program stays, for one reason (`staying.PHRASES`)."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]

@@ -17,7 +17,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 from leafcut.processes.program.proof.features import Features, is_uniform
 from leafcut.processes.program.proof.outlines import TOUCHING
 from leafcut.processes.program.proof.traces import SAGITTA, is_simple, traces_of

@@ -16,7 +16,7 @@ from leafcut.geometry.index import linked, unique_pairs
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork
-from leafcut.processes.program.plan.sections.program_rows import Rows
+from leafcut.processes.program.plan.program_rows import Rows
 from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (

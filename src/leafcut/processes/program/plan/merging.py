@@ -12,8 +12,8 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.precedence.precedence import are_related, with_precedence
-from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+from leafcut.processes.program.plan.precedence import are_related, with_precedence
+from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 
 #: Modal values that must be equal in both sections.
 _SAME = (

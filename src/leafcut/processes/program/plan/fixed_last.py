@@ -9,7 +9,7 @@ import numpy as np
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 
 #: Rows before which the tool retracts because of them.
 STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]

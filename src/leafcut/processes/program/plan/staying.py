@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import split_line
 from leafcut.model.sequence import Section, Sequence, Stay, Staying
-from leafcut.processes.program.plan.precedence.precedence import divided_at
+from leafcut.processes.program.plan.precedence import divided_at
 
 #: Messages by reason; `{cause}` is the cause, such as the kind of barrier.
 PHRASES: dict[str, str] = {

@@ -15,16 +15,16 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
-from leafcut.processes.program.plan.precedence.precedence import with_precedence
-from leafcut.processes.program.plan.precedence.staying import word_at
-from leafcut.processes.program.plan.sections.fixed_last import follows_compensation, stays_last, stops_before_work
-from leafcut.processes.program.plan.sections.program_rows import (
+from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
+from leafcut.processes.program.plan.precedence import with_precedence
+from leafcut.processes.program.plan.program_rows import (
     TOLERANCE,
     Rows,
     find_barriers,
     free_runs,
     read_rows,
 )
+from leafcut.processes.program.plan.staying import word_at
 
 #: Reason for blocks that hold only fixed pieces of work; each piece has its own reason in `Sequence.stays`.
 STAYING = "the work in it stays"
@@ -144,7 +144,7 @@ class Finder:
         return not why
 
     def _why_not(self, start: _Start, top: float) -> str:
-        """Return why no piece may start with this travel move (`plan.precedence.staying.PHRASES`), or ""."""
+        """Return why no piece may start with this travel move (`plan.staying.PHRASES`), or ""."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"

@@ -20,9 +20,9 @@ from leafcut.gcode.words import plain_block
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
-from leafcut.processes.program.plan.precedence.precedence import freeing_stages
-from leafcut.processes.program.plan.precedence.staying import why_pieces_stay
-from leafcut.processes.program.plan.sections.program_rows import Rows
+from leafcut.processes.program.plan.precedence import freeing_stages
+from leafcut.processes.program.plan.program_rows import Rows
+from leafcut.processes.program.plan.staying import why_pieces_stay
 
 #: Minimum number of occurrences and maximum median number of pieces of a comment that labels pieces.
 _OFTEN, _FEW = 3, 2

@@ -1,1 +1,0 @@
-"""Precedence between pieces of work, and the reasons why pieces stay."""
