@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.material.chip_thickness import chip_share, cut_width
-from leafcut.material.cutting import cut
+from leafcut.material.cutting import chip_share, cut, cut_width
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.straight_moves import straight_moves
 from leafcut.model.cutter import flat_mill

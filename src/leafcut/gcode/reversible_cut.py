@@ -12,6 +12,8 @@ import math
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, plain_block
 from leafcut.model.toolpath import Kind
@@ -108,8 +110,8 @@ class _CutReader:
 
     def _level(self, rows: list[int]) -> bool:
         """Return whether the cut has constant Z, and no arc has more than one turn."""
-        z = [*(float(self._before_z(row)) for row in rows), *(float(self.path.end[row, 2]) for row in rows)]
-        level = all(math.isnan(v) for v in z) or max(z) - min(z) < _TOLERANCE
+        z = np.concatenate([self.path.before[rows, 2], self.path.end[rows, 2]])
+        level = bool(np.isnan(z).all() or np.ptp(z) < _TOLERANCE)
         arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
         return level and all(self.path.arcs[int(self.path.ref[row])].turns == 1 for row in arcs)
 
@@ -178,18 +180,8 @@ class _CutReader:
 
     # -- places ------------------------------------------------------------------------------------------------------
 
-    def _before_row(self, row: int) -> int:
-        """Return the motion row before a row; a cut always has a lead before it."""
-        row -= 1
-        while row > 0 and self.path.kind[row] > Kind.DRILL:
-            row -= 1
-        return row
-
     def _before(self, row: int) -> tuple[float, float]:
-        return self._after(self._before_row(row))
-
-    def _before_z(self, row: int) -> float:
-        return float(self.path.end[self._before_row(row), 2])
+        return float(self.path.before[row, 0]), float(self.path.before[row, 1])
 
     def _after(self, row: int) -> tuple[float, float]:
         return float(self.path.end[row, 0]), float(self.path.end[row, 1])
@@ -198,4 +190,4 @@ class _CutReader:
         return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
 
     def _stands(self, row: int) -> bool:
-        return row > 0 and self._near(self._before(row), self._after(row))
+        return self._near(self._before(row), self._after(row))

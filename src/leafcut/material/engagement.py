@@ -35,7 +35,7 @@ class Engaged(NamedTuple):
     slot. `chip` is the maximum chip thickness as a share of the feed per tooth: the cosine of the smallest angle
     between the direction of travel and an engaged part of the edge, 1 for material straight ahead. For a one-sided
     straight cut of width a < r, it is √(1 − (1 − a/r)²), the chip thinning 2 √(a/D (1 − a/D))
-    (`material.chip_thickness`).
+    (`material.cutting.chip_share`).
     """
 
     angle: Floats

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.material.chip_thickness import chip_share, cut_width
-from leafcut.material.cutting import Removed, cut
+from leafcut.material.cutting import Removed, chip_share, cut, cut_width
 from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power, spindle_torque
 from leafcut.material.height_field import HeightField
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool

@@ -7,9 +7,9 @@ import random
 import numpy as np
 import pytest
 
+from leafcut.gcode.tool_comments import narrowest_tool
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.certificate import certify
-from leafcut.processes.program.proof.tool_widths import narrowest_tool
 from rewriting import program_of, some_order
 
 HEAD = "G21 G90 G17 / {}T1 M6 / S1000 M3 / G0 Z5 / "

@@ -30,6 +30,16 @@ def code_of(line: str) -> str:
     return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
+def _body_of(line: str) -> tuple[int, int, str]:
+    """Return start and end of the words of a line, and the space between them."""
+    code = code_of(line)
+    begin = _FRONT.match(code)
+    assert begin is not None  # the pattern also matches an empty string
+    start, stop = begin.end(), len(code.rstrip())
+    body = code[start:stop]
+    return start, stop, "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
+
+
 def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     """Insert G words before the first word of a line and other words after the last.
 
@@ -38,12 +48,7 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     """
     if not front and not back:
         return line
-    code = code_of(line)
-    begin = _FRONT.match(code)
-    assert begin is not None  # the pattern also matches an empty string
-    start, stop = begin.end(), len(code.rstrip())
-    body = code[start:stop]
-    space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
+    start, stop, space = _body_of(line)
     said = space.join([*front, line[start:stop], *back])
     return line[:start] + said + line[stop:]
 
@@ -91,15 +96,10 @@ def with_words(line: str, words: Sequence[str]) -> str:
     >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
     """
-    code = code_of(line)
-    begin = _FRONT.match(code)
-    assert begin is not None  # the pattern also matches an empty string
-    start, stop = begin.end(), len(code.rstrip())
-    body = code[start:stop]
+    start, stop, space = _body_of(line)
     inside = [match.group() for match in COMMENT.finditer(line, start, max(stop, start))]
-    space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
     said = space.join(words)
-    said = said.lower() if body.islower() else said
+    said = said.lower() if code_of(line)[start:stop].islower() else said
     return line[:start] + " ".join([said, *inside]) + line[max(stop, start) :]
 
 

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.gcode.tool_comments import narrowest_tool
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, unseen
@@ -28,7 +29,6 @@ from leafcut.processes.program.proof.program_work import ProgramWork, cuts_with_
 from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
 from leafcut.processes.program.proof.stated import no_longer_stated
-from leafcut.processes.program.proof.tool_widths import narrowest_tool
 from leafcut.proof.difference import MOST_LISTED, shorten
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
