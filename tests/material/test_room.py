@@ -11,7 +11,7 @@ import pytest
 
 from leafcut.material.cutting import cut
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.largest_stock import largest_stock
+from leafcut.material.loads import largest_stock
 from leafcut.material.straight_moves import StraightMoves, straight_moves
 from leafcut.model.cutter import Cutter, ball_mill, flat_mill, pointed
 from leafcut.model.toolpath import ToolpathBuilder

@@ -18,8 +18,7 @@ from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
-from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
-from leafcut.gcode.origin import chooses_origin, run_origin
+from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number

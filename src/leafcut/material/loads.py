@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.material.cutting import Removed, chip_share, cut, cut_width
 from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power, ramp_power, spindle_torque
-from leafcut.material.height_field import HeightField
+from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
@@ -26,6 +26,10 @@ from leafcut.units import SECONDS_PER_MINUTE
 _LEVEL = 0.001
 #: Tools whose feed depends on the chip thickness.
 MILLING = (*MILLS, ToolKind.SLOT_MILL)
+
+
+#: Height of unknown material above the program's greatest height, mm.
+_ABOVE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +152,35 @@ class Loads:
             of_torque = spindle.torque / spindle_torque(power, self.rpm)
             ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
             return np.asarray(np.where(power > 0, feed_ratio(spindle.material, ratio), math.inf))
+
+
+def largest_stock(
+    moves: StraightMoves,
+    cutters: Mapping[int, Cutter],
+    cell: float,
+    dogleg: bool,
+    threads: int = 1,
+    check_cancelled: Heartbeat = unseen,
+) -> HeightField:
+    """Return the maximum material over the cuts of a program that none of its rapids would meet.
+
+    The program is assumed to be safe: above a rapid there can be no material, unless a cut went as deep before.
+    Everywhere else there may be material. With `dogleg`, only the end of a rapid in several axes counts. Raises
+    PlanError if there would be too many cells.
+    """
+    low, high = moves.extent(~moves.rapid, cutters)
+    bottom = float(low[2]) - _ABOVE
+    top = float(np.maximum(moves.ends[:, 2], moves.ends[:, 5]).max()) + _ABOVE
+    field = HeightField.of_block(
+        StockBlock((float(low[0]), float(low[1]), bottom), (float(high[0]), float(high[1]), top)), cell
+    )
+    assumed_ends = moves.ends.copy()
+    if dogleg:
+        dogleg_moves = moves.rapid & ((assumed_ends[:, 3:] != assumed_ends[:, :3]).sum(axis=1) > 1)
+        assumed_ends[dogleg_moves, :3] = assumed_ends[dogleg_moves, 3:]
+    remaining = field.copy()
+    cut(field, replace(moves, ends=assumed_ends), cutters, threads, check_cancelled, lowered=remaining)
+    return remaining
 
 
 def loads_of(

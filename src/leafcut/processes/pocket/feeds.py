@@ -9,9 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.material.chip_feeds import allowed_feed
+from leafcut.material.chip_feeds import allowed_feed, least_around
 from leafcut.material.engagement import Engaged, slot
-from leafcut.material.least_around import least_around
 from leafcut.material.removal import engaged_way
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.feed_limits import FeedLimits

@@ -26,7 +26,7 @@ from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.pace import check_library, wants_pace
-from leafcut.processes.program.reading import ProgramRead, read_foreign
+from leafcut.processes.program.reading import ProgramRead, read_foreign, run_of_controller
 from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
@@ -140,8 +140,6 @@ def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
-    from leafcut.processes.program.simulate import run_of_controller
-
     return run_of_controller(read.program, read.words, job.settings.job.clearance_height)[1]
 
 

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.geometry.arrays import Mask
     from leafcut.model.machine import Machine
+    from leafcut.model.toolpath import Toolpath
     from leafcut.processes.job import Job
+    from leafcut.read import Input
 
 #: Options that set the feed if the program takes it from the material table of the controller.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
@@ -74,6 +76,31 @@ class ProgramRead:
             return found
         # The surface of a solid is not at Z0 everywhere: over lower steps, rapids run below Z0.
         return [replace(i, severity=Severity.WARNING) if i.code in BELOW_SURFACE else i for i in found]
+
+
+def read_file(
+    program: Input, settings: Settings, dialect_name: str | None, look: Heartbeat, base: ProgramRead | None = None
+) -> ProgramRead:
+    """Read a program from a file for the machine and dialect of the settings, or for those of another program."""
+    from leafcut.files.whole_files import read_program
+    from leafcut.gcode.dialects import dialect
+
+    machine = base.machine if base else machine_of(settings)
+    words = base.words if base else dialect(dialect_name or machine.controller)
+    return read_foreign(read_program(program), str(program), settings, machine, words, look, choose=base is None)
+
+
+def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
+    """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
+    from leafcut.gcode.material import with_controller_moves
+
+    if words.torch is None or not words.torch.material_comment:
+        return program.path, []
+    path, unknown = with_controller_moves(program.path, program.lines, clearance)
+    message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
+    if unknown == 1:
+        message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
+    return path, [Issue("L413", message)] if unknown else []
 
 
 def read_new(run: Job, words: Dialect, text: str) -> Program:

@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files.whole_files import read_program
 from leafcut.model.heartbeat import unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings
-from leafcut.processes.job import machine_of
 from leafcut.processes.program.workpiece import block_of, solid_of_file, tools_of
 from leafcut.read.step import ChosenSolid
 
@@ -42,13 +40,10 @@ def shown_stock(
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
     """Return the known stock and tools of a program file; for `by_options` see `tools_of`."""
-    from leafcut.gcode import dialects
-    from leafcut.processes.program.reading import read_foreign
+    from leafcut.processes.program.reading import read_file
 
-    machine = machine_of(settings)
     try:
-        words = dialects.dialect(machine.controller)
-        read = read_foreign(read_program(program), str(program), settings, machine, words, unseen)
+        read = read_file(program, settings, None, unseen)
         return shown_stock(
             read.program, str(program), settings, read.machine, read.process, by_options=by_options
         )  # fmt: skip

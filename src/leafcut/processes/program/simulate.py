@@ -7,19 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError
-from leafcut.files.whole_files import read_program
 from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
-from leafcut.processes.job import machine_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from leafcut.gcode.dialects import Dialect
-    from leafcut.gcode.program import Program
     from leafcut.model.machine import Machine
     from leafcut.read import Input
     from leafcut.timing.grbl import SentLines
@@ -36,15 +33,11 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
     An exception raised by `progress` cancels the simulation.
     """
-    from leafcut.gcode import dialects
-    from leafcut.processes.program.reading import read_foreign
+    from leafcut.processes.program.reading import read_file, run_of_controller
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure
 
-    machine = machine_of(settings)
-    words = dialects.dialect(dialect or machine.controller)
-    look = looking_for(progress, "reading")
-    read = read_foreign(read_program(program), str(program), settings, machine, words, look)
+    read = read_file(program, settings, dialect, looking_for(progress, "reading"))
     _check_lifts(settings, read.words)
     run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
     # The default start point of `optimize`.
@@ -86,16 +79,3 @@ def _check_lifts(settings: Settings, words: Dialect) -> None:
     """Refuse a clearance height if the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
         raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")
-
-
-def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
-    """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
-    from leafcut.gcode.material import with_controller_moves
-
-    if words.torch is None or not words.torch.material_comment:
-        return program.path, []
-    path, unknown = with_controller_moves(program.path, program.lines, clearance)
-    message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
-    if unknown == 1:
-        message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
-    return path, [Issue("L413", message)] if unknown else []

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.files.whole_files import read_program
 from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
@@ -23,9 +22,8 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.processes.job import machine_of
 from leafcut.processes.program.made_for import StatedPart, before_its_cuts, part_as_placed, stated_part
-from leafcut.processes.program.reading import BELOW_SURFACE
+from leafcut.processes.program.reading import BELOW_SURFACE, read_file
 from leafcut.processes.program.workpiece import (
     block_around,
     block_of,
@@ -40,7 +38,6 @@ from leafcut.processes.program.workpiece import (
 from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
     from leafcut.material.cutting import Removed
     from leafcut.model.heartbeat import Heartbeat
     from leafcut.processes.program.reading import ProgramRead
@@ -85,15 +82,11 @@ def cut_stock(
     `ReadError` or `OptionError` if a program cannot be read, the stock is not a block, or a tool shape is unknown;
     `PlanError` if the program is for a beam or never touches the stock, or there are too many cells or moves.
     """
-    from leafcut.gcode import dialects
-
-    look = looking_for(progress, "reading")
-    machine = machine_of(settings)
-    words = dialects.dialect(dialect or machine.controller)
-    mine = _read(program, settings, machine, words, look)
-    every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
     from leafcut.material.mesh_field import block_of_mesh
 
+    look = looking_for(progress, "reading")
+    mine = _read(program, settings, dialect, look)
+    every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, look)]
     given = settings.stock.workpiece
     which = ChosenSolid.of(settings.read)
     stated = stated_part(mine.read.program)
@@ -164,11 +157,8 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
     return [danger for danger in found if not in_part or danger.code not in BELOW_SURFACE]
 
 
-def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
-    from leafcut.processes.program.reading import read_foreign
-
-    source = str(program)
-    read = read_foreign(read_program(program), source, settings, machine, words, look)
+def _read(program: Input, settings: Settings, dialect: str | None, look: Heartbeat) -> _Cuts:
+    source, read = str(program), read_file(program, settings, dialect, look)
     if read.process in BEAMS:
         raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
     tools = tools_of(read.program, source, settings, read.machine)

@@ -13,7 +13,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
 from leafcut.material.height_field import HeightField, StockBlock, usual_cell
-from leafcut.material.loads import StockBefore
+from leafcut.material.loads import StockBefore, largest_stock
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -217,7 +217,6 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the given block, or the largest stock that the rapids of the program allow."""
-    from leafcut.material.largest_stock import largest_stock
 
     options = run.settings.stock
     smallest = smallest_tool(cutters)

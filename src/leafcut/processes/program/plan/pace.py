@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
-from leafcut.material.least_around import least_around
+from leafcut.material.chip_feeds import least_around
 from leafcut.material.loads import Loads, limits_of
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
