@@ -378,7 +378,7 @@ class Interpreter:
         probing = state.feed_rate if named[2] and _probes(words) and state.feed_mode == 94 else 0.0
         try:
             self._unknown_words(words, named)
-            self._offsets_or_keep(words)
+            self._offsets(words)
             self._motion(words)
         except UnclearBlock as problem:
             self._keep(str(problem), _ALL if state.cycle is not None else named)
@@ -633,45 +633,18 @@ class Interpreter:
     # -- offsets -------------------------------------------------------------------------------------------------------
 
     def _offsets(self, words: SortedBlock) -> None:
-        state, g = self.state, words.g
-        length = g.get("length")
+        """Tool length and work offset; in programs of other CAMs, the position is unknown after a change."""
+        state, g, letters = self.state, words.g, words.letters
+        length, off, torch = g.get("length"), state.dialect.length_offset_off, state.dialect.torch
         if length == 430:
-            state.path.offset(self._offset_number(words.letters), line=state.line)
-            state.offset_on = True
-            torch = state.dialect.torch
-            if torch is not None and torch.mark_tool is not None:
+            state.set_length(self._offset_number(letters))
+            if torch is not None and torch.mark_tool is not None and not state.keeps_unknown:
                 # The position in X and Y is in the controller's table only.
                 state.path.position[:2] = [UNKNOWN, UNKNOWN]
-        elif length is not None:
-            if state.dialect.length_offset_off not in (f"G{length // 10}", ""):
-                raise BlockError(f"G{length // 10} is not understood")
-            state.path.offset(0, line=state.line)
-            state.offset_on = False
-        if g.get("offset", 540) != 540:
-            raise BlockError(f"G{g['offset'] / 10:g}: another work offset than G54 is not understood")
-
-    def _offset_number(self, letters: dict[str, Word]) -> int:
-        state = self.state
-        if state.dialect.length_offset == "H" and "H" in letters:
-            return whole(letters.pop("H"), 99_999)
-        number = state.offset_number if state.dialect.length_offset == "D" else state.tool
-        if number is None:
-            raise BlockError(f"G43 without {state.dialect.length_offset or 'H'}, and no tool was called")
-        return number
-
-    def _offsets_or_keep(self, words: SortedBlock) -> None:
-        """Tool length and work offset in any program; the position is unknown after a change."""
-        state, g, letters = self.state, words.g, words.letters
-        length = g.get("length")
-        if length == 490 or (length is not None and state.dialect.length_offset_off == f"G{length // 10}"):
+        elif length is not None and (off == f"G{length // 10}" or (length == 490 if state.keeps_unknown else not off)):
             state.set_length(0)
-        elif length == 430:
-            number = state.offset_number if state.dialect.length_offset == "D" else state.tool
-            if "H" in letters:
-                number = whole(letters.pop("H"), 99_999)
-            if number is None:
-                raise UnclearBlock("G43 without H, and no tool was called")
-            state.set_length(number)
+        elif length is not None and not state.keeps_unknown:
+            raise BlockError(f"G{length // 10} is not understood")
         elif length == 431:
             # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
             for letter in ("X", "Y", "Z", "I", "J", "K"):
@@ -682,8 +655,20 @@ class Interpreter:
             state.shift += 1
             letters.pop("H", None)
             self._keep(f"G{length / 10:g} is not understood", (False, False, True))
+        if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
+            raise BlockError(f"G{g['offset'] / 10:g}: another work offset than G54 is not understood")
         if "offset" in g:
             state.set_frame(g["offset"])
+
+    def _offset_number(self, letters: dict[str, Word]) -> int:
+        state, stated_by = self.state, self.state.dialect.length_offset
+        if "H" in letters and (stated_by == "H" or state.keeps_unknown):
+            return whole(letters.pop("H"), 99_999)
+        number = state.offset_number if stated_by == "D" else state.tool
+        if number is None:
+            reason = f"G43 without {stated_by or 'H'}, and no tool was called"
+            raise UnclearBlock(reason) if state.keeps_unknown else BlockError(reason)
+        return number
 
     # -- motion --------------------------------------------------------------------------------------------------------
 

@@ -274,17 +274,17 @@ class InterpreterState(Modal):
 
     def set_length(self, register: int) -> None:
         """Select the tool length offset of a register; 0 cancels it. A different register, or the same one after a
-        change of tool or table, moves the Z origin by an unknown amount.
+        change of tool or table, moves the Z origin by an unknown amount, except in leafcut's own programs.
         """
         self.offset_on = register != 0
         since, self.length_row = self.length_row, len(self.path)
         if register == self.length and since >= 0 and not _MAY_CHANGE_LENGTH.intersection(self.path.kinds_from(since)):
             return
         self.path.offset(register, line=self.line)
-        if register != self.length:
-            self.length = register
+        if register != self.length and self.keeps_unknown:
             self.path.position[2] = UNKNOWN
             self.path.initial_plane = None
+        self.length = register
 
     def dwell(self, word: Word) -> float:
         """Return the duration of a dwell word in this dialect, s."""

@@ -29,9 +29,7 @@ def finished(plan: Plan, best: Candidate) -> Candidate:
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
     if wants_pace(job):
-        paced = with_new_pace(
-            job, plan.dialect, work.program, best.detail.program, work.source, plan.kind, work.obstacles
-        )
+        paced = with_new_pace(plan, best.detail.program)
         timed = measured(plan, paced.program)
         detail = replace(best.detail, program=paced.program, paced=paced)
         best = replace(best, text=paced.text, path=paced.program.path, measure=timed, detail=detail)

@@ -28,6 +28,7 @@ from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.options import FeedOptions, flag_name
 from leafcut.processes.job import Job
 from leafcut.processes.keep_out import meetings
+from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
@@ -36,7 +37,6 @@ from leafcut.processes.program.workpiece import block_of, check_size, other_tool
 from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.geometry.arrays import Floats
     from leafcut.timing.toolpath import PathTimes
@@ -89,22 +89,21 @@ def _asked(run: Job) -> list[str]:
     return [flag_name(name) for name, wants in wanted.items() if wants]
 
 
-def with_new_pace(
-    run: Job, words: Dialect, original: Program, program: Program, source: str, process: str,
-    obstacles: Obstacles | None,
-) -> Paced:  # fmt: skip
+def with_new_pace(plan: Plan, program: Program) -> Paced:
     """Return a program with the requested heights and speeds, as far as they save time and can be proved.
 
-    `original` is the program in its original order; the new program has to leave the same stock. `OptionError` if a
-    tool shape is unknown, an option needs ``--workpiece``, or the program drives a beam; `PlanError` if the simulation
-    has too many cells or pieces.
+    The new program has to leave the same stock as the program of the plan. `OptionError` if a tool shape is unknown, an
+    option needs ``--workpiece``, or the program drives a beam; `PlanError` if the simulation has too many cells or
+    pieces.
     """
+    run, source = plan.job, plan.work.source
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     asked = _asked(run)
-    if process in BEAMS:
+    if plan.kind in BEAMS:
         raise OptionError(f"{asked[0]}: {source} drives a beam, which has no width of cut; leave it out")
     blind = [flag for flag in asked if flag != "--air"]
-    if blind and not run.settings.stock.workpiece:
+    workpiece = run.settings.stock.workpiece
+    if blind and not workpiece:
         raise OptionError(
             f"{blind[0]} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
             "and of its upper corner"
@@ -116,7 +115,11 @@ def with_new_pace(
     if line := _skippable(program):
         message = "speeds and heights stay: a switch of the machine may skip moves (/), and what they cut"
         return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
-    job = _Job.of(run, words, original, program, source, tools, obstacles)
+    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
+    if workpiece:
+        check_size(program, cutters, block_of(workpiece, ChosenSolid.of(run.settings.read)), source, workpiece)
+    job = _Pacing(plan, tools, cutters, stock_before(run, program, cutters), rules)
     loads = job.loads(program, "cutting the stock")
     if job.stock.known and not loads.removed.cuts.any():
         raise OptionError(
@@ -132,33 +135,25 @@ def with_new_pace(
 
 
 @dataclass(frozen=True, eq=False)
-class _Job:
+class _Pacing:
     """Shared data of all steps; `stock` is the material before the first cut."""
 
-    run: Job
-    words: Dialect
-    original: Program
+    plan: Plan
     tools: Mapping[int, Tool]
     cutters: Mapping[int, Cutter]
     stock: StockBefore
     rules: PaceRules
-    obstacles: Obstacles | None
 
-    @classmethod
-    def of(
-        cls, run: Job, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool],
-        obstacles: Obstacles | None,
-    ) -> _Job:  # fmt: skip
-        options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions)
-        cutters = {number: cutter_of(tool) for number, tool in tools.items()}
-        rules = PaceRules(
-            options.air, feeds.feeds, spindle=_spindle(run) if feeds.feeds else None
-        )  # fmt: skip
-        if run.settings.stock.workpiece:
-            text = run.settings.stock.workpiece
-            check_size(program, cutters, block_of(text, ChosenSolid.of(run.settings.read)), source, text)
-        stock = stock_before(run, program, cutters)
-        return cls(run, words, original, tools, cutters, stock, rules, obstacles)
+    @property
+    def run(self) -> Job:
+        """The job of the plan."""
+        return self.plan.job
+
+    @property
+    def obstacles(self) -> Obstacles | None:
+        """The named obstacles."""
+        found: Obstacles | None = self.plan.work.obstacles
+        return found
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
         look = self.run.start_step(what)
@@ -167,7 +162,7 @@ class _Job:
     @cached_property
     def judge(self) -> StockJudge:
         """The judge of the stock that the original leaves."""
-        return StockJudge.of(self.original, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
+        return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property
     def held(self) -> StockBefore:
@@ -193,7 +188,7 @@ class _Job:
         from leafcut.processes.program.reading import read_new
 
         try:
-            return read_new(self.run, self.words, text)
+            return read_new(self.run, self.plan.dialect, text)
         except ReadError as problem:
             raise VerifyError(f"the new program is not understood: {problem}") from None
 
@@ -219,7 +214,7 @@ class _Job:
             try:
                 if step == "returns":
                     returns = ways.returns()
-                    text, count = with_returns(program, returns, self.words.max_line), len(returns)
+                    text, count = with_returns(program, returns, self.plan.dialect.max_line), len(returns)
                 else:
                     heights = ways.heights() if step == "heights" else ways.initials()
                     text, count = with_heights(program, heights), len(heights)
@@ -325,7 +320,7 @@ class _Job:
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = signed(with_pace(program, pace, self.words.max_line, self.run.start_step("writing")))
+        text = signed(with_pace(program, pace, self.plan.dialect.max_line, self.run.start_step("writing")))
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:

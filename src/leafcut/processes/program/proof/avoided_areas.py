@@ -41,7 +41,7 @@ class _Moves(NamedTuple):
     crosses: Mask
 
     def pick(self, which: Mask) -> _Moves:
-        return _Moves(*(column[which] for column in self))
+        return _Moves(self.ends[which], self.row[which], self.crosses[which])
 
 
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:

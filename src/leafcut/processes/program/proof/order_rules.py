@@ -153,7 +153,7 @@ def touching_in_new_order(
         nonlocal compared
         a, b = owner[a], owner[b]
         mask: Mask = (a < b) & (new_of[a] > new_of[b])
-        compared += np.count_nonzero(mask)
+        compared += int(np.count_nonzero(mask))
         return mask
 
     for a, b in near.pairs(near, tolerance + 2 * FREE.sagitta, changed):
