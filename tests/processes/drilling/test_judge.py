@@ -171,6 +171,16 @@ def test_a_program_written_by_hand_is_judged_by_the_drawing_and_the_options_alon
     assert faults(asked, text.replace("M5", "G3 I1 F100\nM5")) == ["not drilling"]
 
 
+def test_work_of_unknown_depth_is_refused_in_one_line() -> None:
+    asked = request(PLAIN_HOLES, None, thickness=8.0)
+    text = program(asked, "linuxcnc", "mm")
+    slotted = replace(asked.part, holes=(), slots=(Slot((0.0, 0.0), (9.0, 0.0), 3.0),))
+    for part, what in ((asked.part, "the hole at X"), (slotted, "the slot from X")):
+        (refusal,) = faults(replace(asked, part=part, job=replace(asked.job, thickness=None)), text)
+        assert what in refusal
+        assert refusal.endswith("is unknown; give --depth or --thickness")
+
+
 # Mutants of the plan.
 
 Mutant = Callable[[DrillPlan], DrillPlan]

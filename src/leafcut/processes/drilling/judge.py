@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.difference import Difference
 from leafcut.model.heights import SAME_HEIGHT
@@ -212,8 +213,12 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
             elif job.thickness is not None:
                 tip = job.thickness + job.break_through + _point_length(tool)
+            elif hole.depth is None:
+                where = place(x, y)
+                raise PlanError(
+                    f"{part.name}: the depth of the hole at {where} is unknown; give --depth or --thickness"
+                )
             else:
-                assert hole.depth is not None
                 below = job.break_through if hole.through else 0.0
                 tip = hole.depth + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             yield _Cut(x, y, tops[k] - tip, _tool_name(request, tool), k)
@@ -231,8 +236,12 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
         if job.depth is not None:
             depth = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
+        elif job.thickness is None:
+            where = place(x0, y0)
+            raise PlanError(
+                f"{request.part.name}: the depth of the slot from {where} is unknown; give --depth or --thickness"
+            )
         else:
-            assert job.thickness is not None
             depth = job.thickness + job.break_through + _point_length(tool)
         yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _tool_name(request, tool))
 
