@@ -13,7 +13,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.torch import for_controller
-from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, position_before
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from rs274_moves import run_rs274
 
 HEAD = "G21 G17 G90 G91.1 G94\nM52 P1\nM65 P2\nM65 P3\nM68 E3 Q0\nF1200\n"
@@ -208,7 +208,7 @@ def test_after_a_probe_the_height_is_what_g92_says() -> None:
     before = path.before
     assert math.isnan(before[2, 2])
     assert before[3].tolist() == [1.0, 2.0, -3.0]
-    assert math.isnan(position_before(path, 2)[2])
+    assert math.isnan(path.before[2, 2])
 
 
 @pytest.mark.parametrize(

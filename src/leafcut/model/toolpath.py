@@ -35,7 +35,6 @@ __all__ = [
     "arc_sweep",
     "last_rows",
     "plane_axes",
-    "position_before",
 ]
 
 #: Numbers per row of a `ToolpathBuilder`.
@@ -120,6 +119,16 @@ class Toolpath:
         before.setflags(write=False)
         return before
 
+    def place_before(self, row: int) -> tuple[float, float, float]:
+        """Return the position of the tool before a row, mm; for the number of rows, at the end."""
+        if row < len(self):
+            x, y, z = self.before[row].tolist()
+        elif row:
+            x, y, z = (self.end if self.kind[-1] in PLACES else self.before)[-1].tolist()
+        else:
+            x = y = z = UNKNOWN
+        return x, y, z
+
     @cached_property
     def tool(self) -> NDArray[np.int64]:
         """Tool at every row, int64[n]; 0 before the first change."""
@@ -187,7 +196,7 @@ def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
     """
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
-    before, end = position_before(path, row), path.end[row]
+    before, end = path.before[row], path.end[row]
     u0, v0 = before[first] - arc.center[first], before[second] - arc.center[second]
     u1, v1 = end[first] - arc.center[first], end[second] - arc.center[second]
     start, stop = math.atan2(v0, u0), math.atan2(v1, u1)
@@ -214,17 +223,6 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
         if len(points) >= 4:
             break
     return points
-
-
-def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the position of the tool before `row`, float64[3], NaN for unknown coordinates."""
-    for before in range(row - 1, -1, -1):
-        if path.kind[before] in PLACES:
-            place: NDArray[np.float64] = path.end[before].copy()
-            if path.kind[before] == Kind.PROBE:
-                place[2] = UNKNOWN
-            return place
-    return np.full(3, UNKNOWN)
 
 
 def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:

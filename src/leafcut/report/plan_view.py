@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, position_before
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
 _RAPIDS = (Kind.RAPID, Kind.DRILL)
 _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
@@ -101,7 +101,7 @@ def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
     points = np.empty((len(parts), 3))
     points[:, first] = arc.center[first] + radius * np.cos(start + sweep * parts)
     points[:, second] = arc.center[second] + radius * np.sin(start + sweep * parts)
-    low, high = position_before(path, row)[normal], path.end[row, normal]
+    low, high = path.before[row, normal], path.end[row, normal]
     points[:, normal] = low + (high - low) * parts
     points = points[np.isfinite(points[:, :2]).all(axis=1)][:, :2]
     return np.stack([points[:-1], points[1:]], axis=1)

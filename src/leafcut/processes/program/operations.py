@@ -12,7 +12,7 @@ from leafcut.model.outcome import OperationOutcome
 from leafcut.model.sequence import Section
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from leafcut.processes.program.planning import ForeignWork, staying_rows
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
     """Return the feed with the largest share of the XY length of a cut; for a hole, the feed of its first row."""
     if not len(works):
         return 0.0
-    places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
+    places = np.concatenate([path.before[works[:1]], path.end[works]])
     length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
     for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
         if path.kind[works[k]] != Kind.DRILL:

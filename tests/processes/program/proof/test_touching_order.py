@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes, position_before
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes
 from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import touching_in_new_order
@@ -61,7 +61,7 @@ def inside(features: Features, run: np.ndarray) -> list[int]:
 
 def line_of(path: Toolpath, row: int) -> np.ndarray:
     """Return a cut as a line of many parts, seen from above."""
-    begin, end = position_before(path, row), path.end[row]
+    begin, end = path.before[row], path.end[row]
     s = np.linspace(0, 1, PARTS)[:, None]
     line = begin + s * (end - begin)
     if path.kind[row] != Kind.FEED:

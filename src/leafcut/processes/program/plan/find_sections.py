@@ -14,7 +14,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
-from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind
 from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
 from leafcut.processes.program.plan.precedence import with_precedence
 from leafcut.processes.program.plan.program_rows import (
@@ -110,9 +110,7 @@ class Finder:
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
         # Beam programs need not state a height; but once stated, it applies to all pieces.
-        level = (
-            not math.isnan(self._place_after(int(self.first[end]) - 1)[2]) if self.beam and self.first[end] else False
-        )
+        level = self.beam and not math.isnan(self.program.path.place_before(int(self.first[end]))[2])
         starts: list[_Start] = []
         done = low = -1
         for block in self.travels[low_block:high].tolist():
@@ -295,7 +293,7 @@ class Finder:
             if block + 1 in self.called:
                 continue
             row = int(self.first[block + 1]) - 1
-            z = self._place_after(row)[2]
+            z = self.program.path.place_before(row + 1)[2]
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
             same = self.program.modal(block + 1).spindle == turning and self._at_rest(block + 1)
             if up and same and not (self.beam and self.rows.beam[row]):
@@ -326,20 +324,11 @@ class Finder:
             block += 1
         return block
 
-    def _place_after(self, row: int) -> tuple[float, float, float]:
-        """Return the position of the tool after a row, which may be the last row of the program."""
-        path, before = self.program.path, self.program.path.before
-        if row + 1 < len(path):
-            x, y, z = before[row + 1].tolist()
-        else:
-            x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
-        return x, y, z
-
     def _piece(self, start: _Start, end: int, end_row: int) -> PieceOfWork:
         self.look()
         path = self.program.path
         rows = slice(start.row, int(self.first[end]))
-        x, y, z = self._place_after(end_row - 1)
+        x, y, z = path.place_before(end_row)
         worked = path.kind[rows][self.rows.cut[rows]]
         depths = path.end[rows, 2][self.rows.cut[rows]]
         drills = worked == Kind.DRILL

@@ -13,7 +13,7 @@ from decimal import Decimal
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import ReversibleCut
-from leafcut.model.toolpath import Kind, position_before
+from leafcut.model.toolpath import Kind
 from leafcut.processes.program.post.insertion import (
     code_of,
     format_length,
@@ -122,7 +122,7 @@ class _BlockWriter:
         """Return the texts of X and Y at a point of the cut, by letter."""
         said = self.stroke.places[place]
         # An axis without text does not move in its block: its position is the same before and after.
-        at = position_before(self.program.path, self.stroke.rows[max(place - 1, 0)])
+        at = self.program.path.before[self.stroke.rows[max(place - 1, 0)]]
         return {
             letter: format_length(float(value), self.unit) if text is None else text
             for letter, text, value in zip("XY", said, at, strict=False)

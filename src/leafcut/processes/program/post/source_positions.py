@@ -24,13 +24,7 @@ class Original:
 
     def place_before(self, block: int) -> list[float]:
         """Return the tool position before a block, or at the end of the program."""
-        row = int(self.program.first[block])
-        if row < len(self.program.path):
-            place: list[float] = self.before[row].tolist()
-            return place
-        known = np.flatnonzero(np.isin(self.program.path.kind, [int(k) for k in MOTIONS]))
-        last: list[float] = self.program.path.end[known[-1]].tolist() if len(known) else [math.nan] * 3
-        return last
+        return list(self.program.path.place_before(int(self.program.first[block])))
 
     def initial_before(self, block: int) -> float:
         """Return the initial height of the cycles active before a block; without a cycle, the current height."""

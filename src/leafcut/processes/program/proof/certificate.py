@@ -51,9 +51,6 @@ _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either dir
 #: Lowest and highest x, y, z, mm.
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
-#: A rewritten program keeps the words of the original, so numbers differ only by rounding and a change of units.
-_FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
-
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
 #: Longest comment, characters: the 80 of a GRBL line, less parentheses and line number.
 _LONGEST_COMMENT = 66
@@ -189,7 +186,7 @@ class _Comparison:
             for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
         ]
         before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
-        room = Room(self.tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0, beam=self.beam)
+        room = Room(self.tolerance, self.beam)
         pairing = pair(features[0], features[1], room)
         if pairing.missing and not (pairing.new_of >= 0).any():
             self.add(_other_units(self.programs))

@@ -14,29 +14,21 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Indices
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, TAKEN, Features, name_of
 from leafcut.proof.difference import place
-from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Features that agree to this (mm, mm/s, rpm, s) are matched in bulk; the others one by one.
 _QUANTUM = 1e-6
+#: Tolerances of feeds (relative, and mm/s), dwells (s) and speeds (relative, and rpm): a rewritten program keeps the
+#: words of the original, so numbers differ only by rounding and a change of units.
+_FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
 #: Maximum number of single comparisons; the rest counts as different. Only programs with little in common need more.
 _MOST_LOOKS = 3_000_000
 
 
 class Room(NamedTuple):
-    """Tolerances of the comparison: mm, part of the feed, mm/s, s, rpm, part of the speed, mm.
-
-    `rise` is the allowed increase of the R plane of a cycle; a retract may be higher without limit. With a `beam`, S
-    is its power.
-    """
+    """Tolerance of positions, mm; with a `beam`, S is its power."""
 
     place: float
-    feed_part: float = FEED_PART
-    feed: float = FEED_ROUNDING
-    dwell: float = DWELL_ROUNDING
-    speed: float = SPEED_ROUNDING
-    speed_part: float = 0.001
-    rise: float = math.inf
     beam: bool = False
 
 
@@ -264,15 +256,9 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     for word, one, other, allowed, factor in (
         *((word, a.place[i], b.place[i], near, 1.0) for i, word in enumerate(PLACE[:3])),
         ("peck", amounts_a["peck"], amounts_b["peck"], near, 1.0),
-        ("dwell", amounts_a["dwell"], amounts_b["dwell"], room.dwell + 1e-9, 1.0),
-        ("feed in mm/min", feed, amounts_b["feed"], max(room.feed_part * abs(feed), room.feed), SECONDS_PER_MINUTE),
-        (
-            turns,
-            speed,
-            amounts_b["speed"],
-            max(room.speed_part * abs(speed), room.speed),
-            1.0,
-        ),
+        ("dwell", amounts_a["dwell"], amounts_b["dwell"], _DWELL + 1e-9, 1.0),
+        ("feed in mm/min", feed, amounts_b["feed"], max(_FEED_PART * abs(feed), _FEED), SECONDS_PER_MINUTE),
+        (turns, speed, amounts_b["speed"], max(_SPEED_PART * abs(speed), _SPEED), 1.0),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
         ("blending tolerance", amounts_a["corner"], amounts_b["corner"], near, 1.0),
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
@@ -283,7 +269,7 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
             found.append(f"{word} {_figure(one)} sank to {_figure(other)}")
-    if b.height[0] > a.height[0] + room.rise + near:
+    if b.height[0] > a.height[0] + near:
         found.append(f"R plane {_figure(a.height[0])} rose to {_figure(b.height[0])}")
     return found
 
