@@ -7,7 +7,8 @@ import random
 import pytest
 
 from leafcut.model.sequence import PieceOfWork
-from leafcut.processes.program.plan.precedence import freeing_stages, precedence, work_before_freeing
+from leafcut.processes.program.plan import precedence
+from leafcut.processes.program.plan.precedence import freeing_stages, work_before_freeing
 
 
 def piece(may: bool = False, frees: bool = False, bottom: float = -6.0) -> PieceOfWork:

@@ -10,7 +10,7 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.processes.program.plan.precedence import precedence
+from leafcut.processes.program.plan import precedence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.outlines import Line, joined_outlines
