@@ -81,6 +81,21 @@ class HeightField:
             inside &= np.maximum(ends[:, axis], ends[:, axis + 3]) + margins <= high + 1e-9
         return inside
 
+    def cells_between(self, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
+        """Return the rows and columns of the cells with centres in a rectangle, mm."""
+        spans = []
+        for start, first, last, size in zip((self.y, self.x), low[::-1], high[::-1], self.heights.shape, strict=True):
+            edges = math.ceil((first - start) / self.cell), math.floor((last - start) / self.cell) + 1
+            spans.append(slice(*(min(max(edge, 0), size) for edge in edges)))
+        return spans[0], spans[1]
+
+    def around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
+        """Return the heights around a disc (a view), and the distances of their cells from its centre, mm."""
+        rows, columns = self.cells_between((x - radius, y - radius), (x + radius, y + radius))
+        across = self.x + self.cell * np.arange(columns.start, columns.stop) - x
+        up = self.y + self.cell * np.arange(rows.start, rows.stop) - y
+        return self.heights[rows, columns], np.hypot(across[None, :], up[:, None])
+
     @property
     def volume(self) -> float:
         """Volume of the material, mm³."""

@@ -240,7 +240,7 @@ def _field_of_surface(
         _fill_holes(field, moved, moves, cutters)
     held = np.zeros(field.heights.shape, dtype=np.bool_)
     for x0, y0, _, x1, y1, top in stock.fixtures:
-        held_in = _cells(field, (x0 - origin[0], y0 - origin[1]), (x1 - origin[0], y1 - origin[1]))
+        held_in = field.cells_between((x0 - origin[0], y0 - origin[1]), (x1 - origin[0], y1 - origin[1]))
         part = field.heights[held_in]
         held[held_in] |= part < top
         np.maximum(part, top, out=part)
@@ -262,17 +262,6 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
         if not np.isfinite(top):
             continue
         rim_radius = tool_radius + 0.5 * field.cell
-        rows, columns = _cells(field, (x - rim_radius, y - rim_radius), (x + rim_radius, y + rim_radius))
-        part = field.heights[rows, columns]
-        across = field.x + field.cell * np.arange(columns.start, columns.stop) - x
-        up = field.y + field.cell * np.arange(rows.start, rows.stop) - y
-        inside = across[None, :] ** 2 + up[:, None] ** 2 <= rim_radius**2
+        part, away = field.around(x, y, rim_radius)
+        inside = away <= rim_radius
         part[inside] = np.maximum(part[inside], top)
-
-
-def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
-    spans = []
-    for start, first, last, size in zip((field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True):
-        edges = math.ceil((first - start) / field.cell), math.floor((last - start) / field.cell) + 1
-        spans.append(slice(*(min(max(edge, 0), size) for edge in edges)))
-    return spans[0], spans[1]

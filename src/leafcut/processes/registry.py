@@ -49,7 +49,7 @@ COMMANDS = {
     "nest_summary": "leafcut.processes.nesting.report:print_nests",
     "nest": "leafcut.processes.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
-    "shown_stock": "leafcut.processes.program.shown:stock_of_file",
+    "shown_stock": "leafcut.processes.program.workpiece:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",
     "verify": "leafcut.processes.program.verify:verify",
 }

@@ -13,7 +13,7 @@ from leafcut.processes.plan import Plan
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.pace import wants_pace, with_new_pace
 from leafcut.processes.program.proving import kept_issues, measured, with_comments, with_text
-from leafcut.processes.program.shown import shown_stock
+from leafcut.processes.program.workpiece import shown_stock
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program

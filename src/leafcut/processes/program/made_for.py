@@ -98,19 +98,8 @@ def before_its_cuts(
 
 def _fill(field: HeightField, x: float, y: float, radius: float) -> None:
     """Fill a round hole up to the median height of its rim."""
-    reach = radius + 2.0 * field.cell
-    columns, rows = (
-        slice(max(round((at - reach - first) / field.cell), 0), max(round((at + reach - first) / field.cell) + 1, 0))
-        for at, first in ((x, field.x), (y, field.y))
-    )
-    heights = field.heights[rows, columns]
-    if not heights.size:
-        return
-    height, width = heights.shape
-    across = field.x + (columns.start + np.arange(width)) * field.cell - x
-    along = field.y + (rows.start + np.arange(height)) * field.cell - y
-    away = np.hypot(across[None, :], along[:, None])
-    rim = (away > radius + 0.5 * field.cell) & (away <= reach)
-    inside = away <= radius + 0.5 * field.cell
+    edge, reach = radius + 0.5 * field.cell, radius + 2.0 * field.cell
+    heights, away = field.around(x, y, reach)
+    rim, inside = (away > edge) & (away <= reach), away <= edge
     if rim.any():
         heights[inside] = np.maximum(heights[inside], np.median(heights[rim]))

@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
+from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, count_of, shown
 from leafcut.material.height_field import HeightField, StockBlock, usual_cell
 from leafcut.material.loads import StockBefore, largest_stock
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
+from leafcut.model.heartbeat import unseen
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
+from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings, StockOptions
 from leafcut.read.step import ChosenSolid
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
     from leafcut.processes.job import Job
+    from leafcut.read import Input
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
@@ -240,6 +244,38 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
         run.start_step("cutting the stock"),
     )
     return StockBefore(field, math.inf, False)
+
+
+def shown_stock(
+    program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
+) -> ShownStock:
+    """Return the known stock and tools of a program; for `by_options` see `tools_of`.
+
+    `ReadError` or `OptionError` if the tool library or ``--workpiece`` is unusable.
+    """
+    if process in BEAMS:
+        return CUT_THROUGH
+    given = settings.stock.workpiece
+    block = block_of(given, ChosenSolid.of(settings.read)) if given else None
+    try:
+        tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
+    except OptionError as problem:
+        return ShownStock(refused=str(problem))
+    surface = solid_of_file(given, ChosenSolid.of(settings.read)) if given else None
+    return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
+
+
+def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
+    """Return the known stock and tools of a program file; for `by_options` see `tools_of`."""
+    from leafcut.processes.program.reading import read_file
+
+    try:
+        read = read_file(program, settings, None, unseen)
+        return shown_stock(
+            read.program, str(program), settings, read.machine, read.process, by_options=by_options
+        )  # fmt: skip
+    except LeafcutError as problem:
+        return ShownStock(refused=str(problem))
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
