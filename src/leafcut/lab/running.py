@@ -209,15 +209,15 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Do one run; an error is returned in the answer."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
-    study = SearchStudy()
+    study = _study_for(task)
     try:
         if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
             _warm_up(task)
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, study, cancelled)
     except LeafcutError as problem:
-        return replace(environment, failed=str(problem), responses=_figures({SEARCH: study.figures()}, task))
-    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: study.figures()}
+        return replace(environment, failed=str(problem), responses=_figures({SEARCH: _search_figures(study)}, task))
+    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: _search_figures(study)}
     return replace(environment, responses=_figures(answer, task), curve=curve)
 
 
@@ -285,22 +285,30 @@ class SearchStudy(Study):
         return {**times, "cost": searches[-1][-1].shortest, **({"own_cost": self._own} if self._own < math.inf else {})}
 
 
+def _study_for(task: RunTask) -> SearchStudy | None:
+    """Observe only if the search is a response: observing costs time, for example for a lower bound."""
+    observed = task.command == SOLVE or any(f"{SEARCH}." in path for path, _ in task.responses.values())
+    return SearchStudy() if observed else None
+
+
+def _search_figures(study: SearchStudy | None) -> dict[str, float]:
+    return {} if study is None else study.figures()
+
+
 def _answer(
-    task: RunTask, study: Study, cancelled: threading.Event | None
+    task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Return the ``--json`` answer of the command, and the convergence curve for a map."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
         solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
-        return solved_as_json(solved), tuple(curve_of(solved.solution, study, MAX_POINTS))
+        return solved_as_json(solved), () if study is None else tuple(curve_of(solved.solution, study, MAX_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
-    # Observing costs time, for example for a lower bound before the search.
-    watched = study if any(f"{SEARCH}." in path for path, _ in task.responses.values()) else None
-    outcome = api.optimize(task.input, process=word, observe=watched, cancelled=cancelled, **task.options)
+    outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
     report = registry.report_of(outcome)
     return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, ()
 
@@ -311,7 +319,7 @@ def _warm_up(task: RunTask) -> None:
     if variant not in _warm():
         _warm().add(variant)
         with suppress(LeafcutError):  # the run itself reports it
-            _answer(task, Study(None), None)
+            _answer(task, _study_for(task), None)
 
 
 @cache
