@@ -43,6 +43,59 @@ def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
     assert (shop / "part.nc").read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    "name, words, command",
+    [
+        ("sheet.dxf", ["--thickness", "6"], "cut"),  # layers CUT and SHEET
+        ("bracket.dxf", ["--thickness", "6", "--machine", "plasma-table"], "cut"),
+        ("bracket.dxf", ["--thickness", "6", "--kerf", "1", "--machine", "plasma-table"], "cut"),
+        ("pocket.dxf", ["--depth", "3", "--tool-diameter", "6"], "pocket"),
+        ("plate_10.dxf", ["--depth", "3"], "drill"),
+    ],
+)
+def test_machine_options_and_layers_decide_what_a_file_is_for(
+    shop: Path, name: str, words: list[str], command: str
+) -> None:
+    shutil.copy(EXAMPLES / name, name)
+    blocks = []
+    for inputs in ([name], [command, name]):
+        assert run([*inputs, *words, *FAST, "--no-header", "-o", "out.ngc"]) in (0, 3)
+        blocks.append(Path("out.ngc").read_text())
+    assert blocks[0] == blocks[1]
+
+
+def test_a_drawing_without_a_usual_work_is_refused_with_the_commands(
+    shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(EXAMPLES / "gusset.svg", "g.svg")
+    assert run(["g.svg", "--thickness", "3"]) == 2
+    assert capsys.readouterr().err == (
+        "leafcut: g.svg: several kinds of work are possible; type leafcut cut g.svg or leafcut pocket g.svg\n"
+    )
+    assert run(["g.svg", "--thickness", "3", "--machine", "laser-table", *FAST]) == 0
+
+
+@pytest.mark.parametrize("command", [["drill"], ["nest"]])
+def test_an_existing_drawing_is_not_replaced(
+    shop: Path, command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", "kept.dxf")
+    words = ["jobs/plate.dxf", "--thickness", "6", *FAST] if command == ["drill"] else ["jobs/plate.dxf:1", *NEST]
+    assert run([*command, *words, "-o", "kept.dxf"]) == 1
+    assert capsys.readouterr().err == (
+        "leafcut: kept.dxf: this is a drawing or a map, which leafcut did not write; choose another name\n"
+    )
+    assert Path("kept.dxf").read_bytes() == (EXAMPLES / "bracket.dxf").read_bytes()
+
+
+def test_inputs_of_one_name_in_two_folders_have_their_programs_beside_them(shop: Path) -> None:
+    for folder in ("a", "b"):
+        Path(folder).mkdir()
+        shutil.copy(EXAMPLES / "plate_8x8_10.dxf", f"{folder}/plate.dxf")
+    assert run(["drill", "a/plate.dxf", "b/plate.dxf", "--thickness", "6", *FAST]) == 0
+    assert names(Path("a")) == names(Path("b")) == ["plate.dxf", "plate.ngc"]
+
+
 def test_a_built_in_input_is_written_into_the_working_folder(shop: Path) -> None:
     assert run(["example:plate-8x8-10", "--thickness", "6", *FAST]) == 0
     assert names(Path()) == ["jobs", "plate-8x8-10.ngc"]

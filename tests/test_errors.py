@@ -37,6 +37,7 @@ def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> Non
     [
         ("has-vf2", "; did you mean 'Haas-VF2'?"),
         ("HAAS-VF2", "; did you mean 'Haas-VF2'?"),
+        ("kerfs", "; choose one of Haas-VF2, grbl"),
         ("zzzz", "; choose one of Haas-VF2, grbl"),
         ("", "; choose one of Haas-VF2, grbl"),
     ],

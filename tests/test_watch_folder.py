@@ -95,6 +95,14 @@ def test_a_file_that_grows_is_waited_for(folder: Path) -> None:
     assert look.ready() == [file] and look.ready() == []
 
 
+def test_programs_of_leafcut_in_the_folder_are_no_inputs(folder: Path) -> None:
+    (folder / "own.nc").write_text(api.optimize("example:ten-points", thickness=6, preset="fast", threads=1).text)
+    (folder / "a.nc").write_text(PROGRAM)
+    look = FolderPoll(folder)
+    assert look.ready() == []
+    assert look.ready() == [folder / "a.nc"]
+
+
 def test_a_drawing_that_lacks_its_end_is_waited_for_longer_and_then_refused(folder: Path, examples: Path) -> None:
     """A slow copy may pause between two polls; a file that stays incomplete is finally reported."""
     whole = (examples / "plate_10.dxf").read_bytes()

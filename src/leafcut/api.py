@@ -111,6 +111,8 @@ def optimize(
     sources = _sources(source)
     settings = _collect(process, options, options_file, defaults_file)
     inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
+    if process == "auto":
+        process, sources = _guessed(sources, settings)
     work = registry.of_drawings(process)
     outputs = [output, report, *(work.other_outputs(settings) if work else ())]
     for k, target in enumerate(outputs):
@@ -186,6 +188,16 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
     if not sources:
         raise OptionError("no input given")
     return sources
+
+
+def _guessed(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
+    """Return the command for the inputs, "auto" for the usual one, and the inputs, read."""
+    from leafcut.read.registry import read_source
+
+    inputs = [read_source(source) for source in sources]
+    # The drawing may be read twice, but is parsed once.
+    inputs = [(format_, replace(loaded, cache=loaded.cache or {})) for format_, loaded in inputs]
+    return registry.guess(inputs, settings), [loaded for _, loaded in inputs]
 
 
 def _collect(
@@ -553,7 +565,10 @@ def output_name(
     """
     from leafcut.read.registry import format_name
 
-    settings = _with_usual_options(_collect(process, options, options_file, defaults_file), process)
+    settings = _collect(process, options, options_file, defaults_file)
+    if process == "auto" and Path(source).is_file():
+        process, _ = _guessed([source], settings)
+    settings = _with_usual_options(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":
         return Path(source).name

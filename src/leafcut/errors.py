@@ -157,7 +157,7 @@ def close_to(name: str, known: Iterable[str]) -> str:
     ]
     matches = sorted(similar, key=lambda candidate: (not candidate.startswith(name), len(candidate)))[
         :1
-    ] or get_close_matches(name, lower, n=1, cutoff=0.6)
+    ] or get_close_matches(name, lower, n=1, cutoff=0.75)
     return lower[matches[0]] if matches else ""
 
 

@@ -15,7 +15,15 @@ from cyclopts import Group, Parameter
 from leafcut.cli.flags import File, Json, Name, Time, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
-from leafcut.cli.several import all_drill_files, check_own, expanded, inputs_of, places_beside, targets_of
+from leafcut.cli.several import (
+    all_drill_files,
+    check_no_drawing,
+    check_own,
+    expanded,
+    inputs_of,
+    places_beside,
+    targets_of,
+)
 from leafcut.cli.shared import (
     DONE,
     INCOMPLETE,
@@ -124,6 +132,7 @@ def optimize(
     if output is None and not dry_run and inputs != [DASH]:
         file = places_beside(inputs[:1], [api.output_name(inputs[0], **given)], inputs)[0]
         check_own(file, inputs)
+    check_no_drawing(file)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(source, file, report=report, progress=reporter, **given)
     if output == DASH:
@@ -206,6 +215,8 @@ def _optimize_each(
             check_own(program, inputs)
     else:
         programs = targets_of(inputs, names, output, "-o")
+        for program in programs:
+            check_no_drawing(program)
     pages = targets_of(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
     with Reporter(quiet=quiet) as reporter:
         make = partial(
@@ -367,6 +378,7 @@ def nest(
     if to_standard_output and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
     file = None if to_standard_output or dry_run else output or _sheets_beside(parts)
+    check_no_drawing(file)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],

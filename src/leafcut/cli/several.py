@@ -31,7 +31,7 @@ def inputs_of(words: Iterable[str]) -> list[str]:
         path = Path(word)
         if path.is_dir():
             inside = sorted(file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
-            files = [str(file) for file in inside if file.name not in (TABLE, PAGE) and _is_input(file)]
+            files = [str(file) for file in inside if file.name not in (TABLE, PAGE) and is_input(file)]
             if not files:
                 raise OptionError(f"{word}: this folder has no drawing and no program")
             inputs += files
@@ -44,12 +44,16 @@ def inputs_of(words: Iterable[str]) -> list[str]:
     return inputs
 
 
-def _is_input(path: Path) -> bool:
+def is_input(path: Path) -> bool:
     """Return whether a file in a folder is an input: readable, and not written by leafcut."""
     from leafcut.read.registry import format_name
 
     kind = format_name(path)
-    return bool(kind) and not (kind in ("gcode", "dxf") and is_unchanged(decoded(path.read_bytes())[0]))
+    try:
+        own = kind in ("gcode", "dxf") and is_unchanged(decoded(path.read_bytes())[0])
+    except OSError:  # the file was removed
+        return False
+    return bool(kind) and not own
 
 
 def _listed(path: Path) -> list[str]:
@@ -120,6 +124,17 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Itera
     return targets
 
 
+def check_no_drawing(target: str | None) -> None:
+    """Raise `OutputError` for an existing drawing that leafcut did not write: a program would replace it."""
+    from leafcut.read.registry import format_name
+
+    path = Path(target or "")
+    if target is None or not path.is_file() or format_name(path) in ("", "gcode", "csv"):
+        return
+    if not is_unchanged(decoded(path.read_bytes())[0]):
+        raise OutputError(f"{target}: this is a drawing or a map, which leafcut did not write; choose another name")
+
+
 def check_own(target: str | None, inputs: Sequence[str]) -> None:
     """Raise `OutputError` for a file that is neither an unchanged program of leafcut nor a copy of an input."""
     path = Path(target or "")
@@ -151,9 +166,9 @@ def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, 
     Raise `OptionError` if the folder does not exist or two inputs have the same program name, and `OutputError` if a
     file cannot be written, or is an input.
     """
-    _check_names(inputs, names)
     if folder is None:
         return [None for _ in inputs]
+    _check_names(inputs, names)
     if folder == _DASH:
         raise OptionError(
             f"{flag} -: only one program can go to standard output; for {len(inputs)} inputs name a folder"

@@ -13,12 +13,11 @@ from typing import Any
 
 from leafcut import api
 from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, read_table, run_batch, sha_of
-from leafcut.cli.several import PAGE, TABLE
+from leafcut.cli.several import PAGE, TABLE, is_input
 from leafcut.cli.shared import with_source
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
-from leafcut.read.registry import format_name
 
 #: Polls without a change after which a file is complete: if it ends as its format does, and otherwise (a slow copy).
 _POLLS, _POLLS_WITHOUT_END = 2, 10
@@ -64,7 +63,7 @@ class FolderPoll:
                 seen_file.polls += 1
                 if seen_file.polls >= (_POLLS if _ends(path) else _POLLS_WITHOUT_END):
                     seen_file.done = signature
-                    if format_name(path):
+                    if is_input(path):
                         ready.append(path)
         return ready
 

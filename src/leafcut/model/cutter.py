@@ -17,6 +17,8 @@ from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 #: Radius step of the discs that replace the cone of a holder, mm. Each disc is as wide as the cone at its upper end,
 #: so that no collision is missed.
 CONE_STEP = 0.25
+#: Number of discs that enclose the cone of a spot drill.
+CONE_DISCS = 32
 #: Largest excess over the tool's radius that still fits through its cut, mm.
 SAME_RADIUS = 5e-4
 
@@ -172,6 +174,20 @@ def widest_below(
     for above, wide in bodies:
         widest = np.where(tip + above < heights, np.maximum(widest, wide), widest)
     return widest
+
+
+def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
+    """Return the radius of a tool at its tip, and the discs around its flutes: (height above the tip, radius), mm.
+
+    The cone of a spot drill is narrow at its tip; other tools count as cylinders, without discs.
+    """
+    radius = 0.5 * tool.diameter
+    if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
+        return radius, []
+    tip = 0.5 * tool.tip_diameter
+    length = (radius - tip) / math.tan(0.5 * tool.point_angle)
+    steps = range(CONE_DISCS)
+    return tip, [(length * k / CONE_DISCS, tip + (radius - tip) * (k + 1) / CONE_DISCS) for k in steps]
 
 
 def bodies_of(tool: Tool) -> list[tuple[float, float]]:

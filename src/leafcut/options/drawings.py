@@ -12,6 +12,12 @@ from leafcut.options.option_spec import PLACES, OptionGroup, option
 #: Named positions of an origin, as fractions of the width and height of the machined area, 0 to 1.
 ORIGINS = PLACES
 
+#: Default layer names by purpose; * and ? are wildcards.
+MARK_NAMES = ("MARK*", "SCRIBE*", "ENGRAV*", "ETCH*")
+SHEET_NAMES = ("SHEET*", "PLATE*", "STOCK*")
+POCKET_NAMES = ("POCKET*",)
+ISLAND_NAMES = ("ISLAND*",)
+
 
 @dataclass(frozen=True)
 class ReadOptions(OptionGroup):

@@ -88,5 +88,5 @@ def why_removed(name: str) -> str:
     replacement = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
     if not replacement:
         return ""
-    verb = "is" if replacement.startswith("now ") else "was removed in 1.0:"
+    verb = "is" if replacement.startswith("now ") else "was removed:"
     return f"{flag_name(name)} {verb} {replacement}"

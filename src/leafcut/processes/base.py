@@ -144,6 +144,8 @@ class Process(Work, Protocol):
         Groups of the form, the most important first: (key of the title, names of options). The first two are open.
     heads
         Heads that can do the work; empty for any.
+    layer_names
+        Patterns of layer names that name its work.
     pictured
         Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
     tabulates
@@ -165,6 +167,7 @@ class Process(Work, Protocol):
     offered_with: ClassVar[str] = ""
     form: ClassVar[FormGroups] = ()
     heads: ClassVar[tuple[Head, ...]] = ()
+    layer_names: ClassVar[tuple[str, ...]] = ()
     pictured: ClassVar[str] = "lines"
     tabulates: ClassVar[bool] = False
     with_nearest: ClassVar[bool] = True

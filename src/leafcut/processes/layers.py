@@ -11,10 +11,7 @@ from leafcut.errors import shown
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
-
-#: Default layer names by purpose.
-MARK_NAMES = ("MARK*", "SCRIBE*", "ENGRAV*", "ETCH*")
-SHEET_NAMES = ("SHEET*", "PLATE*", "STOCK*")
+from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 
 
 def matcher(patterns: Sequence[str]) -> Callable[[str], bool]:

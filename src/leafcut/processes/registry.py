@@ -9,7 +9,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from leafcut.errors import OptionError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.plugins import PluginKind
 from leafcut.options import SHARED, CutDataOptions, Settings
 from leafcut.options.option_spec import OptionGroup, flag_name
@@ -237,6 +237,57 @@ def machine_for(work: str, format_name: str) -> str:
 def usual(work: str, settings: Settings) -> Settings:
     """Return the settings with the defaults of a kind of work."""
     return process(work).usual(settings) if work in names() else settings
+
+
+def guess(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
+    """Return the command for an input that may be used in several ways; "auto" for the usual one.
+
+    The head of a named machine decides, then the given options, then the layers of the drawing. Raises OptionError if
+    the input has no usual command, and nothing decides.
+    """
+    format_, source = inputs[0]
+    names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
+    if len(inputs) > 1 or len(names) < 2:
+        return "auto"
+    names = _fitting_options(_fitting_machine(names, settings), settings)
+    if len(names) > 1 and usual_name not in names:
+        choices = " or ".join(f"leafcut {_COMMAND_OF.get(name, name)} {source.path}" for name in names)
+        raise OptionError(f"{source.path}: several kinds of work are possible; type {choices}")
+    chosen = names[0] if len(names) == 1 else _named_by_layers(names, source, settings) or usual_name
+    return "auto" if chosen == usual_name else _COMMAND_OF.get(chosen, chosen)
+
+
+def _fitting_machine(names: list[str], settings: Settings) -> list[str]:
+    if "machine" not in settings.given:
+        return names
+    from leafcut.read.machine import load_machine
+
+    head = load_machine(settings.machine.machine).head
+    return [name for name in names if machine_can_do(name, head)] or names
+
+
+def _fitting_options(names: list[str], settings: Settings) -> list[str]:
+    if len(names) < 2 or settings.asked <= process(names[0]).used().keys():
+        return names
+    return [name for name in names if settings.asked <= process(name).used().keys()] or names
+
+
+def _named_by_layers(names: list[str], source: Source, settings: Settings) -> str:
+    """Return the process for which layers of the drawing are named, if few holes are drawn; else ""."""
+    from leafcut.processes.suitability import COUNTED, WholeDrawing
+    from leafcut.read import read_whole
+
+    stems = {pattern.rstrip("*").encode() for name in names for pattern in process(name).layer_names}
+    if settings.read.layers or not any(stem in source.data.upper() for stem in stems):
+        return ""
+    try:
+        ratings = rate_works(names, WholeDrawing(read_whole(source, settings.read)))
+    except LeafcutError:  # the process reports it
+        return ""
+    likeliest = next(iter(ratings), "")
+    holes = ratings.get(_USUAL["drawing"])
+    clear = likeliest and ratings[likeliest].score > COUNTED and (holes is None or 2.0 * holes.score < COUNTED)
+    return likeliest if clear else ""
 
 
 def check_asked(word: str) -> None:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from leafcut.model.contour import Contour
 from leafcut.model.part import Part
-from leafcut.processes.layers import MARK_NAMES, matcher
+from leafcut.options.drawings import MARK_NAMES
+from leafcut.processes.layers import matcher
 
 #: Largest drilled diameter, mm: wider circles are cut or milled.
 WIDEST_DRILLED = 40.0

@@ -74,6 +74,7 @@ def check_program(
     zone_height: ArrayLike = math.inf,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     bodies: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
+    cones: Mapping[int, tuple[float, Sequence[tuple[float, float]]]] = MappingProxyType({}),
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
     surface: NDArray[np.float64] | None = None,
@@ -89,8 +90,9 @@ def check_program(
     For a `milled` program, `processes.pocket.proof.pocket` checks the rapids below the surface. `tops` has the
     positions and heights of holes that start at different heights, float64[n, 3]. `surface` has the triangles of an
     uneven surface, float64[n, 3, 3]. Every rapid must be clear of them, and the parts of the tool above the flutes
-    (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. `surface_z` is the height of a
-    flat surface, mm.
+    (`bodies`) in every move (`check_surface`). `bodies` must also stay out of the zones. At zones, a spot drill is as
+    wide as its cone: `cones` holds the radius at its tip and the discs around the cone (`model.cutter.flutes_of`).
+    `surface_z` is the height of a flat surface, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
@@ -112,7 +114,14 @@ def check_program(
             level=surface is None,
         ),
         *_check_surface(written, surface, machine, tool_radii, bodies),
-        *_check_obstacles(written, zones, zone_height, machine, tool_radii, bodies),
+        *_check_obstacles(
+            written,
+            zones,
+            zone_height,
+            machine,
+            {**tool_radii, **{tool: radius for tool, (radius, _) in cones.items()}},
+            {**bodies, **{tool: [*discs, *bodies.get(tool, ())] for tool, (_, discs) in cones.items()}},
+        ),
     ]
 
 

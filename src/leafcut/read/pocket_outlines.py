@@ -27,12 +27,9 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
+from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_of
-
-#: Default layer names of pockets and islands.
-POCKET_NAMES = ("POCKET*",)
-ISLAND_NAMES = ("ISLAND*",)
 
 
 @dataclass(frozen=True)

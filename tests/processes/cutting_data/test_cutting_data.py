@@ -268,7 +268,7 @@ def test_the_costs_of_the_library_count(library: Path) -> None:
         ({"holes": None}, "no number of holes: give a drawing or --holes"),
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
-        ({"min_life": "5h"}, "--min-life was removed in 1.0: a tool lasts 5 min in the cut at least"),
+        ({"min_life": "5h"}, "--min-life was removed: a tool lasts 5 min in the cut at least"),
         ({"step_down": 3}, "--step-down: only used with --cut-length"),
         (
             {"material": "6061", "tool_material": "carbide"},

@@ -163,3 +163,15 @@ def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at
     for one in found.operations:
         assert one.solution.lower_bound is not None
         assert one.solution.lower_bound <= one.solution.cost + 1e-9
+
+
+def test_a_program_with_a_spot_drill_near_a_low_clamp_is_proved(tmp_path: Path) -> None:
+    """The cone, Ø16 and 90 degrees, ends at Z-1.5: at 1 mm above the clamp of height 0 its radius is 2.5 mm."""
+    tool = 'kind = "{}"\ndiameter = "{} mm"\nfeed = "2 mm/s"\nspindle_speed = "1500 rpm"\n'
+    spot = "[[tool]]\nnumber = 1\n" + tool.format("centre-drill", 16) + 'point_angle = "90 deg"\ndepth = "1.5 mm"\n'
+    (tmp_path / "tools.toml").write_text(spot + "[[tool]]\nnumber = 2\n" + tool.format("drill", 3.3))
+    (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,3.3\n20,30,3.3\n")
+    outcome = leafcut.drill(
+        tmp_path / "holes.csv", tools=tmp_path / "tools.toml", centre_drill=True, depth=4, keep_out=["54 25 60 35 0"],
+    )  # fmt: skip
+    assert outcome.verified

@@ -35,8 +35,8 @@ _DEPTH_OPTIONS = (
     "retract_height", "keep_out",
 )  # fmt: skip
 _MORE_OPTIONS = ("retract", "dwell", "diameter_tolerance", "centre_drill")
-#: Layer names of holes to drill, and the suitability if they exist.
-_DRILL_NAMES, _SUITED_BY_NAME = ("DRILL*",), 0.93
+#: Suitability of a drawing with layers named for drilling.
+_SUITED_BY_NAME = 0.93
 _PATH_OPTIONS = ("start_point", "end_point", "hole_order")
 
 
@@ -66,6 +66,7 @@ class Drilling(Process):
     by_itself = True
     joins = "excellon"
     heads = (Head.SPINDLE,)
+    layer_names = ("DRILL*",)
     pictured = "holes"
     form = (
         ("main", _MAIN_OPTIONS),
@@ -93,7 +94,7 @@ class Drilling(Process):
 
         if not drawing.n_holes:
             return None
-        named = drawing.named(_DRILL_NAMES)
+        named = drawing.named(self.layer_names)
         masks = drawing.drilled, drawing.narrow
         if named and (drawing.on(named)[drawing.drilled].any() or drawing.holes_on(named)[drawing.narrow].any()):
             layers = ", ".join(named)
@@ -141,7 +142,7 @@ class Drilling(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
-        from leafcut.model.cutter import bodies_of
+        from leafcut.model.cutter import bodies_of, flutes_of
         from leafcut.processes.drilling.judge import judge_holes
         from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
         from leafcut.processes.zones import crossing_heights
@@ -159,6 +160,7 @@ class Drilling(Process):
             zone_height=crossing_heights(settings.job.keep_out, drill_plan.clearance_height),
             tool_radii={tool.number: 0.5 * tool.diameter for tool in drill_plan.tools},
             bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
+            cones={tool.number: flutes_of(tool) for tool in drill_plan.tools},
             tops=surface_tops(drill_plan, settings.of(DrillOptions).hole_heights == "drawn"),
             surface=None if drill_plan.ground is None else drill_plan.ground.triangles,
         )

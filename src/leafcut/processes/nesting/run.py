@@ -253,7 +253,7 @@ def _available_sheets(
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
     """Return the sheet in a drawing: one closed outline with holes; everything but marks counts."""
-    from leafcut.processes.layers import MARK_NAMES
+    from leafcut.options.drawings import MARK_NAMES
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 

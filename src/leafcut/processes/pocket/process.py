@@ -17,6 +17,7 @@ from leafcut.options import (
     Settings,
     SheetOptions,
 )
+from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.options.search import FIREFLIES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
 from leafcut.processes.pocket.options import PocketOptions
@@ -82,6 +83,7 @@ class Pocketing(Process):
     by_itself = True
     asks = "pocket"
     heads = (Head.SPINDLE,)
+    layer_names = (*POCKET_NAMES, *ISLAND_NAMES)
     pictured = "areas"
     with_nearest = False
     form = (
@@ -98,9 +100,8 @@ class Pocketing(Process):
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
         """Return a high suitability if layers are named for pockets or islands, otherwise a low suitability."""
         from leafcut.processes.suitability import Suitability
-        from leafcut.read.pocket_outlines import ISLAND_NAMES, POCKET_NAMES
 
-        named = drawing.named((*POCKET_NAMES, *ISLAND_NAMES))
+        named = drawing.named(self.layer_names)
         if named:
             words = ", ".join(named)
             on = drawing.on(named) & drawing.worked, drawing.holes_on(named)

@@ -17,6 +17,7 @@ from leafcut.options import (
     SheetOptions,
     SpeedOptions,
 )
+from leafcut.options.drawings import SHEET_NAMES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
@@ -67,6 +68,7 @@ class SheetCutting(Process):
     reads = "drawing"
     asks = "cut"
     heads = tuple(head for head in Head if head.method is not None)
+    layer_names = SHEET_NAMES
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
@@ -84,13 +86,12 @@ class SheetCutting(Process):
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
         """Return the suitability, by the share of outlines and by layers named for a sheet."""
-        from leafcut.processes.layers import SHEET_NAMES
         from leafcut.processes.suitability import COUNTED, Suitability
 
         works = drawing.worked, drawing.part.diameters > 0.0
         if not any(one.any() for one in works):
             return None
-        named = drawing.named(SHEET_NAMES)
+        named = drawing.named(self.layer_names)
         if named and drawing.n_outlines > 1:
             words = ", ".join(named)
             return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)

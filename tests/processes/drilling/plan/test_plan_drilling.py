@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import pairwise
 
@@ -615,3 +616,14 @@ def test_a_speed_asked_for_outside_the_spindles_range_is_refused_by_its_option()
         PlanError, match=r"^--spindle-speed 9000: the spindle of test mill turns 0 to 6000 rpm; choose a"
     ):
         plan(library=None, spindle_speed=9000.0)
+
+
+@pytest.mark.parametrize(
+    "distance, height, fits",
+    [(2.8, " 0", True), (2.3, " 0", False), (5.1, " 3", True), (4.9, " 3", False), (4.9, "", False), (5.1, "", True)],
+)
+def test_a_spot_drill_is_as_wide_at_a_clamp_as_its_cone(distance: float, height: str, fits: bool) -> None:
+    """Its tip is at Z-1.5 and its cone has 90 degrees: 1 mm above a clamp of height h its radius is h + 2.5 mm."""
+    zone = f"{30 + distance:g} 15 60 40{height}"
+    with nullcontext() if fits else pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
+        plan(library=ToolLibrary((WIDE_CENTRE, DRILL5)), centre_drill=True, keep_out=(zone,))

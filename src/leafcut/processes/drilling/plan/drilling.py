@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
-from leafcut.model.cutter import bodies_of, cutter_of, widest_below
+from leafcut.model.cutter import bodies_of, cutter_of, flutes_of, widest_below
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -122,7 +122,8 @@ class DrillPlan:
 
     def reach(self, tool: Tool, tip: float) -> NDArray[np.float64]:
         """Return the largest radius of `tool` below each zone's height, float64[k], with its tip at a height, mm."""
-        return widest_below(0.5 * tool.diameter, bodies_of(tool), tip, self.zone_heights)
+        radius, cone = flutes_of(tool)
+        return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
         """Return the zones like `zones_for`, without those that rapids at the retract height may cross."""
@@ -498,7 +499,11 @@ def _check_zones(plan: DrillPlan) -> None:
         else:
             starts = ends = plan.part.hole_xy[operation.targets]
         kind, tool = "slot" if operation.slots else "hole", operation.tool
-        inside = np.flatnonzero(touches_any_zone(starts, ends, widened(plan.zones, 0.5 * tool.diameter)))
+        tips = np.full(len(starts), operation.cycle.bottom)
+        if not operation.slots:
+            tips = operation.bottoms(plan.tops, plan.deeper)
+        radii = widest_below(*flutes_of(tool), float(tips.min()), plan.zone_heights)
+        inside = np.flatnonzero(touches_any_zone(starts, ends, widened(plan.zones, radii)))
         if len(inside):
             x, y = starts[inside[0]]
             raise PlanError(
@@ -507,9 +512,6 @@ def _check_zones(plan: DrillPlan) -> None:
             )
         if not bodies_of(tool) or not len(plan.zones):
             continue
-        tips = np.full(len(starts), operation.cycle.bottom)
-        if not operation.slots:
-            tips = operation.bottoms(plan.tops, plan.deeper)
         distances = _distances(starts, ends, plan.zones)
         hits = [k for k, tip in enumerate(tips.tolist()) if (distances[k] <= plan.reach(tool, tip)).any()]
         if hits:
