@@ -85,7 +85,7 @@ def test_a_number_is_in_inner_units_already() -> None:
         ("1,250.5", "such as 6.5"),
         ("1,250mm", "is ambiguous: write 1250 or 1.250"),
         ("1/0in", "'1/0in' is divided by 0"),
-        ("1 5/4in", "5/4 is no part of 1; write one such as 1 1/2in"),
+        ("1 5/4in", "5/4 is not less than 1; write one such as 1 1/2in"),
         ("1/4/2in", "not a fraction; write one such as 1/4in"),
         ("1.5/4in", "not a fraction"),
         ("1/4,5in", "not a fraction"),
@@ -106,7 +106,7 @@ def test_a_fraction_is_what_is_divided(whole: int, part: int, parts: int) -> Non
         text = text if whole else text.removeprefix("0 ")
         assert parse_quantity(text, "mm") == pytest.approx(25.4 * (whole + part / parts))
     else:
-        with pytest.raises(OptionError, match="no part of 1"):
+        with pytest.raises(OptionError, match="not less than 1"):
             parse_quantity(text, "mm")
 
 

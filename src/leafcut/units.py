@@ -156,7 +156,9 @@ def _split(text: str, unit: str) -> tuple[float, str]:
         if int(parts) == 0:
             raise OptionError(f"'{text}' is divided by 0")
         if whole and int(part) >= int(parts):
-            raise OptionError(f"'{text}' is not a fraction: {part}/{parts} is no part of 1; write one such as 1 1/2in")
+            raise OptionError(
+                f"'{text}' is not a fraction: {part}/{parts} is not less than 1; write one such as 1 1/2in"
+            )
         number = int(whole or 0) + int(part) / int(parts)
         return -number if sign == "-" else number, word
     if _LIKE_FRACTION.search(text):

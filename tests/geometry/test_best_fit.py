@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.best_fit import best_fit
-from leafcut.geometry.moments import moments, off_circle, off_line
+from leafcut.geometry.moments import circle_error, line_error, moments
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tracing import level_lines
 
@@ -66,8 +66,8 @@ def test_the_moments_give_the_distances_from_the_best_line_and_circle() -> None:
     points = np.column_stack([50.0 * np.cos(angles), 50.0 * np.sin(angles)]) + RNG.normal(0.0, 0.1, (60, 2))
     m = moments((points - points[0])[None], np.ones((1, 60)))
     smaller = np.linalg.eigvalsh(np.cov(points.T, bias=True))[0]
-    assert off_line(m)[0, -1] == pytest.approx(smaller, rel=1e-9)
-    off, x, y, radius = (float(t[0, -1]) for t in off_circle(m))
+    assert line_error(m)[0, -1] == pytest.approx(smaller, rel=1e-9)
+    off, x, y, radius = (float(t[0, -1]) for t in circle_error(m))
     center = np.array([x, y]) + points.mean(axis=0)
     distances = np.hypot(*(points - center).T) - radius
     assert off == pytest.approx(float((distances**2).mean()), rel=0.02)

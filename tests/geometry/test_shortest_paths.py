@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.geometry.obstacles import BESIDE, MARGIN, ObstacleMap, shortest_path
+from leafcut.geometry.obstacles import CLEARANCE, MARGIN, ObstacleMap, shortest_path
 
 SQUARES = {0: shapely.box(0, 0, 10, 10), 1: shapely.box(15, 0, 25, 10)}
 
@@ -42,7 +42,7 @@ def test_a_path_keeps_the_radius_from_standing_polygons_and_ignores_others() -> 
     assert obstacles.path_around(a, b, set(), 2.0) == []
     corners = obstacles.path_around(a, b, {0}, 2.0)
     assert corners is not None
-    beside = max(MARGIN, 2.0 + BESIDE)
+    beside = max(MARGIN, 2.0 + CLEARANCE)
     assert {y for _, y in corners} <= {-beside, 10.0 + beside}
     assert shapely.LineString([a, *corners, b]).distance(SQUARES[0]) >= 2.0 - 0.02
     assert obstacles.path_around(a, b, {0}, 2.0) == corners
@@ -55,7 +55,7 @@ def test_no_path_crosses_a_wall_whatever_stands(radius: float) -> None:
     a, b = (-5.0, 4.0), (12.5, 4.0)
     corners = ObstacleMap(SQUARES, {-1: wall}).path_around(a, b, {0}, radius)
     assert corners is not None
-    assert {y for _, y in corners} == {10.0 + max(MARGIN, radius + BESIDE)}
+    assert {y for _, y in corners} == {10.0 + max(MARGIN, radius + CLEARANCE)}
 
 
 def test_a_head_enclosed_by_standing_polygons_has_no_path() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.geometry.zones import touches_any_zone, way_round
+from leafcut.geometry.zones import path_around_zones, touches_any_zone
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.obstacles import check_obstacles
 
@@ -155,7 +155,7 @@ def test_a_way_round_touches_nothing_and_is_as_short_as_any_over_the_corners(dog
     """Two bars between the ends, with a gap of 10 mm: the way leads through the gap or round an end."""
     zones = [[40.0, -50.0, 50.0, 20.0], [40.0, 30.0, 50.0, 90.0]]
     a, b = (0.0, 0.0), (100.0, 0.0)
-    turns = way_round(a, b, zones, dogleg=dogleg)
+    turns = path_around_zones(a, b, zones, dogleg=dogleg)
     assert turns
     way = np.array([a, *turns, b])
     assert not touches_any_zone(way[:-1], way[1:], zones, dogleg=dogleg).any()
@@ -164,7 +164,7 @@ def test_a_way_round_touches_nothing_and_is_as_short_as_any_over_the_corners(dog
 
 
 def test_where_there_is_no_way_round_none_is_made() -> None:
-    assert way_round((0.0, 0.0), (100.0, 0.0), [[90.0, -10.0, 110.0, 10.0]]) is None
+    assert path_around_zones((0.0, 0.0), (100.0, 0.0), [[90.0, -10.0, 110.0, 10.0]]) is None
 
 
 @pytest.mark.parametrize(

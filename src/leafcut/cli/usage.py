@@ -56,7 +56,7 @@ WhyUnused = Callable[[str, str], str]
 def refuse_dash(flag: str, *words: str | None) -> None:
     """Raise `OptionError` if one of the words is ``-``; `flag` is its argument or flag, which accepts only files."""
     if any(word in (DASH, HELD) for word in words):
-        raise OptionError(f"{flag} -: not taken from standard input; name a file")
+        raise OptionError(f"{flag} -: cannot be read from standard input; name a file")
 
 
 def command_in(arguments: Sequence[str]) -> str:

@@ -45,7 +45,7 @@ class StandardInput:
         except OSError as problem:
             raise ReadError("standard input", f"cannot be read ({problem.strerror})") from None
         if len(data) > LARGEST_PROGRAM:
-            raise ReadError("standard input", f"is larger than {LARGEST_PROGRAM >> 20} MiB; no program is")
+            raise ReadError("standard input", f"is larger than {LARGEST_PROGRAM >> 20} MiB, the limit for a program")
         if not data.strip():
             raise ReadError("standard input", "is empty")
         return cls(data)
@@ -87,7 +87,7 @@ def check_is_text(source: str, data: bytes) -> None:
 def _bytes_of(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_PROGRAM:
-            raise ReadError(path, f"is larger than {LARGEST_PROGRAM >> 20} MiB; no program is")
+            raise ReadError(path, f"is larger than {LARGEST_PROGRAM >> 20} MiB, the limit for a program")
         data = path.read_bytes()
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror})") from None
@@ -104,7 +104,7 @@ def check_is_there(flag: str, path: Path | None) -> None:
         return  # the reader reports other problems
     if path is not None and (not exists or path.is_dir()):
         if str(path) == "-":
-            raise OptionError(f"{flag} -: not taken from standard input; name a file")
+            raise OptionError(f"{flag} -: cannot be read from standard input; name a file")
         reason = "this is a folder; name a file in it" if exists else "file not found"
         raise OptionError(f"{flag} {path}: {reason}")
 

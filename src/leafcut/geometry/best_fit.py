@@ -15,20 +15,20 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Points
-from leafcut.geometry.moments import moments, off_circle, off_line
+from leafcut.geometry.moments import circle_error, line_error, moments
 from leafcut.geometry.polyline import Polyline
 
 #: Fees of a line and an arc: about the logarithm of the number of points for each of their 3 and 4 parameters (Schwarz,
 #: "Estimating the dimension of a model", 1978), for some thousand points.
 LINE_FEE, ARC_FEE = 20.0, 26.0
-#: Maximum number of points of a piece in the search; longer ones are merged afterwards.
+#: Maximum number of points of a piece in the search; longer pieces are merged afterwards.
 WINDOW = 320
 #: Number of piece starts evaluated at a time, to fit into the processor's cache.
 _BLOCK = 48
-#: A piece of at most this many points between two lines may be a rounded corner. It is made tangent to both, unless
-#: that costs more than this, in squares of the noise: two parameters fewer, worth about 12 each.
+#: A piece of at most this number of points between two lines may be a rounded corner. It becomes tangent to both lines,
+#: unless that costs more than the second value, in squares of the noise: two parameters fewer, worth about 12 each.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
-#: Additional cost of a radius, in squares of the noise, up to which it is as likely as the best.
+#: A radius is as likely as the best radius if it costs at most this more, in squares of the noise.
 EQUALLY_LIKELY = 1.0
 #: A point farther than this from its line or arc, in point distances, requires more pieces at a lower fee, down to this
 #: share of the fees.
@@ -61,7 +61,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
         return None
     weights = noise**-2.0
     cuts = _divide(points, weights)
-    # The ring was opened at an arbitrary point: open it at a corner that was found, and divide it again.
+    # The ring was opened at an arbitrary point. Open it at a corner instead, and divide it again.
     shift = cuts[len(cuts) // 2]
     points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
     cuts = _merge(points, weights, _divide(points, weights))
@@ -79,7 +79,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
 
 
 def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
-    """Return several pieces, at a `share` of the fees, if a single one is inaccurate."""
+    """Return a run of points as a single piece, or as several pieces at lower fees if a single piece is inaccurate."""
     whole = _piece(points, weights, first, beyond)
     run = points[first:beyond]
     if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
@@ -116,7 +116,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
 
 
 def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
-    """Drop the cuts inside a single piece: longer than the window, or across the opening."""
+    """Remove the cuts that divide a single line or arc, because it exceeds the window or spans the ring's opening."""
     cuts = list(cuts)
     k = 1
     while k < len(cuts):
@@ -136,7 +136,7 @@ def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
     """Return the costs of pieces of 1, 2, 3 … points, for every row of float64[rows, points, 2]."""
     m = moments(points, weights)
     total = np.cumsum(weights, axis=1)
-    straight, off = off_line(m), off_circle(m)[0]
+    straight, off = line_error(m), circle_error(m)[0]
     return np.minimum(total * straight + share * LINE_FEE, total * np.minimum(off, straight) + share * ARC_FEE)
 
 
@@ -147,8 +147,8 @@ def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
     origin, run = points[first], points[first:beyond]
     m = moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
-    off, *circle = (float(t[0, -1]) for t in off_circle(m))
-    line = float(off_line(m)[0, -1])
+    off, *circle = (float(t[0, -1]) for t in circle_error(m))
+    line = float(line_error(m)[0, -1])
     mx, my = float(m.x[0, -1] + origin[0]), float(m.y[0, -1] + origin[1])
     if total * off + ARC_FEE < total * line + LINE_FEE and np.isfinite(circle).all():
         x, y = circle[0] + mx, circle[1] + my
@@ -186,7 +186,7 @@ def _fillet_corners(points: Points, weights: Floats, pieces: list[_Piece]) -> li
 
 
 def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
-    """Return the arc tangent to both lines, None if the points do not lie on one."""
+    """Return the arc tangent to both lines; None if the points do not lie on such an arc."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _intersections(before, after)
     if not corner or abs(cross) < 0.1:
@@ -269,7 +269,7 @@ def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
 
 
 def _joint(points: Points, first: _Piece, second: _Piece) -> list[tuple[float, float]]:
-    """Return a point, or two points joined by a line."""
+    """Return the point at which two pieces meet, or both ends of a line that connects them."""
     a, b = points[first.beyond - 1], points[second.first % len(points)]
     middle = 0.5 * (a + b)
     for line, arc in ((first, second), (second, first)):
@@ -294,7 +294,7 @@ def _touches(line: _Piece, arc: _Piece) -> bool:
 
 
 def _covers_a_pixel_centre(a: Points, b: Points, tip: tuple[float, float]) -> bool:
-    """A pixel centre in the triangle would have shown it."""
+    """Return whether a pixel centre lies in the triangle; the traced line would then run around the tip."""
     corners = np.array([a, b, tip])
     low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
     xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)

@@ -10,9 +10,9 @@ from leafcut.geometry.arrays import Indices, Points
 
 
 class Cells:
-    """Square cells, numbered row by row, around a box (minimum x and y, maximum x and y, mm).
+    """Square cells of `side` mm over a box (minimum x and y, maximum x and y, mm), numbered row by row.
 
-    `margin` is the number of cells around the box: the maximum `reach` of `around`.
+    `margin` is the number of extra cells on each side of the box, and the maximum `reach` of `around`.
     """
 
     def __init__(self, bounds: tuple[float, float, float, float], side: float, margin: int) -> None:
@@ -20,13 +20,13 @@ class Cells:
         self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
 
     def of(self, points: Points) -> Indices:
-        """Return the cells of points, float64[n, 2]: int64[n]."""
+        """Return the cell of each point (float64[n, 2]), int64[n]."""
         column, row = (np.floor((points - self.low) / self.side).astype(np.int64) + self.margin).T
         cells: Indices = row * self.wide + column
         return cells
 
     def around(self, cells: Indices, reach: int) -> Indices:
-        """Return the cells within `reach` of some cells, each once, sorted."""
+        """Return the distinct cells at most `reach` rows and columns away from the given cells, sorted."""
         cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
         for step in (1, self.wide):
             cells = np.unique(cells[:, None] + step * offsets)
@@ -38,7 +38,7 @@ class Cells:
 
 
 def numbered(points: Points, side: float) -> Indices:
-    """Return a number for every point, int64[n]; points that are equal after rounding to `side`, mm, share a number."""
+    """Return a number for each point, int64[n]; points that are equal after rounding to `side` mm share a number."""
     if not len(points):
         return np.zeros(0, np.int64)
     column, row = np.round(points / side).astype(np.int64).T

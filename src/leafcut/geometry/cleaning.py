@@ -10,7 +10,7 @@ import numpy as np
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 
-#: Distance within which vertices are one point, mm: a hundredth of a machine's resolution.
+#: Vertices closer than this coincide, mm: a hundredth of a machine's resolution.
 SAME = 1e-5
 #: Bulge of a half circle, with a tolerance for rounding.
 _HALF = 1.0 + 1e-9
@@ -21,19 +21,19 @@ FLAT = 0.002
 
 
 def cleaned(path: Polyline) -> Polyline | None:
-    """Return a path with segments of nonzero length and at most a half circle, or None if nothing is left.
+    """Return a path without segments of length 0 and without arcs beyond a half circle; None if no segment is left.
 
     An arc with a radius above `LARGEST_RADIUS` becomes lines within `FLAT` of it. A circle drawn as a single arc with
     equal ends cannot be recovered from its vertices.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
-        path = _halved(path)
+        path = _split_large_arcs(path)
     path = without_huge_arcs(path, FLAT)
     rows = path.vertices
     after = np.roll(rows, -1, axis=0)
     keep = np.hypot(after[:, 0] - rows[:, 0], after[:, 1] - rows[:, 1]) > SAME
     if not path.closed:
-        keep[-1] = True  # its end
+        keep[-1] = True  # the end point of the path
     if keep.all():
         return path if path.n_segments else None
     kept = rows[keep]
@@ -44,7 +44,7 @@ def cleaned(path: Polyline) -> Polyline | None:
     return Polyline(kept, path.closed)
 
 
-def _halved(path: Polyline) -> Polyline:
+def _split_large_arcs(path: Polyline) -> Polyline:
     """Split every arc of more than a half circle in two."""
     rows: list[tuple[float, float, float]] = []
     for s in path.segments():
@@ -82,5 +82,5 @@ def counter_clockwise(path: Polyline) -> Polyline:
 
 
 def ends_of(paths: Sequence[Polyline]) -> Points:
-    """Return start and end of open paths in turn, float64[2n, 2]."""
+    """Return the start and the end of each open path, one after the other, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

@@ -14,12 +14,12 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.overlaps import SAME
 
-#: Maximum number of touching pairs of outlines in a valid sheet: constant, and per outline.
+#: Maximum number of touching pairs of outlines in a valid sheet: a constant, plus a number per outline.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
 class Conflict(NamedTuple):
-    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; and a position where they do."""
+    """Two outlines whose edges meet, the kind of conflict (``same``, ``overlap`` or ``touch``), and a position."""
 
     first: int
     second: int
@@ -36,11 +36,11 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     Raises
     ------
     PlanError
-        So many meet that the drawing cannot be a sheet.
+        More outlines meet than in any valid sheet.
     """
     if len(shapes) < 2:
         return []
-    copies, single = _copies(shapes)
+    copies, single = _exact_copies(shapes)
     rings = shapely.get_exterior_ring(shapes)[single]
     pairs, total = [np.zeros((2, 0), dtype=np.int64)], 0
     for i, j in query_pairs(rings, rings, "outlines that cross or touch each other", "dwithin", same):
@@ -69,8 +69,11 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     return result
 
 
-def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
-    """Find exact copies first: a drawing exported twice has thousands, and testing all against all would be slow."""
+def _exact_copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
+    """Return the exact copies as conflicts, and the indices of the other shapes.
+
+    A drawing exported twice has thousands of copies; comparing all pairs would be slow.
+    """
     first: dict[bytes, int] = {}
     copies = []
     for k, outline in enumerate(shapely.to_wkb(shapes).tolist()):
@@ -90,7 +93,7 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
 
 
 def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for every polygon the number of polygons around it, and the index of the innermost of these or -1.
+    """Return for each polygon the number of polygons around it, and the index of the innermost of these or -1.
 
     The polygons must not overlap or be equal (`conflicts`).
 
@@ -99,15 +102,15 @@ def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     PlanError
         The nesting is deeper than in any valid sheet.
     """
-    return around(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
+    return enclosing(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
 
 
-def around(
+def enclosing(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return for every point the number of polygons around it, and the index of the smallest of these or -1.
+    """Return for each point the number of polygons around it, and the index of the smallest of these or -1.
 
-    With `areas` (mm², one per point) only larger polygons count: a polygon is not inside itself, nor inside the
+    With `areas` (mm², one per point), only larger polygons count: a polygon is not inside itself, nor inside the
     outlines of its own holes.
     """
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)

@@ -29,7 +29,7 @@ Spend = Callable[[int], None]
 ROUND = 1e-3
 
 
-def free(_: int) -> None:
+def no_limit(_: int) -> None:
     """Allow any number of points."""
 
 
@@ -49,7 +49,7 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
     """
     n = len(control)
     if not 1 <= degree <= MAX_DEGREE or n <= degree or len(knots) != n + degree + 1:
-        raise PlanError(f"{n} control points, {len(knots)} knots and degree {degree} make no spline")
+        raise PlanError(f"{n} control points, {len(knots)} knots and degree {degree} do not define a spline")
     positive_weights = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
     if len(positive_weights) != n or not (positive_weights > 0.0).all() or not np.isfinite(positive_weights).all():
         raise PlanError("the weights of a spline must be positive, one per control point")
@@ -74,18 +74,18 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 
 
 def _chords_needed(sample: Floats, tolerance: float) -> Floats:
-    """The height of a chord decreases with the square of their number."""
+    """Return the number of chords for each knot span, a power of two; the chord error falls with its square."""
     middles = 0.5 * (sample[:, :-2] + sample[:, 2:])
     # The height over two steps is four times that over one.
     height = np.hypot(*np.moveaxis(sample[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
     counts = np.ceil(SAMPLE_CHORDS * np.sqrt(height / tolerance))
-    # Powers of two, so that there are few groups of spans.
+    # Powers of two give few groups of spans.
     powers: Floats = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
     return powers
 
 
 def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
-    """Return float64[spans, count + 1, 2]: points at equal steps through every span (de Boor's algorithm)."""
+    """Return points at equal steps through each span, float64[spans, count + 1, 2] (de Boor's algorithm)."""
     start, end = knots[spans], knots[spans + 1]
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, count + 1)
     d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
@@ -106,17 +106,17 @@ def bezier_points(control: Floats, tolerance: float) -> Points:
 
 
 def ellipse_path(
-    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = free
+    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = no_limit
 ) -> Polyline:
     """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
 
-    If u and v have equal lengths and are perpendicular, it is the exact arc; otherwise arcs within `tolerance` mm of
-    it.
+    If u and v have equal lengths and are perpendicular, the result is the exact arc; otherwise its arcs lie within
+    `tolerance` mm of the ellipse.
 
     Raises
     ------
     PlanError
-        As `fitted`.
+        A coordinate is out of range; also any error of `spend`.
     """
     cross = u[0] * v[1] - u[1] * v[0]
     even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
@@ -140,8 +140,10 @@ def ellipse_path(
     return Polyline(rows)
 
 
-def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = free) -> Polyline:
-    """Return arcs through points within a quarter of `tolerance` of a curve; a ring repeats its first point at the end.
+def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = no_limit) -> Polyline:
+    """Return arcs through points that lie within a quarter of `tolerance` of a curve.
+
+    A closed curve repeats its first point at the end.
 
     Raises
     ------

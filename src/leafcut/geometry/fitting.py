@@ -17,8 +17,8 @@ FLAT = 1e-5
 def fit_arcs(points: Points, tolerance: float, closed: bool = False) -> Polyline:
     """Return lines and arcs that pass within `tolerance` of all points and of the middles of their chords.
 
-    Greedy: from each point the longest arc or line within the tolerance, ending at a point. A closed line starts at its
-    sharpest corner. O(n log n).
+    Greedy: the next arc or line is always the longest within the tolerance that ends at a point. A closed line starts
+    at its sharpest corner. O(n log n).
 
     `points` is float64[n, 2], mm, dense in curves; the first is not repeated at the end of a closed line.
     """
@@ -46,7 +46,7 @@ def _sharpest_corner(points: Points) -> int:
 
 
 def _longest_segment(points: Points, start: int, tolerance: float, last: int) -> tuple[int, float]:
-    """Return the end (index ≤ `last`) and the bulge: doubling, then bisection."""
+    """Return the end (index ≤ `last`) and the bulge of the longest line or arc; doubling, then bisection."""
     good, bulge = start + 1, 0.0
     step, bad = 2, last + 1
     while start + step < bad:

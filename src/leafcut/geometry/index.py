@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Indices, Points
 
-#: Maximum number of pairs in a valid drawing: constant, and per shape.
+#: Maximum number of pairs in a valid drawing: a constant, plus a number per shape.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
 #: Shapes per query of the index: few in crowded drawings, to detect them early.
 _MIN_BATCH, _MAX_BATCH = 16, 4096
@@ -30,7 +30,7 @@ def query_pairs(
     Raises
     ------
     PlanError
-        There are more than in any valid drawing; `description` names them.
+        There are more pairs than in any valid drawing; `description` names them in the message.
     """
     tree: Any = shapely.STRtree(targets)
     options = {} if distance is None else {"distance": distance}
@@ -62,10 +62,10 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
 
 
 class NearLines:
-    """Short lines and points, object[n] of shapely, for finding near pairs.
+    """Index of short shapely lines and points, object[n], that finds pairs close to each other.
 
-    Most pairs are decided by bounding boxes and three points of each, without measuring the distance of the lines; in
-    crowded drawings that is most of the work.
+    Most pairs are decided by their bounding boxes and three points of each line. Measuring the distance of all lines
+    would be most of the work in crowded drawings.
     """
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
@@ -113,7 +113,7 @@ class NearLines:
 
 
 class ShapeIndex:
-    """Shapely polygons or lines of any size, prepared: a query measures only the edges near it."""
+    """Index of shapely polygons or lines of any size; a query measures only the edges nearby."""
 
     def __init__(self, shapes: Any) -> None:
         self._shapes = np.array(shapes, dtype=object)
@@ -131,7 +131,7 @@ class ShapeIndex:
 
 
 def unique_pairs(first: Indices, second: Indices) -> Indices:
-    """Return int64[k, 2], the distinct pairs (first, second), in order; both are non-negative."""
+    """Return the distinct pairs (first, second) of non-negative numbers, sorted, int64[k, 2]."""
     stride = int(second.max(initial=0)) + 1
     keys = np.sort(first * stride + second)
     keys = keys[np.diff(keys, prepend=-1) > 0]
@@ -139,7 +139,7 @@ def unique_pairs(first: Indices, second: Indices) -> Indices:
 
 
 def linked(n: int, first: Indices, second: Indices) -> Indices:
-    """Return a component number for each of 0 … n - 1, int64[n]; the pairs (first, second) are edges."""
+    """Return the connected component of each node 0 … n - 1, int64[n]; the pairs (first, second) are edges."""
     parent = list(range(n))
 
     def root(k: int) -> int:

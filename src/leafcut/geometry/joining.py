@@ -1,4 +1,4 @@
-"""Join open paths end to end to closed or longer ones."""
+"""Join open paths end to end into longer or closed paths."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Distance within which ends are drawn as one point, mm: drawings keep 4 to 6 digits.
+#: Ends closer than this are drawn as one point, mm: drawings keep 4 to 6 digits.
 EXACT = 1e-4
-#: Minimum angle between two paths at a common end, radians; below it they overlap.
+#: Minimum angle between two paths at a common end, radians; at smaller angles they overlap.
 DOUBLED_BACK = 1e-3
 
 
 class Joined(NamedTuple):
-    """A path, the indices of its members from its start on, and the closed gaps (position, mm)."""
+    """A joined path, the indices of its source paths in order, and the closed gaps (position, width in mm)."""
 
     path: Polyline
     members: list[int]
@@ -30,9 +30,9 @@ class Joined(NamedTuple):
 
 @dataclass
 class Joining:
-    """Result of joining, in drawing order, and the branches: positions where more than two ends meet.
+    """Joined paths in drawing order, and branches: positions where more than two ends meet.
 
-    At a branch, the drawing order decides which ends belong together, which is a guess.
+    At a branch, the drawing order decides which ends belong together. This is a guess.
     """
 
     paths: list[Joined] = field(default_factory=list)
@@ -42,9 +42,9 @@ class Joining:
 def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     """Join open paths whose ends are within `tolerance` mm of each other, nearest first; O(n log n).
 
-    Ends drawn as one point are joined before any gap is closed. If more than two meet, consecutive paths of the drawing
-    are joined first, then those with the sharpest corner, so that touching outlines do not cross. Both ends of a closed
-    gap move to its middle. Closed paths are kept.
+    Ends drawn as one point are joined before any gap is closed. If more than two ends meet, consecutive paths of the
+    drawing are joined first, then the paths with the sharpest corner, so that touching outlines do not cross. Both ends
+    of a closed gap move to its middle. Closed paths stay unchanged.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
 def _mates(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
-    """Return the end joined to each, or -1. The nearest pair is joined first; ties go by drawing order."""
+    """Return the partner of each end, or -1. The nearest pairs are joined first, ties in drawing order."""
     distance = np.where(gaps <= EXACT, 0.0, gaps)
     follow = np.abs(first // 2 - second // 2) == 1
     # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
@@ -97,7 +97,7 @@ def _mates(
 def _angles(
     paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the angle at pairs of ends where more than two meet, otherwise π; radians."""
+    """Return the angle between the paths of each pair of ends, rad; π unless more than two ends meet there."""
     crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
     directions = {end: _inward_direction(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
     angles = np.full(len(first), np.pi)
@@ -112,7 +112,7 @@ def _inward_direction(path: Polyline, at_end: bool) -> Point:
 
 
 def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
-    """Return the positions where three or more ends meet, or where an end found no free partner."""
+    """Return the positions where three or more ends meet, or where all partners of an end are taken."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
     exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
@@ -121,7 +121,10 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
 
 
 def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return the ends at which paths are entered (2i: the start of path i), and whether each chain closes."""
+    """Return the chains of joined paths: the ends at which paths are entered, and whether the chain is closed.
+
+    End 2i is the start of path i, and end 2i + 1 is its end.
+    """
     table = mate.tolist()
     done = [False] * (len(table) // 2)
     walks = []
@@ -143,7 +146,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
 
 
 def _assemble(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
-    """Each path is entered at one of its ends; closed gaps are added to `gaps`."""
+    """Return the path of a chain, given the ends at which its paths are entered; add its closed gaps to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):

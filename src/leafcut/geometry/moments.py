@@ -25,7 +25,10 @@ class Moments(NamedTuple):
 
 
 def moments(points: Floats, weights: Floats) -> Moments:
-    """Return the moments of the first 1, 2, 3 … points of every row, float64[rows, n, 2], near 0 to keep precision."""
+    """Return the moments of the first 1, 2, 3 … points of each row, float64[rows, n, 2].
+
+    The points should lie near the origin to keep precision.
+    """
     x, y = points[..., 0], points[..., 1]
     z = x * x + y * y
     total = np.maximum(np.cumsum(weights, axis=1), _TINY)
@@ -50,14 +53,16 @@ def moments(points: Floats, weights: Floats) -> Moments:
     )
 
 
-def off_line(m: Moments) -> Floats:
-    """Return the mean square distance from the best line: the smaller eigenvalue of the covariance."""
+def line_error(m: Moments) -> Floats:
+    """Return the mean squared distance from the best line: the smaller eigenvalue of the covariance."""
     half = 0.5 * (m.xx + m.yy)
     return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
 
 
-def off_circle(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the approximate mean square distance from the best circle, its centre from the mean, and its radius.
+def circle_error(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the approximate mean squared distance from the best circle, its centre (x and y), and its radius.
+
+    The centre is relative to the mean of the points.
 
     Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); the root by Newton's method from 0 as
     in Chernov, "Circular and linear regression" (2010), section 5.9.

@@ -3,8 +3,8 @@
     map = ObstacleMap({0: part, 1: other}, walls={-1: clamp})
     map.path_around(a, b, {0}, radius=4.0)
 
-`shortest_path` is Dijkstra's algorithm. `ObstacleMap` builds visibility graphs of polygons for it, `zones.way_round` of
-rectangles.
+`shortest_path` is Dijkstra's algorithm. `ObstacleMap` builds visibility graphs of polygons, and
+`zones.path_around_zones` builds visibility graphs of rectangles.
 """
 
 from __future__ import annotations
@@ -21,29 +21,30 @@ from shapely.geometry.polygon import orient
 
 from leafcut.geometry.arrays import Floats, Indices, Point, Points
 
-#: A move that reaches no deeper over a polygon does not cross it, mm: moves that start at its edge leave along it.
+#: A move that enters a polygon less deeply does not cross it, mm: moves may start at its edge and leave along it.
 DEPTH = 0.1
-#: Distance of paths from corners, mm (an estimate: more would not fit between near polygons); added to a radius.
-MARGIN, BESIDE = 1.0, 0.02
+#: Distance of paths from corners, mm (an estimate: a larger one would not fit between close polygons), and clearance in
+#: addition to the radius of a head, mm.
+MARGIN, CLEARANCE = 1.0, 0.02
 #: Tolerance of the distance of paths from polygons, mm.
 SLACK = 0.01
-#: Maximum number of corners for a path, and of rounds that add the polygons that it meets.
+#: Maximum number of corners for a path, and of rounds that add the polygons on the path.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
-#: Radius of the surroundings of an end that are searched for a way out, in radii of the head.
+#: Radius of the area around an end that is searched for an exit, in radii of the head.
 ENCLOSING = 2.0
 
-#: Identifies positions of a graph: the number of a polygon, or a point and whether the path starts or ends there.
+#: Identifies a group of nodes: the number of a polygon, or a point and whether the path starts or ends there.
 _Key: TypeAlias = int | tuple[Point, bool]
-#: Places for corners of paths, float64[n, 2], mm: the corners of a polygon, or a single point.
+#: Possible corners of paths, float64[n, 2], mm, with their key: the corners of a polygon, or a single point.
 _Nodes: TypeAlias = tuple[_Key, Points]
 
 
 def shortest_path(
     n: int, edges: Callable[[int], tuple[Indices, Floats]], start: int, ends: Collection[int]
 ) -> list[int] | None:
-    """Return the nodes of the shortest path from a node to the nearest of several, in a graph of `n` nodes, or None.
+    """Return the nodes of the shortest path from `start` to the nearest of `ends` in a graph of `n` nodes, or None.
 
-    `edges` returns the neighbours of a node, int64[k], and their distances, float64[k]; infinite without an edge.
+    `edges` returns the neighbours of a node, int64[k], and their distances, float64[k], infinite without an edge.
     """
     best, previous, queue = np.full(n, np.inf), dict[int, int](), [(0.0, start)]
     best[start] = 0.0
@@ -67,9 +68,10 @@ def shortest_path(
 
 
 class ObstacleMap:
-    """Obstacles for a head: it keeps its radius from standing polygons, and its centre never crosses a wall.
+    """Obstacles for a head: polygons, of which any subset may stand in its way, and walls, which always do.
 
-    Results are cached for any set of standing polygons.
+    The head keeps its radius from standing polygons, and its centre never crosses a wall. Results are cached for any
+    set of standing polygons.
     """
 
     def __init__(self, polygons: Mapping[int, Any], walls: Mapping[int, Any]) -> None:
@@ -84,8 +86,8 @@ class ObstacleMap:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point, float], frozenset[int]] = {}
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
-        # Cached paths by ends and radius: the polygons that influenced the path, those of them that stood, and its
-        # corners.
+        # Cached paths by ends and radius: the polygons that influenced the path, the standing ones among them, and the
+        # corners of the path.
         self._paths: dict[
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
@@ -105,21 +107,21 @@ class ObstacleMap:
         return self._met[a, b, radius]
 
     def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
-        """Return the corners of a short path, or None.
+        """Return the corners of a short path from `a` to `b`, or None.
 
-        It keeps a radius from standing polygons, except within that radius of its ends, and crosses no wall.
+        The path keeps `radius` mm from standing polygons, except within that radius of its ends, and crosses no wall.
         """
         known = self._paths.setdefault((a, b, radius), [])
         for seen, stood, corners in known:
             if seen & standing == stood:
                 return corners
         influence = set[int]()
-        found = self._sought(a, b, standing, radius, influence)
+        found = self._find_path(a, b, standing, radius, influence)
         known.append((frozenset(influence), frozenset(influence & standing), found))
         return found
 
-    def _sought(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Add the polygons that influence the path to `seen`."""
+    def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
+        """Return the corners of a path or None, and add the polygons that influence it to `seen`."""
         met = self.met(a, b, radius) if radius > 0.0 else self.crossed(a, b)
         seen |= met
         apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
@@ -129,7 +131,7 @@ class ObstacleMap:
         away = [*self._steps_away(a, standing, radius, seen), *self._steps_away(b, standing, radius, seen)]
         ends: list[_Nodes] = [((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
         for _ in range(MOST_ROUNDS):
-            nodes = [*ends, *((n, self._around(n, radius)) for n in sorted(blocking))]
+            nodes = [*ends, *((n, self._passing_corners(n, radius)) for n in sorted(blocking))]
             if sum(len(places) for _, places in nodes) > MOST_CORNERS:
                 return None
             path, hit = self._shortest(nodes, standing | self._walls, radius, seen)
@@ -141,37 +143,38 @@ class ObstacleMap:
         return None
 
     def _is_enclosed(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> bool:
-        """Return whether standing polygons leave the head no exit from the surroundings of a place."""
+        """Return whether standing polygons leave the head no exit from the area around a point."""
         point, reach = shapely.Point(place), ENCLOSING * radius
         near = self._numbers_near(point, reach + radius)
         seen.update(near)
         blocked = shapely.union_all([self.shapes[n].buffer(radius - SLACK) for n in near if n in standing])
         surroundings = point.buffer(reach)
         free = shapely.get_parts(shapely.difference(surroundings, blocked))
-        ways_out = shapely.dwithin(free, point, radius) & shapely.dwithin(free, surroundings.boundary, SLACK)
-        return not ways_out.any()
+        exits = shapely.dwithin(free, point, radius) & shapely.dwithin(free, surroundings.boundary, SLACK)
+        return not exits.any()
 
     def _numbers_near(self, point: Any, distance: float) -> list[int]:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
     def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return the points at the radius around nearby standing polygons, each straight away from its polygon."""
+        """Return, for each standing polygon within the radius, the nearest clear point straight away from it."""
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self.shapes[number], point))[0]
             far = math.hypot(place[0] - x, place[1] - y)
             seen.add(number)
             if number in standing and far > 0.0:
-                out = (radius + BESIDE) / far
+                out = (radius + CLEARANCE) / far
                 away.append((float(x + out * (place[0] - x)), float(y + out * (place[1] - y))))
         return away
 
     def _approached(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return pairs of a line, of float64[n, 2, 2], and a polygon that it approaches within a radius.
+        """Return pairs (line, polygon) where a line comes within `radius` mm of a polygon.
 
-        Within that radius of an end of the whole path (bool[n, 2]) a line may come nearer.
+        `lines` is float64[n, 2, 2]. `ends`, bool[n, 2], marks the ends of the whole path: within `radius` mm of such an
+        end, a line may come nearer.
         """
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
@@ -182,21 +185,21 @@ class ObstacleMap:
         at, what = self._whole.query(cut, predicate="dwithin", distance=max(radius - SLACK, 0.0))
         return some[at], what
 
-    def _around(self, number: int, radius: float) -> Points:
-        """Return the outward corners, float64[k, 2], at `MARGIN` or at the radius of the head."""
-        beside = max(MARGIN, radius + BESIDE)
-        if (number, beside) not in self._corners:
+    def _passing_corners(self, number: int, radius: float) -> Points:
+        """Return the corners, float64[k, 2], at which paths may turn around an obstacle: its grown convex corners."""
+        distance = max(MARGIN, radius + CLEARANCE)
+        if (number, distance) not in self._corners:
             shape = self.shapes[number].simplify(0.25 * MARGIN)
-            grown = shape.buffer(beside, join_style="mitre", mitre_limit=2.0)
+            grown = shape.buffer(distance, join_style="mitre", mitre_limit=2.0)
             ring = shapely.get_coordinates(orient(grown).exterior)[:-1]
             one, other = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-            self._corners[number, beside] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
-        return self._corners[number, beside]
+            self._corners[number, distance] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
+        return self._corners[number, distance]
 
     def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return rows (node, node, polygon) of the polygons that straight lines between nodes cross or approach.
+        """Return rows (node, node, obstacle): a straight line between both nodes crosses or approaches the obstacle.
 
-        The result does not depend on the standing polygons, and hardly on the ends of the path: it is computed once.
+        Rows are cached, because they depend neither on the standing polygons nor, mostly, on the ends of the path.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i][0], nodes[j][0], radius) for i, j in pairs]
@@ -209,7 +212,7 @@ class ObstacleMap:
             ]
             is_end = [not isinstance(key, int) and key[1] for key, _ in nodes]
             ends = np.repeat([(is_end[i], is_end[j]) for i, j in new], [len(some) for some in lines], axis=0)
-            which, what = self._in_the_way(np.concatenate(lines), ends, radius)
+            which, what = self._obstacles_on(np.concatenate(lines), ends, radius)
             rows = np.vstack([np.concatenate(of, axis=1)[:, which], what]).T
             splits = np.searchsorted(which, np.cumsum([len(some) for some in lines])[:-1])
             for (i, j), some in zip(new, np.split(rows, splits), strict=True):
@@ -220,10 +223,10 @@ class ObstacleMap:
         shift[:, :2] = first[np.array(pairs)]
         return np.concatenate(found) + np.repeat(shift, [len(some) for some in found], axis=0)
 
-    def _in_the_way(
+    def _obstacles_on(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return pairs, in the order of the lines, of a line and a polygon that it crosses or approaches."""
+        """Return pairs (line, obstacle) where a line crosses or approaches an obstacle, in the order of the lines."""
         # A line between corners comes within the radius of all polygons that it crosses; walls have no such distance.
         both = ends.any(axis=1) | (radius <= DEPTH)
         some, others = np.flatnonzero(both), np.flatnonzero(~both)
@@ -238,7 +241,10 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest path from the first node to the second along clear lines, and the obstacles of others."""
+        """Return the shortest path from the first node to the second; if there is none, the standing polygons on lines.
+
+        The path follows only lines between nodes that no standing obstacle blocks.
+        """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
         one, other, what = self._met_between(nodes, radius).T
@@ -256,5 +262,5 @@ class ObstacleMap:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return int64[2, k]: all pairs of n and m positions, or of two different positions of the same n."""
+    """Return all pairs of indices below n and m, int64[2, k]; if `same`, all pairs of two different indices below n."""
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))

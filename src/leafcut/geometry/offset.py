@@ -25,9 +25,9 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     """Return the edges of the area inside a closed path after growing it by `distance` mm on all sides.
 
     Outward corners become arcs about the corner: the edge of the area swept by a round tool of that radius. Lines stay
-    lines and arcs stay arcs if every element of the path has a parallel. Otherwise the edge is found with chords
-    (shapely's buffer), and arcs are fitted to them. Both are checked: every point of the result is at the distance from
-    the path, within `tolerance`.
+    lines and arcs stay arcs if every element of the path has a parallel. Otherwise the edge is computed with chords
+    (shapely's buffer), and arcs are fitted to them. Both results are checked: each point is at the distance from the
+    path, within `tolerance`.
 
     A negative distance shrinks the area, whatever the direction of the path. The results are closed, largest first:
     counter-clockwise outer edges, clockwise edges of holes that growing enclosed; empty if nothing is left.
@@ -43,7 +43,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     if distance == 0.0:
         return [path]
     fine = FINE * tolerance
-    check = _Check(path, abs(distance), tolerance)
+    check = _OffsetCheck(path, abs(distance), tolerance)
     rings = list(_rings(check.region, distance, fine, tolerance))
     if len(rings) == 1:
         exact = parallel(path, distance, fine)
@@ -52,8 +52,8 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
     return [_fit_ring(ring, check, tolerance) for ring in rings]
 
 
-def _fit_ring(ring: Points, check: _Check, tolerance: float) -> Polyline:
-    """Return the chords themselves if arcs do not fit the path."""
+def _fit_ring(ring: Points, check: _OffsetCheck, tolerance: float) -> Polyline:
+    """Return a ring of chords as lines and arcs, or unchanged if no arcs fit."""
     moved = check.moved_to_distance(ring)
     for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
         candidate = fit_arcs(points, reach * tolerance, closed=True)
@@ -79,8 +79,8 @@ def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Itera
     yield from (points for _, points in sorted(sized, key=lambda pair: -pair[0]))
 
 
-class _Check:
-    """The path in fine chords."""
+class _OffsetCheck:
+    """Checks offset paths against the original path, given in fine chords."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
         self.distance, self.tolerance = distance, tolerance
@@ -95,7 +95,7 @@ class _Check:
         shapely.prepare(self.edge)
 
     def agrees(self, candidate: Polyline, ring: Points) -> bool:
-        """The result must be at the distance everywhere, simple, and complete."""
+        """Return whether an offset path is at the distance everywhere, does not cross itself, and covers the ring."""
         if candidate.n_segments < 2:
             return False
         points = candidate.flattened(FINE * self.tolerance)
@@ -110,7 +110,7 @@ class _Check:
         return bool(shapely.dwithin(candidate_ring, shapely.points(expected), max_distance).all())
 
     def moved_to_distance(self, ring: Points) -> Points:
-        """Move points to the exact distance from the nearest point of the path."""
+        """Return points moved to the exact distance from the nearest point of the path."""
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

@@ -1,7 +1,7 @@
 """Remove lines and arcs drawn on top of each other, unless two neighbouring outlines share them.
 
-Overlapping lines are split at each other's ends, so that duplicates match exactly; one of each is kept. A duplicate is
-restored if outlines would miss it, that is, where an odd number of ends would meet.
+Overlapping lines are split at each other's ends, so that duplicates match exactly. One of each is kept. A duplicate is
+restored if an outline needs it: without it, an odd number of ends would meet.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import linked, near_pairs, query_pairs
 from leafcut.geometry.polyline import Polyline
 
-#: Distance within which lines coincide, mm.
+#: Lines closer than this coincide, mm.
 SAME = 0.01
 _FULL = 2.0 * np.pi
 
@@ -58,7 +58,7 @@ def without_overlaps(paths: Sequence[Polyline], tolerance: float = SAME) -> Unco
 
 
 class _Segments(NamedTuple):
-    """Lines and arcs: ends, bulge, length, circle (NaN for lines), and path index."""
+    """Lines and arcs in columns: both ends, bulge, length, centre and radius (NaN for lines), and path index."""
 
     a: Points
     b: Points
@@ -87,7 +87,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
 
 
 def _cuts(table: _Segments, tolerance: float) -> dict[int, list[float]]:
-    """Return for every overlapping segment the positions at which to split it, mm along it, in order."""
+    """Return for each overlapping segment the positions at which to split it, mm from its start, in order."""
     positions: dict[int, list[float]] = {}
     for first, second in (_line_pairs(table, tolerance), _arc_pairs(table, tolerance)):
         for i, j in ((first, second), (second, first)):
@@ -135,7 +135,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -
 
 
 def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return the positions of the ends of segments j, mm along segments i of the same line or circle."""
+    """Return the positions of both ends of segments j along segments i of the same line or circle, mm."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
         direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
@@ -181,7 +181,7 @@ def _arcs_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) ->
 
 
 def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
-    """A piece may equal an earlier one in either direction."""
+    """Return the pieces that repeat an earlier piece, in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
@@ -205,7 +205,7 @@ def _needed_pieces(
     Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
     """
     ends = ends_of([*(p for p, _ in pieces), *outlines])
-    node = _nodes(ends, 2.0 * tolerance)
+    node = _end_numbers(ends, 2.0 * tolerance)
     doubles = set(repeated)
     present = np.array([k // 2 not in doubles for k in range(len(ends))])
     degree = np.bincount(node[present], minlength=len(ends))
@@ -239,7 +239,7 @@ def _needed_pieces(
     return needed
 
 
-def _nodes(ends: Points, tolerance: float) -> Indices:
-    """Ends linked by distances within `tolerance` share a number."""
+def _end_numbers(ends: Points, tolerance: float) -> Indices:
+    """Return a number for each end; ends linked by distances within `tolerance` share a number."""
     first, second, _ = near_pairs(ends, tolerance)
     return linked(len(ends), first, second)

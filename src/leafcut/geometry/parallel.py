@@ -31,7 +31,7 @@ def parallel(path: Polyline, distance: float, tolerance: float) -> Polyline | No
     parallel (an arc with a radius smaller than the distance) or two neighbours do not meet. The result may still cross
     itself.
 
-    `tolerance` is the distance within which ends are one point, mm.
+    Ends closer than `tolerance` mm coincide.
     """
     shifted = [_shifted_element(s, distance) for s in path.segments() if s.start != s.end]
     if len(shifted) < 2 or any(e is None for e in shifted):
@@ -92,12 +92,12 @@ def _direction(e: Element, at_end: bool) -> Point:
 
 
 def _turn(a: Point, b: Point) -> float:
-    """Return an angle from -π to π."""
+    """Return the angle from direction `a` to direction `b`, -π to π."""
     return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
 
 def _nearest_intersection(a: Element, b: Element) -> Point | None:
-    """Return the intersection nearest to the common end; None for none."""
+    """Return the intersection nearest to the common end; None if they do not intersect."""
     reference = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
     if a.turn == 0.0 and b.turn == 0.0:
         points = _line_line(a, b)
@@ -146,7 +146,7 @@ def _circle_circle(a: Element, b: Element) -> list[Point]:
 
 
 def _trimmed_bulge(e: Element) -> float | None:
-    """Return None if nothing of the element is left.
+    """Return the bulge of an element trimmed at its ends; None if nothing of an arc is left.
 
     A line trimmed beyond its own start reverses its direction; the caller's distance check detects that.
     """

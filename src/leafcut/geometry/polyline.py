@@ -34,19 +34,19 @@ class Segment(NamedTuple):
 
     @property
     def is_arc(self) -> bool:
-        """True: an arc; counter-clockwise if `bulge` is positive."""
+        """Whether the segment is an arc, counter-clockwise if `bulge` is positive."""
         return self.bulge != 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """Vertices and the bulge of the segment that starts at each.
+    """Vertices, each with the bulge of the segment that starts there.
 
     Attributes
     ----------
     vertices
-        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last bulge closes a closed polyline (its
-        first vertex is not repeated); for an open one it is 0.
+        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last bulge closes a closed polyline, whose
+        first vertex is not repeated. For an open polyline, the last bulge is 0.
     """
 
     vertices: NDArray[np.float64]
@@ -80,7 +80,7 @@ class Polyline:
 
     @cached_property
     def _ends(self) -> Points:
-        """float64[m, 4]."""
+        """Start and end of each segment (x0, y0, x1, y1), float64[m, 4]."""
         xy = self.vertices[:, :2]
         after = np.concatenate([xy[1:], xy[:1]]) if self.closed else xy[1:]
         return np.concatenate([xy[: self.n_segments], after], axis=1)
@@ -177,9 +177,9 @@ class Polyline:
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
     def flattened(self, tolerance: float = 0.01) -> Points:
-        """Return points (x, y) along it, float64[k, 2]; the chord error of arcs is at most `tolerance` mm.
+        """Return points along the polyline, float64[k, 2]; the chord error of arcs is at most `tolerance` mm.
 
-        The points of a closed polyline end with the first one again.
+        For a closed polyline, the first point is repeated at the end.
         """
         if not self.bulges.any():
             return np.concatenate([self.vertices[:, :2], self.vertices[: int(self.closed), :2]])
@@ -188,7 +188,7 @@ class Polyline:
         return np.concatenate(points)
 
     def reversed(self) -> Polyline:
-        """Return the reversed polyline; a closed one starts at the same vertex."""
+        """Return the reversed polyline; a closed polyline still starts at the same vertex."""
         xy = self.vertices[::-1, :2]
         if self.closed:
             xy = np.roll(xy, 1, axis=0)
@@ -213,7 +213,7 @@ class Polyline:
         return ends
 
     def _locate(self, distance: float) -> tuple[int, float]:
-        """Return a segment, and its share before the point."""
+        """Return the index of the segment at a distance from the start, and the share of the segment before it."""
         if self.closed and self.length > 0.0:
             distance %= self.length
         ends = self._segment_ends
@@ -223,12 +223,12 @@ class Polyline:
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:
-        """Return the point at a distance along it from its start, mm; beyond an end of an open polyline, that end."""
+        """Return the point at a distance from the start, mm; beyond an end of an open polyline, that end."""
         index, share = self._locate(distance)
         return _along(self.segment(index), share)
 
     def direction_at(self, distance: float) -> tuple[float, float]:
-        """Return the unit vector of travel at a distance along it; at a vertex, that of the following segment."""
+        """Return the unit vector of travel at a distance from the start, mm; at a vertex, of the following segment."""
         index, share = self._locate(distance)
         s = self.segment(index)
         if not s.is_arc:
@@ -239,9 +239,9 @@ class Polyline:
         return (-(y - s.center[1]) / s.radius * side, (x - s.center[0]) / s.radius * side)
 
     def piece(self, start: float, end: float) -> Polyline:
-        """Return the open polyline between two distances along it, `start` ≤ `end`, mm.
+        """Return the open polyline between two distances from the start, `start` ≤ `end`, mm.
 
-        For a closed polyline, `end` may exceed its length: the piece continues past the start, at most one more round.
+        For a closed polyline, `end` may exceed its length: the piece continues past the start for up to one more round.
         """
         if not self.closed:
             start, end = max(start, 0.0), min(end, self.length)
@@ -268,7 +268,7 @@ class Polyline:
 
 
 def joined(*pieces: Polyline) -> Polyline:
-    """Return the concatenation of open polylines, each starting at the end of the previous one."""
+    """Return the concatenation of open polylines, each of which starts at the end of the previous polyline."""
     rows = [p.vertices[:-1] for p in pieces if p.n_segments]
     ends = [p for p in pieces if p.n_segments]
     if not ends:
@@ -293,7 +293,7 @@ MAX_CHORDS = 2000
 
 
 def _chords(s: Segment, tolerance: float) -> Points:
-    """Return float64[k, 2]; a chord's height is r·(1 − cos(step/2)) ≤ tolerance."""
+    """Return the ends of the chords of an arc, float64[k, 2]; the height r·(1 − cos(step/2)) is at most `tolerance`."""
     turn = 4.0 * math.atan(s.bulge)
     step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi
     count = min(max(math.ceil(abs(turn) / max(step, 1e-6)), 1), MAX_CHORDS)

@@ -1,4 +1,4 @@
-"""Regions of the plane as shapely polygons: created from paths, offset so that no chord comes too close."""
+"""Regions of the plane as shapely polygons, created from paths; offsets allow for the chord error of arcs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.geometry.polyline import Polyline
 
 #: Chord error of walls and offsets, as a share of the tolerance.
 FINE = 0.125
-#: Minimum length of a slot as wide as the tool, in tool radii; shorter ones are tips of corners.
+#: Minimum length of a slot as wide as the tool, in tool radii; shorter slots are tips of corners.
 LONG = 0.05
 
 
@@ -38,17 +38,17 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
 
 
 def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return a polygon shrunk by a distance, mm: every point of the result is at least that far from its edge."""
+    """Return a polygon shrunk by a distance, mm; each point of the result is at least that far from the old edge."""
     fine = FINE * tolerance
     # A buffer's arcs are chords, which come closer to the edge by the height of a chord.
     return shape.buffer(-(distance + fine), quad_segs=quarter(distance, fine))
 
 
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
-    """Return the allowed centres of a tool that keeps a distance, mm, from the edge of a polygon.
+    """Return the allowed positions of a tool centre that keeps a distance, mm, from the edge of a polygon.
 
-    Where the shape is as wide as the tool, within the tolerance, this is its centre line. It is a strip half a
-    tolerance wide on either side, on which the tool touches both walls.
+    Where the shape is as wide as the tool, within the tolerance, the result is a strip along the centre line, half a
+    tolerance wide on either side. There the tool touches both walls.
     """
     centres = shrunk(shape, distance, tolerance)
     slack = 0.5 * tolerance
@@ -68,7 +68,7 @@ def _span(shape: Any) -> float:
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
-    """Return the area swept by a disc whose centre visits a shape (lines or polygons), within a chord error."""
+    """Return the area swept by a disc whose centre visits a shape (lines or polygons), within the chord error."""
     return shape.buffer(radius, quad_segs=quarter(radius, FINE * tolerance))
 
 
@@ -84,5 +84,5 @@ def polygons(shape: Any) -> list[Any]:
 
 
 def as_polyline(points: Any, closed: bool = False) -> Polyline:
-    """Return straight lines through points, float64[n, 2] or coordinates of shapely."""
+    """Return a polyline of straight lines through points, float64[n, 2] or shapely coordinates."""
     return Polyline.of_points(np.asarray(points, dtype=np.float64)[:, :2], closed)

@@ -20,24 +20,24 @@ from leafcut.geometry.polyline import Polyline
 
 #: Chord error of outlines in tests, mm.
 CHORDS = 0.01
-#: Maximum total number of these chords.
+#: Maximum total number of chords of all outlines.
 MOST_CHORDS = 20_000_000
-#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a cross in the centre
-#: of a hole are farther apart; they would be joined to a diamond.
+#: Maximum --join-tolerance that a message proposes, mm. Accidental gaps are smaller. The ends of a centre cross of a
+#: hole are farther apart; joining them would give a diamond.
 WIDEST_PROPOSED_JOIN = 0.5
 
 
 @dataclass
 class Tidy(Joining):
-    """Paths made of strokes, branches, and the positions of duplicates."""
+    """Outlines joined from strokes, branches, and the positions of removed duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
 
 
 def join_advice(number: int, paths: Sequence[Polyline]) -> str:
-    """Return the position of the end nearest to an open path's ends, and how to close the gap.
+    """Return a remark for a message: the end nearest to the ends of the open path `paths[number]`, and a remedy.
 
-    The path is `paths[number]`; its own other end counts too.
+    The other end of the same path counts too.
     """
     ends = ends_of(paths)
     own_ends = slice(2 * number, 2 * number + 2)
@@ -50,13 +50,13 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
     remedy = (
         f"--join-tolerance {join_tolerance:g} closes it"
         if join_tolerance <= WIDEST_PROPOSED_JOIN
-        else "draw what is missing there"
+        else "draw the missing line there"
     )
     return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {remedy})"
 
 
 def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
-    """Return strokes joined to outlines; those that do not close are tried again without duplicates.
+    """Return strokes joined to outlines; strokes that do not close are joined again without duplicates.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def polygons(paths: Sequence[Polyline]) -> Any:
     Raises
     ------
     PlanError
-        They need more than `MOST_CHORDS`.
+        The paths need more than `MOST_CHORDS` chords.
     """
     if not paths:
         return np.array([], dtype=object)
@@ -112,14 +112,14 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 
 def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
-    """A flaw: a closed path crosses itself or encloses nothing."""
+    """Return for each closed path whether it crosses itself or encloses nothing."""
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
 
 
 def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
-    """Return whether each open stroke lies on one outline, and no other stroke continues from its ends."""
+    """Return for each open stroke whether it lies on a single outline and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)
     lines: Any = shapely.linearrings(

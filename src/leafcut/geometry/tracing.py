@@ -18,16 +18,16 @@ from leafcut.geometry.polyline import Polyline
 
 #: A line with fewer points, around a pixel or two, is used unchanged.
 FEW_POINTS = 10
-#: A crossing this close to the middle between two pixels, pixels, has no shades between dark and bright.
+#: A crossing closer than this to the middle between two pixels indicates an edge without shades, pixels.
 UNSHADED = 0.1
-#: Standard deviation of the wall from the crossing, pixels: uniform over one pixel without shades; with shades about
-#: that of an anti-aliased edge.
+#: Standard deviation of the distance between wall and crossing, pixels: without shades, uniform over one pixel; with
+#: shades, that of an anti-aliased edge.
 NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
 #: Maximum distance of accepted lines and arcs from the level line, pixels.
 FARTHEST = 1.0
-#: Maximum share of its points that are off by more than this multiple of their noise.
+#: Maximum share of outliers among the points of a line: points off by more than this multiple of their noise.
 MAX_OUTLIERS, OUTLIER = 0.03, 3.0
-#: Tolerance of arcs fitted to the smoothed line otherwise, pixels.
+#: Tolerance of arcs fitted to a smoothed line, pixels.
 FIT_TOLERANCE = 0.15
 #: Rounds of smoothing and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
 #: 1995, section 3: forwards and slightly more backwards, so that stairs vanish and circles keep their size.
@@ -77,15 +77,15 @@ def fitted_outline(line: Points) -> Polyline:
 
 
 def smoothed_outline(line: Points) -> Polyline:
-    """Return arcs along a smoothed level line; faster, and rounder at corners."""
+    """Return arcs along a smoothed level line: faster than `fitted_outline`, but with rounder corners."""
     if len(line) < FEW_POINTS:
         return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT_TOLERANCE, closed=True)
 
 
 def _smoothed(line: Points) -> Points:
-    """Remove stairs; every point moves only between its two pixels."""
-    # A point between two pixels side by side moves in x, between two above each other in y.
+    """Return a level line without stairs; each point moves only between its two pixels."""
+    # A point between two pixels of a row moves in x, a point between two pixels of a column in y.
     middle = line - 0.5
     in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))
     movable = np.column_stack([in_row, ~in_row])

@@ -12,7 +12,7 @@ _TOUCH = 1e-9
 
 
 def widened(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1), sides moved outwards by `distance`, mm: one or float64[k]."""
+    """Return rectangles (float64[k, 4]: x0, y0, x1, y1) grown on all sides by `distance` mm, a number or float64[k]."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     result: NDArray[np.float64] = table + np.multiply.outer(
         np.asarray(distance, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0]
@@ -21,7 +21,7 @@ def widened(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
 
 
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
-    """Return for every move from `a` to `b` (float64[n, 2], mm) whether it touches one of `zones` (float64[k, 4]).
+    """Return for each move from `a` to `b` (float64[n, 2], mm) whether it touches any of `zones` (float64[k, 4]).
 
     A segment and a rectangle are disjoint exactly if a line along an axis or along the segment separates them
     (separating axis theorem for two convex shapes). With `dogleg`, the axes are not synchronised and the path is not
@@ -49,12 +49,12 @@ def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bo
 PASSING = 1.0
 
 
-def way_round(
+def path_around_zones(
     a: tuple[float, float], b: tuple[float, float], zones: ArrayLike, *, dogleg: bool = False
 ) -> list[tuple[float, float]] | None:
-    """Return the corners of the shortest path from `a` to `b` around all `zones`; None if there is none.
+    """Return the corners of the shortest path from `a` to `b` around all `zones`; None if no path exists.
 
-    It turns at corners a little outside of the rectangles; `dogleg` as in `touches_any_zone`.
+    The path turns slightly outside the corners of the rectangles. `dogleg` is as in `touches_any_zone`.
     """
     wide = widened(zones, PASSING)
     places = np.concatenate([[a, b], wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.zones import PASSING, touches_any_zone, way_round, widened
+from leafcut.geometry.zones import PASSING, path_around_zones, touches_any_zone, widened
 from leafcut.model.cutter import widest_below
 
 
@@ -70,7 +70,7 @@ class Obstacles:
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
         """Return the intermediate points of the shortest path around all zones, or None if all paths are blocked."""
-        return way_round(a, b, self.of_tool(tool), dogleg=self.dogleg)
+        return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
     def round_room(self) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that contain all corners of paths around the zones, for any tool."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, free, spline_points
+from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, no_limit, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
     IDENTITY,
@@ -147,7 +147,9 @@ _MAKERS: dict[str, Any] = {
 }
 
 
-def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
+def placed_stroke(
+    stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = no_limit
+) -> Polyline:
     """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
     Raises

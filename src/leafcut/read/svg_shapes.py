@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, free
+from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, no_limit
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.svg_transform import Affine, length, numbers
 
@@ -183,7 +183,7 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 }
 
 
-def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
+def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = no_limit) -> Polyline | None:
     """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length."""
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, Bend):

@@ -14,7 +14,7 @@ import shapely
 
 from leafcut import api
 from leafcut.gcode.dialects import dialect
-from leafcut.geometry.obstacles import BESIDE, MARGIN
+from leafcut.geometry.obstacles import CLEARANCE, MARGIN
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut
@@ -111,7 +111,7 @@ def test_a_nozzle_that_comes_from_beside_a_free_part_leaves_it_at_once() -> None
     beside, on = cut_of(1, (14.8, 1.0), (14.8, 1.0)), cut_of(0, (14.0, 9.9), (14.0, 9.9))
     assert DetachableParts(ROW).routes([beside, on], None, None).corners == {}
     corners = DetachableParts(ROW, 1.5).routes([beside, on], None, None).corners[1]
-    assert corners[0] == pytest.approx((15.0 - 1.5 - BESIDE, 1.0), abs=0.02)
+    assert corners[0] == pytest.approx((15.0 - 1.5 - CLEARANCE, 1.0), abs=0.02)
 
 
 def test_the_way_to_the_end_counts_too() -> None:

@@ -503,7 +503,7 @@ def test_no_message_proposes_a_join_tolerance_above_half_a_millimetre() -> None:
     marks = line((8, 10), (12.54, 10)), line((10.27, 7.73), (10.27, 12.27))
     assert math.dist(marks[0].path.start, marks[1].path.start) == pytest.approx(3.21, abs=0.01)
     text = refusal(box(0, 0, 20, 20), *marks)
-    assert "--join-tolerance" not in text and "draw what is missing there" in text
+    assert "--join-tolerance" not in text and "draw the missing line there" in text
     for gap in (0.1, 0.499, 0.501, 0.6, 4.9):
         text = refusal(line((0, 0), (20, 0), (20, 20), (0, 20), (0, gap)))
         assert ("--join-tolerance" in text) == (gap < 0.5)
@@ -517,4 +517,4 @@ def test_an_open_path_names_the_nearest_end_and_the_tolerance_that_closes_it() -
     assert "the nearest end is 0.3 mm away at (10, 10)" in refusal(*halves, join_tolerance=0.251)
     assert "--join-tolerance 0.301 closes it" in refusal(*halves, join_tolerance=0.251)
     assert len(sheet(*halves, join_tolerance=0.301).contours) == 1
-    assert "draw what is missing there" in refusal(line((0, 0), (10, 0), (10, 10)))
+    assert "draw the missing line there" in refusal(line((0, 0), (10, 0), (10, 10)))

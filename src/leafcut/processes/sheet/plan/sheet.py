@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PlanError, count_of, shown
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
-from leafcut.geometry.containment import around, conflicts, nesting
+from leafcut.geometry.containment import conflicts, enclosing, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy
@@ -269,8 +269,8 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
         return
     inside = np.full((2, len(closed)), -1)
     depth, parent = nesting(shapes[kept])
-    inside[:, kept] = depth, [kept[around_it] if around_it >= 0 else -1 for around_it in parent.tolist()]
-    owner = [k if deep % 2 == 0 else around_it for k, (deep, around_it) in enumerate(inside.T.tolist())]
+    inside[:, kept] = depth, [kept[outer] if outer >= 0 else -1 for outer in parent.tolist()]
+    owner = [k if deep % 2 == 0 else outer for k, (deep, outer) in enumerate(inside.T.tolist())]
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
         holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
         whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
@@ -319,8 +319,8 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
     depth, parent = (column.tolist() for column in nesting(shapes))
     centres = shapely.get_coordinates(shapely.centroid(shapes)).tolist()
     inside: dict[int, list[int]] = {}
-    for k, around_it in enumerate(parent):
-        inside.setdefault(around_it, []).append(k)
+    for k, outer in enumerate(parent):
+        inside.setdefault(outer, []).append(k)
 
     def concentric(a: int, b: int) -> bool:
         """Return whether two outlines are concentric circles of the same part."""
@@ -333,9 +333,9 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
         while len(within := inside.get(bore[-1], [])) == 1 and concentric(bore[-1], within[0]):
             bore.append(within[0])
         # One ring around a bore is a washer; several are nested rings.
-        around_it = parent[hole]
-        washer = concentric(hole, around_it)
-        nested = washer and depth[around_it] > 0 and concentric(around_it, parent[around_it])
+        outer = parent[hole]
+        washer = concentric(hole, outer)
+        nested = washer and depth[outer] > 0 and concentric(outer, parent[outer])
         stepped = len(bore) == 2 or (not washer and (widths[hole] or 0.0) <= WIDEST_STEPPED)
         if len(bore) > 1 and not within and not nested and stepped:
             found.append(bore)
@@ -346,7 +346,7 @@ def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -
     """Return all contours in the order of the drawing, with depth, parent and part."""
     depth, parent = nesting(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
-    _, holder = around(middles, shapes)
+    _, holder = enclosing(middles, shapes)
     every = [*closed, *loose]
     parents = [*parent.tolist(), *holder.tolist()]
     depths = [*depth.tolist(), *(int(depth[h]) if h >= 0 else 0 for h in holder.tolist())]
