@@ -63,7 +63,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(
 
 
 def test_a_letter_that_cannot_be_written_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="a letter that is not in utf-8"):
+    with pytest.raises(OutputError, match="a character is not in utf-8"):
         write_whole(tmp_path / "a.html", "bad \udcff")
     assert names(tmp_path) == []
 

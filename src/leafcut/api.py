@@ -1,4 +1,5 @@
-"""The functions of the library: they look up the process in the registry and run it, without naming any process.
+"""The functions of the library. They look up a process in the registry and run it.
+
 Packages are imported where they are used, so that importing leafcut stays fast.
 """
 
@@ -86,7 +87,7 @@ def optimize(
     defaults_file
         TOML file of options that apply where neither the call nor `options_file` sets them.
     progress
-        Called with a `Progress` when a step starts and while it runs. It must be quick. If it raises, the work ends.
+        Called with a `Progress` when a step starts and while it runs. It must be quick. An exception ends the run.
     observe
         Called by the searches between their steps; see `leafcut.model.snapshot`.
     cancelled
@@ -149,19 +150,24 @@ def drill(
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
     `source` and `output` are as in `optimize`. `keywords` are the keywords of `optimize` except `process`, with the
-    options of drilling. Options that drilling does not use are refused. The same holds for `cut`, `pocket` and
-    `reorder`.
+    options of drilling; other options are refused.
     """
     return optimize(source, output, process="drill", **keywords)
 
 
 def cut(source: Input, output: str | Path | None = None, **keywords: Unpack[CutKeywords]) -> ProgramResult:
-    """Return a verified program that cuts the contours of a drawing from a sheet. Arguments are as in `drill`."""
+    """Return a verified program that cuts the contours of a drawing from a sheet.
+
+    The arguments are as in `optimize`, without `process`.
+    """
     return optimize(source, output, process="cut", **keywords)
 
 
 def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[PocketKeywords]) -> ProgramResult:
-    """Return a verified program that mills the pockets of a drawing or a picture. Arguments are as in `drill`."""
+    """Return a verified program that mills the pockets of a drawing or a picture.
+
+    The arguments are as in `optimize`, without `process`.
+    """
     return optimize(source, output, process="pocket", **keywords)
 
 
@@ -170,7 +176,7 @@ def reorder(
 ) -> ProgramResult:
     """Return a program of another CAM with its work in a faster order, verified to do the same work.
 
-    Arguments are as in `drill`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``, or ``auto``.
+    The arguments are as in `optimize`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``, or ``auto``.
     """
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
@@ -233,8 +239,7 @@ def _is_table(report: str | Path | None) -> bool:
 
 
 def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
-    """Run the process that suits the inputs; options that it does not use and tables that it does not have
-    are refused."""
+    """Run the process that suits the inputs; refuse options that it does not use, and a table if it has none."""
     from leafcut.read.registry import read_source
 
     registry.check_asked(process_word)
@@ -362,7 +367,7 @@ def _tour(
 
     problem = problem_of_map(part)
     step = f"solving {part.name}"
-    looking_for(progress, step)  # the reader may be cancelled anywhere, the search only between steps
+    looking_for(progress, step)  # report the step at once: the search reports only between its steps
     on_progress = passing_on(progress, step)
     with announced(lambda message: progress(Progress(message)) if progress else None):
         solution = solve.solve(
@@ -420,7 +425,7 @@ def check_times(
 ) -> tuple[Fitted, list[SimulationResult]]:
     """Compare the simulated times of programs with measured times, s, and fit the machine to the measured times.
 
-    Return the fit (`leafcut.timing.fitting`), and the simulation of each program before it.
+    Return the fit (`leafcut.timing.fitting`), and the simulation of each program before the fit.
 
     Raises
     ------
@@ -487,7 +492,7 @@ def tool_speeds(
     Parameters
     ----------
     drawing
-        Drawing with the holes to drill; without it their number and depth are options.
+        Drawing with the holes to drill. Without it, the number and the depth of the holes are options.
     objective
         Criterion for choosing a point on each front: ``time`` or ``cost`` of a part, or ``life`` of the tool.
     save
@@ -558,7 +563,7 @@ def output_name(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> str:
-    """Return the file name of the program of an input; a program keeps its name.
+    """Return the file name of the program for an input; a program keeps its name.
 
     For a drawing, the dialect in which `optimize` would write determines the extension. Raise `OptionError` if an
     option or the machine is invalid for any input.
@@ -576,7 +581,7 @@ def output_name(
 
 
 def algorithms() -> dict[str, str]:
-    """Return the algorithms that order the work, each with its title, or with its error for a broken plug-in."""
+    """Return the names of the algorithms that order the work, each with its title, or the error of its plug-in."""
     from leafcut.order.algorithms import algorithm_titles
 
     return algorithm_titles()
@@ -594,7 +599,7 @@ def plugins() -> list[tuple[str, str]]:
 
 
 def default_machine(work: str) -> str:
-    """Return the default machine of a kind of work, by the name of its process."""
+    """Return the default machine of the process named `work`; for other names, the general default machine."""
     return (registry.process(work).usual(Settings()) if work in registry.names() else Settings()).machine.machine
 
 

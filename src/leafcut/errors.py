@@ -33,7 +33,7 @@ _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file for a message: one line, printable, limited in length, as is each word."""
+    """Return text from a file as one printable line for a message; the line and each word are shortened."""
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
     printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
@@ -65,7 +65,7 @@ class LeafcutError(Exception):
         super().__init__(brief(message))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Make the exception picklable whatever its arguments; otherwise a process pool would lose its worker."""
+        """Make the exception picklable whatever its arguments; otherwise it would break a process pool."""
         return _restored, (type(self), self.args, self.__dict__)
 
 
@@ -93,7 +93,7 @@ class OptionError(LeafcutError, ValueError):
 
 
 class DataError(OptionError):
-    """A file of tools, of a material, of a machine or of a dialect is invalid, or a document has an unknown schema.
+    """A file that describes tools, a material, a machine or a dialect is invalid, or a document has an unknown schema.
 
     The command line that names the file is valid, so the exit status is 1, as for any other input.
     """
@@ -110,7 +110,7 @@ class SolveError(LeafcutError):
 class PostError(LeafcutError):
     """The toolpath needs a word that this controller lacks, or the order of a program cannot be applied.
 
-    `section` is the number of the section, from 0, that the order belongs to; None if it concerns all.
+    `section` is the number, from 0, of the section whose order cannot be applied; None for the whole program.
     """
 
     def __init__(self, message: str, section: int | None = None) -> None:
@@ -123,7 +123,7 @@ class VerifyError(LeafcutError):
 
 
 class SendError(LeafcutError):
-    """A program is not sent to a machine, or its run was ended; the message states why and the machine's state."""
+    """A program was not sent to a machine, or its run was ended; the message has the reason and the machine's state."""
 
 
 @contextmanager
@@ -141,12 +141,12 @@ def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return the known name that `name` was most likely meant to be, "" if none is close.
+    """Return the known name that the user most likely meant by `name`, or "" if no name is close.
 
-    A name that starts with `name`, or contains it as a word, precedes similar spellings: `tools` for `tool`, and
-    `spindle-speed` for `speed`, not `seed`.
+    Names that start with `name` or contain it as a word are preferred to similar spellings: `tools` for `tool`, and
+    `spindle-speed`, not `seed`, for `speed`.
     """
-    from difflib import get_close_matches  # start-up time: seldom needed
+    from difflib import get_close_matches  # imported here for a quick start: seldom needed
 
     name = name.lower()
     lower = {candidate.lower(): candidate for candidate in known}
@@ -171,5 +171,5 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def count_of(number: int, noun: str, style: str = "") -> str:
-    """Return ``1 hole`` or ``1200 holes``; with the style ``,`` it is ``1,200 holes``."""
+    """Return a number with its noun: ``1 hole``, ``1200 holes``, or with the style ``,``: ``1,200 holes``."""
     return f"{number:{style}} {noun}" + ("" if number == 1 else "s")

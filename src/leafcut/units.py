@@ -104,14 +104,17 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 
 #: A fraction as on a ruler or a drill index, ``1/4``, ``1 1/2`` and ``1-1/2``, and the text after it.
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d{1,9})(?:\s+|-))?(\d{1,9})/(\d{1,9})(?![\d./,])\s*(.*?)\s*\Z")
-#: Resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after it.
+#: Text that resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after it.
 _LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
 
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
 def with_point(text: str) -> str:
-    """Return ``6,5 mm`` as ``6.5 mm``; raise `OptionError` if a comma may separate thousands: ``1,250``."""
+    """Return a number with a decimal point for a decimal comma: ``6.5 mm`` for ``6,5 mm``.
+
+    Raise `OptionError` if the comma may separate thousands, as in ``1,250``.
+    """
     if "," not in text:
         return text
     match = _COMMA.match(text)
@@ -126,10 +129,10 @@ def with_point(text: str) -> str:
 def parse_quantity(value: str | float, unit: str) -> float:
     """Return `value` in the internal `unit` (a key of `FACTORS`).
 
-    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg");
-    without, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a decimal
-    point if it can mean nothing else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
-    Raise `OptionError` if the text is not a finite number with a known unit.
+    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg").
+    Without a unit, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a
+    decimal point if it can mean nothing else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and
+    "1-1/2in". Raise `OptionError` if the text is not a finite number with a known unit.
     """
     if isinstance(value, bool):
         raise OptionError(f"'{value}' is not a number")
@@ -170,7 +173,7 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return a quantity with a unit: ``800`` becomes ``800 mm/min``; raise `OptionError` if it is not a number."""
+    """Return a quantity with its unit: ``800`` becomes ``800 mm/min``; raise `OptionError` if it is not a number."""
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 

@@ -29,6 +29,6 @@ def is_unchanged(text: str) -> bool:
 
 
 def _digest(text: str) -> str:
-    # Decimal digits: some controllers take no lower-case letters in comments.
+    # Decimal digits, because some controllers reject lower-case letters in comments.
     number = int.from_bytes(hashlib.sha256(text.encode("utf-8", "surrogateescape")).digest()[:8], "big")
     return f"{number % 10**_DIGITS:0{_DIGITS}d}"

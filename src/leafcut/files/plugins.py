@@ -34,7 +34,7 @@ class Plugin(Generic[T]):
 
     @property
     def refusal(self) -> str:
-        """Its line in a list if it cannot be used."""
+        """Description for a list of plug-ins: the package, and why the plug-in cannot be used."""
         return f"plug-in of {self.package} that cannot be used ({self.error})"
 
 
@@ -43,8 +43,8 @@ class PluginKind(Generic[T]):
     """One kind of plug-in: its name, ``machine``, and the group of its entry points, ``leafcut.machines``.
 
     No plug-in replaces a `built_in` name. `take` converts the name and the object of an entry point to the object that
-    leafcut uses, and may raise anything. `line` returns its line in a list, and `claims` its names that must be unique
-    among plug-ins of this kind, such as ``--engraving-depth``.
+    leafcut uses, and may raise any exception. `line` returns the description of that object for a list. `claims`
+    returns its names that must be unique among plug-ins of this kind, such as ``--engraving-depth``.
     """
 
     noun: str
@@ -73,19 +73,19 @@ class PluginKind(Generic[T]):
         return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
 
     def listed(self) -> list[tuple[str, str]]:
-        """Return every plug-in: its name, and its line with the package, or the reason why it cannot be used."""
+        """Return every plug-in: its name, and its description with the package, or the reason why it cannot be used."""
         return [
             (plugin.name, plugin.refusal if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
             for plugin in self.plugins()
         ]
 
     def _named(self, name: str) -> tuple[Plugin[T], ...]:
-        return _plugins(self, name, tuple(sys.path))
+        return _checked_plugins(self, name, tuple(sys.path))
 
 
 @cache
-def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name; if another plug-in has one of its unique names, it has an error."""
+def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
+    """Return the plug-ins with a name; a plug-in that shares a unique name with another plug-in has an error."""
     plugins, claims = _by_name(kind, name, path), kind.claims
     if claims is None or len(plugins) != 1 or plugins[0].adds is None:
         return plugins
@@ -108,7 +108,7 @@ def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
 
 @cache
 def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name, without comparing them with others. No package is imported twice."""
+    """Return the plug-ins with a name, without comparing them with others. No package is imported twice."""
     entries = [entry for entry in _entries(path) if entry.group == kind.group and entry.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
@@ -118,10 +118,10 @@ def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
     if len(entries) > 1:
         reason = f"{' and '.join(packages)} both have a {kind.noun} of this name; uninstall one of them"
         return tuple(Plugin(name, package, None, reason) for package in packages)
-    return tuple(_loaded(kind, entry) for entry in entries)
+    return tuple(_load_entry(kind, entry) for entry in entries)
 
 
-def _loaded(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
+def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
     try:
         return Plugin(entry.name, _package(entry), kind.take(entry.name, entry.load()))
     except (Exception, SystemExit) as problem:  # a module of another package may raise anything
@@ -163,7 +163,10 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return all our entry points on a search path by group and name; the first package counts, as in an import."""
+    """Return leafcut's entry points on a search path, sorted by group and name.
+
+    Of several packages with the same name, the first counts, as in an import.
+    """
     if not any(_names_own_group(folder) for folder in path):
         return ()  # importing their reader takes longer than most commands
     from importlib.metadata import distributions

@@ -14,8 +14,8 @@ from leafcut.errors import DataError, shown
 class Schema:
     """Current and oldest schema of one kind of document.
 
-    `title` names the kind in messages. leafcut writes `current`, which is also assumed for a document without a number,
-    and reads it down to `oldest`. `key` is the key of the number in a document.
+    `title` names the kind in messages. leafcut writes `current`, and reads all versions down to `oldest`. A document
+    without a number is read as `current`. `key` is the key of the number in a document.
     """
 
     title: str
@@ -29,7 +29,7 @@ class Schema:
         return f"{self.key} = {self.current}"
 
 
-#: The answer of a command with --json, and an answer of the studio's JSON interface.
+#: The output of a command with --json, and of the studio's JSON interface.
 ANSWER = Schema("JSON answer")
 OPTIONS = Schema("file of options")
 MACHINE = Schema("machine profile")
@@ -57,10 +57,10 @@ def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_schema(schema: Schema, number: Any, place: str) -> None:
-    """Check that this leafcut reads the schema of a document; warn if the schema is old.
+    """Check that this version of leafcut reads the schema of a document; warn if the schema is old.
 
-    `place` is the file, for messages. Raise `DataError` if the number is not a whole number of 1 or more, too new or
-    too old.
+    `place` is the file, for messages. Raise `DataError` if the number is too new, too old, or not a whole number of 1
+    or more.
     """
     if type(number) is not int or number < 1:
         raise DataError(f"{place}: '{schema.key}' is {shown(repr(number))}, but must be a whole number of 1 or more")

@@ -69,7 +69,7 @@ def _recorded_hints(file: Path) -> list[str]:
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
-    """Return leafcut's folder for files of a kind (XDG base directory specification); None without a home folder."""
+    """Return leafcut's folder for configuration or state (XDG base directory specification); None without a home."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)
     if base and Path(base).is_absolute():  # the specification: ignore relative paths

@@ -21,7 +21,8 @@ LARGEST_PROGRAM = 512 * 1024 * 1024
 LARGEST_TOML = 1_000_000
 
 
-_ALIKE: Mapping[str, str] = MappingProxyType({})
+#: All files have the same encoding.
+_NO_EXCEPTIONS: Mapping[str, str] = MappingProxyType({})
 
 
 class OutputError(LeafcutError):
@@ -52,7 +53,7 @@ class StandardInput:
 
 
 class Loaded(Protocol):
-    """Data already read; its text form is its name."""
+    """An input that has already been read; `str` returns its name."""
 
     @property
     def data(self) -> bytes:
@@ -76,7 +77,7 @@ def decoded(data: bytes) -> tuple[str, str]:
 
 
 def check_is_text(source: str, data: bytes) -> None:
-    """Raise `ReadError` for a binary file or UTF-16 text, which contain a zero byte."""
+    """Raise `ReadError` for a binary file or for UTF-16 text; both contain zero bytes."""
     if b"\0" in data:
         wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if wide:
@@ -97,7 +98,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def check_is_there(flag: str, path: Path | None) -> None:
-    """Raise `OptionError` if an option's file does not exist or is a folder, before any work."""
+    """Raise `OptionError` if the file of an option does not exist or is a folder."""
     try:
         exists = path is None or path.exists()
     except OSError:
@@ -113,7 +114,7 @@ def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     """Return the tables of a TOML file, without its schema number.
 
     Raise `OptionError` if the file does not exist, and `DataError` if it cannot be read, is too large, is not TOML, or
-    has a schema that this leafcut does not read.
+    has a schema that this version of leafcut does not read.
     """
     return parse_toml(toml_bytes(path), str(path), schema)
 
@@ -137,7 +138,7 @@ def toml_bytes(path: Path) -> bytes:
 def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
     """Return the tables of TOML text, without its schema number; `source` names the text in an error.
 
-    Raise `DataError` if the text is not TOML, or has a schema that this leafcut does not read.
+    Raise `DataError` if the text is not TOML, or has a schema that this version of leafcut does not read.
     """
     import tomllib
 
@@ -148,14 +149,14 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
         raise DataError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
         raise DataError(f"{source}: not a TOML file (nested too deep)") from None
-    except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
+    except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
         raise DataError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
     check_schema(schema, tables.pop(schema.key, schema.current), source)
     return tables
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:
-    """Return the line of a key in a table, or of the table's header without a `name`; None if not found."""
+    """Return the line number of a key in a table of TOML text, or of the table's header without a `name`, or None."""
     current_section = ""
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
@@ -176,7 +177,7 @@ def line_of(toml: str, section: str, name: str = "") -> int | None:
 
 
 def _check_wholes(value: Any) -> None:
-    """Refuse integers of more than 64 bits (TOML 1.0.0, "Integer"): the largest exceed a float."""
+    """Refuse integers of more than 64 bits (TOML 1.0.0, "Integer"); very large integers do not even fit a float."""
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
@@ -185,7 +186,7 @@ def _check_wholes(value: Any) -> None:
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
-    """Raise `OutputError` if `target` cannot be written or is one of `inputs`, before any work."""
+    """Raise `OutputError` if `target` cannot be written or is one of `inputs`."""
     if target is None:
         return
     path = Path(target)
@@ -224,18 +225,22 @@ def write_bytes(target: str | Path, data: bytes) -> None:
 
 
 def write_together(
-    texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n", encodings: Mapping[str, str] = _ALIKE
+    texts: Mapping[str, str],
+    *,
+    encoding: str = "utf-8",
+    newline: str = "\n",
+    encodings: Mapping[str, str] = _NO_EXCEPTIONS,
 ) -> None:
     """Write several related files atomically, all or none; raise `OutputError` if one cannot be written.
 
-    The first file is the main one; the others describe it. All are written under temporary names first. Then the
-    previous versions of the others are removed, the first is renamed, and the others are renamed. If the process is
-    killed in between, the old or the new first file exists, and never with files that describe the other version. If a
-    rename fails, all files get their previous contents. Temporary files of killed runs are removed.
+    The first file is the main file; the others describe it. All files are written under temporary names first. Then the
+    previous versions of the other files are removed, the main file is renamed, and the other files are renamed. If the
+    process is killed in between, either the old or the new main file exists, but never next to a description of the
+    other version. If a rename fails, all files get their previous contents. Temporary files of killed runs are removed.
 
     `encodings` holds the encodings of files that differ from `encoding`.
     """
-    import tempfile  # start-up time: not needed when writing to standard output
+    import tempfile  # imported here for a quick start: not needed when writing to standard output
 
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
@@ -253,26 +258,26 @@ def write_together(
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
-            temporary[path].chmod(_mode(path))
+            temporary[path].chmod(_file_mode(path))
         for path in temporary if len(temporary) > 1 else ():
             target = str(path)
             before[path] = _backup_of(path)
         for path in list(before)[1:]:
             target = str(path)
             path.unlink(missing_ok=True)
-        _sync(temporary)
+        _sync_folders(temporary)
         for path, written in temporary.items():
             target = str(path)
             written.replace(path)
-            _sync([path])
+            _sync_folders([path])
         done = True
     except OSError as problem:
         raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
     except UnicodeError:
-        raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding_of})") from None
+        raise OutputError(f"{target}: cannot be written (a character is not in {encoding_of})") from None
     finally:
         if not done:
-            _take_back(before)
+            _restore(before)
         for written in (*temporary.values(), *(old for old in before.values() if old is not None)):
             with suppress(OSError):
                 written.unlink()
@@ -288,17 +293,17 @@ def _own_prefix(path: Path) -> str:
 
 
 def _remove_left_over(path: Path) -> None:
-    import glob  # start-up time, as above
+    import glob  # imported here for a quick start
 
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
         process = left.name.removeprefix(_prefix(path)).partition("-")[0]
-        if process.isdecimal() and not _runs(int(process)):
+        if process.isdecimal() and not _is_running(int(process)):
             with suppress(OSError):
                 left.unlink()
 
 
-def _runs(process: int) -> bool:
-    if os.name == "nt":  # signal 0 would end the process there
+def _is_running(process: int) -> bool:
+    if os.name == "nt":  # on Windows, signal 0 would end the process
         return process == os.getpid()
     try:
         os.kill(process, 0)
@@ -310,19 +315,19 @@ def _runs(process: int) -> bool:
 
 
 def _backup_of(path: Path) -> Path | None:
-    """Return another name (hard link or copy) of the file's current content, for restoring it; None without a file."""
+    """Keep the current content of a file as a hard link or a copy, and return its path; None without a file."""
     if not path.exists():
         return None
     backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
     try:
         os.link(path, backup)
-    except OSError:  # not every file system has links
+    except OSError:  # not every file system supports hard links
         backup.write_bytes(path.read_bytes())
     return backup
 
 
-def _take_back(before: Mapping[Path, Path | None]) -> None:
-    """Restore the previous contents after a failed write: remove the other files, then restore in order."""
+def _restore(before: Mapping[Path, Path | None]) -> None:
+    """Restore the previous contents after a failed write; the main file comes first, the other files after it."""
     for path in list(before)[1:]:
         with suppress(OSError):
             path.unlink()
@@ -331,7 +336,7 @@ def _take_back(before: Mapping[Path, Path | None]) -> None:
             path.unlink() if old is None else old.replace(path)
 
 
-def _sync(paths: Iterable[Path]) -> None:
+def _sync_folders(paths: Iterable[Path]) -> None:
     for folder in {path.parent for path in paths}:
         with suppress(OSError):
             number = os.open(folder, os.O_RDONLY)
@@ -341,7 +346,7 @@ def _sync(paths: Iterable[Path]) -> None:
                 os.close(number)
 
 
-def _mode(path: Path) -> int:
+def _file_mode(path: Path) -> int:
     if path.exists():
         return path.stat().st_mode & 0o777
     mask = os.umask(0)

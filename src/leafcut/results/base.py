@@ -61,7 +61,7 @@ class Result:
         try:
             contents = {name: text.encode() if isinstance(text, str) else text for name, text in self._files(file)}
         except UnicodeEncodeError as problem:
-            raise OutputError(f"{file}: cannot be written (a letter that is not in {problem.encoding})") from None
+            raise OutputError(f"{file}: cannot be written (a character is not in {problem.encoding})") from None
         for name in contents:
             check_output(name, self.inputs)
         write_together(
