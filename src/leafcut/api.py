@@ -308,7 +308,7 @@ def nest(
 
     settings = _settings("nest", options, options_file, defaults_file)
     outcome, read = registry.command("nest")(
-        parts, output, settings, beside=[options_file, defaults_file], progress=progress, cancelled=cancelled
+        parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
     return of_model(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
 

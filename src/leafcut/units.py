@@ -178,10 +178,10 @@ def with_unit(text: str, unit: str) -> str:
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
 
-def parse_point(value: str | tuple[float, ...], unit: str = "mm") -> tuple[float, ...]:
-    """Return the numbers of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in the internal `unit`."""
+def parse_point(value: str | tuple[float, ...]) -> tuple[float, ...]:
+    """Return the coordinates of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in mm."""
     parts: list[str] | tuple[float, ...] = value.split(",") if isinstance(value, str) else value
-    return tuple(parse_quantity(part, unit) for part in parts)
+    return tuple(parse_quantity(part, "mm") for part in parts)
 
 
 def format_time(seconds: float) -> str:

@@ -32,13 +32,13 @@ class Uncovered(NamedTuple):
     removed: list[Point]
 
 
-def without_overlaps(paths: Sequence[Polyline], tolerance: float = SAME) -> Uncovered:
+def without_overlaps(paths: Sequence[Polyline]) -> Uncovered:
     """Return open paths with every repeated line and arc kept once; O(n log n).
 
     Closed paths and open paths without overlap are unchanged; the others are returned in pieces.
     """
     table = _segments(paths)
-    cuts = _cuts(table, tolerance)
+    cuts = _cuts(table)
     if not cuts:
         return Uncovered([(p, i) for i, p in enumerate(paths)], [])
     broken = {int(table.path[k]) for k in cuts}
@@ -49,8 +49,8 @@ def without_overlaps(paths: Sequence[Polyline], tolerance: float = SAME) -> Unco
         stops = [0.0, *cuts.get(k, ()), row.length]
         pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
     unbroken = [(p, i) for i, p in enumerate(paths) if i not in broken]
-    repeated = _repeated_pieces([p for p, _ in pieces], tolerance)
-    restored = _needed_pieces(pieces, repeated, [p for p, _ in unbroken if not p.closed], tolerance)
+    repeated = _repeated_pieces([p for p, _ in pieces])
+    restored = _needed_pieces(pieces, repeated, [p for p, _ in unbroken if not p.closed])
     dropped = {k for k in repeated if k not in restored}
     kept = [piece for k, piece in enumerate(pieces) if k not in dropped]
     removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(dropped)]
@@ -86,43 +86,43 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
     return _Segments(a, b, bulge, length, center, np.hypot(*(a - center).T), path)
 
 
-def _cuts(table: _Segments, tolerance: float) -> dict[int, list[float]]:
+def _cuts(table: _Segments) -> dict[int, list[float]]:
     """Return for each overlapping segment the positions at which to split it, mm from its start, in order."""
     positions: dict[int, list[float]] = {}
-    for first, second in (_line_pairs(table, tolerance), _arc_pairs(table, tolerance)):
+    for first, second in (_line_pairs(table), _arc_pairs(table)):
         for i, j in ((first, second), (second, first)):
             starts, ends = _end_positions(table, i, j)
             for index, length, *stops in zip(
                 i.tolist(), table.length[i].tolist(), starts.tolist(), ends.tolist(), strict=True
             ):
-                inside = [s for s in stops if tolerance < s < length - tolerance]
+                inside = [s for s in stops if SAME < s < length - SAME]
                 positions.setdefault(index, []).extend(inside)
-    return {k: _without_close_stops(sorted(stops), tolerance) for k, stops in positions.items()}
+    return {k: _without_close_stops(sorted(stops)) for k, stops in positions.items()}
 
 
-def _without_close_stops(stops: list[float], tolerance: float) -> list[float]:
+def _without_close_stops(stops: list[float]) -> list[float]:
     kept: list[float] = []
     for stop in stops:
-        if not kept or stop - kept[-1] > tolerance:
+        if not kept or stop - kept[-1] > SAME:
             kept.append(stop)
     return kept
 
 
-def _line_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
+def _line_pairs(table: _Segments) -> tuple[Indices, Indices]:
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
     batches = []
-    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", tolerance):
+    for i, j in query_pairs(shapes, shapes, "coincident lines", "dwithin", SAME):
         first, second = lines[i[i < j]], lines[j[i < j]]
-        overlapping = _lines_overlap(table, first, second, tolerance)
+        overlapping = _lines_overlap(table, first, second)
         batches.append(np.stack([first[overlapping], second[overlapping]]))
     first, second = np.concatenate(batches, axis=1)
     return first, second
 
 
-def _lines_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -> NDArray[np.bool_]:
+def _lines_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]:
     direction = (table.b[i] - table.a[i]) / table.length[i][:, None]
     off = [
         np.abs(direction[:, 0] * d[:, 1] - direction[:, 1] * d[:, 0])
@@ -130,7 +130,7 @@ def _lines_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -
     ]
     start, end = _end_positions(table, i, j)
     overlap = np.minimum(np.maximum(start, end), table.length[i]) - np.maximum(np.minimum(start, end), 0.0)
-    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= tolerance) & (overlap > tolerance)
+    overlapping: NDArray[np.bool_] = (np.maximum(*off) <= SAME) & (overlap > SAME)
     return overlapping
 
 
@@ -151,41 +151,41 @@ def _end_positions(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Fl
     return np.where(line, on_line[0], on_arc[0]), np.where(line, on_line[1], on_arc[1])
 
 
-def _arc_pairs(table: _Segments, tolerance: float) -> tuple[Indices, Indices]:
+def _arc_pairs(table: _Segments) -> tuple[Indices, Indices]:
     arcs = np.flatnonzero(table.bulge != 0.0)
     if len(arcs) < 2:
         return arcs[:0], arcs[:0]
     by_radius = arcs[np.argsort(table.radius[arcs], kind="stable")]
-    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > tolerance) + 1)
+    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > SAME) + 1)
     batches = [np.zeros((2, 0), dtype=np.int64)]
     for group in groups:
         if len(group) > 1:
-            i, j, _ = near_pairs(table.center[group], tolerance)
+            i, j, _ = near_pairs(table.center[group], SAME)
             batches.append(np.stack([group[i], group[j]]))
     first, second = np.concatenate(batches, axis=1)
     first, second = np.minimum(first, second), np.maximum(first, second)
-    overlapping = _arcs_overlap(table, first, second, tolerance)
+    overlapping = _arcs_overlap(table, first, second)
     return first[overlapping], second[overlapping]
 
 
-def _arcs_overlap(table: _Segments, i: Indices, j: Indices, tolerance: float) -> NDArray[np.bool_]:
+def _arcs_overlap(table: _Segments, i: Indices, j: Indices) -> NDArray[np.bool_]:
     first_end, second_end = _end_positions(table, i, j)
     opposite = np.sign(table.bulge[i]) != np.sign(table.bulge[j])
     start = np.where(opposite, second_end, first_end)
     turn = _FULL * table.radius[i]
     overlap = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
     overlap_across_start = np.minimum(start + table.length[j] - turn, table.length[i])
-    alike = np.abs(table.radius[i] - table.radius[j]) <= tolerance
-    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > tolerance)
+    alike = np.abs(table.radius[i] - table.radius[j]) <= SAME
+    overlapping: NDArray[np.bool_] = alike & (np.maximum(overlap, overlap_across_start) > SAME)
     return overlapping
 
 
-def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
+def _repeated_pieces(pieces: list[Polyline]) -> list[int]:
     """Return the pieces that repeat an earlier piece, in either direction."""
     if not pieces:
         return []
     middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
-    first, second, _ = near_pairs(middles, 2.0 * tolerance)
+    first, second, _ = near_pairs(middles, 2.0 * SAME)
     a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
 
     def apart(p: Points, q: Points) -> Floats:
@@ -194,18 +194,16 @@ def _repeated_pieces(pieces: list[Polyline], tolerance: float) -> list[int]:
 
     straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
     crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
-    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * tolerance].tolist()))
+    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * SAME].tolist()))
 
 
-def _needed_pieces(
-    pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline], tolerance: float
-) -> set[int]:
+def _needed_pieces(pieces: list[tuple[Polyline, int]], repeated: list[int], outlines: list[Polyline]) -> set[int]:
     """Return the extra pieces without which an odd number of three or more ends would meet.
 
     Along every tree of extra pieces, the odd ends are joined in pairs (a T-join, leaves first).
     """
     ends = ends_of([*(p for p, _ in pieces), *outlines])
-    node = _end_numbers(ends, 2.0 * tolerance)
+    node = _end_numbers(ends)
     doubles = set(repeated)
     present = np.array([k // 2 not in doubles for k in range(len(ends))])
     degree = np.bincount(node[present], minlength=len(ends))
@@ -239,7 +237,7 @@ def _needed_pieces(
     return needed
 
 
-def _end_numbers(ends: Points, tolerance: float) -> Indices:
-    """Return a number for each end; ends linked by distances within `tolerance` share a number."""
-    first, second, _ = near_pairs(ends, tolerance)
+def _end_numbers(ends: Points) -> Indices:
+    """Return a number for each end; ends linked by distances of at most 2 · `SAME` share a number."""
+    first, second, _ = near_pairs(ends, 2.0 * SAME)
     return linked(len(ends), first, second)

@@ -19,17 +19,17 @@ def nest(
     output: str | Path | None,
     settings: Settings,
     *,
-    beside: Sequence[str | Path | None],
+    other_inputs: Sequence[str | Path | None],
     progress: OnProgress | None,
     cancelled: threading.Event | None,
 ) -> tuple[NestOutcome, list[str | Path | None]]:
-    """Nest parts and write the sheets; return the outcome, and all files read, including `beside`."""
+    """Nest parts and write the sheets; return the outcome, and all files read, including `other_inputs`."""
     from leafcut.processes.nesting.run import nest_drawings
 
     wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
     typed = [str(part) for part in parts if not isinstance(part, WantedDrawing)]
     lists = [name for text in typed for name in (text, text.rpartition(":")[0]) if name]
-    inputs = [*beside, *lists, *(drawing.file for drawing in wanted)]
+    inputs = [*other_inputs, *lists, *(drawing.file for drawing in wanted)]
     check_output(output, inputs)
     options = settings.of(NestOptions)
     if options.remnants_out is not None:

@@ -14,13 +14,13 @@ from leafcut.model.nest import Layout, Nest, Stock
 
 #: ezdxf's metadata option is global, so threads take turns.
 _EZDXF_LOCK = threading.Lock()
-#: Layer → AutoCAD colour index.
+#: AutoCAD colour index by layer.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
 #: Application name of the extended data (XDATA) with the name of a part.
 APPLICATION = "LEAFCUT"
-#: Decimals of coordinates, mm: a nanometre, so that sums in another order give the same text.
+#: Decimals of coordinates in mm: a nanometre, so that the order of additions does not change the text.
 DIGITS = 6
-#: Tolerance of the two bulges of a circle.
+#: Tolerance of the bulges of a circle drawn as two half circles.
 ROUND = 1e-9
 
 
@@ -31,7 +31,7 @@ def write_layout(nest: Nest, layout: Layout) -> str:
     sheet on SHEET; arcs stay arcs. The output is deterministic.
     """
     with _without_dates():
-        return _drawing_text(_drawing(nest, layout))
+        return _drawing_text(_layout_drawing(nest, layout))
 
 
 def write_stock(stock: Stock) -> str:
@@ -53,7 +53,7 @@ def _new_drawing() -> Any:
     return drawing
 
 
-def _drawing(nest: Nest, layout: Layout) -> Any:
+def _layout_drawing(nest: Nest, layout: Layout) -> Any:
     drawing = _new_drawing()
     space = drawing.modelspace()
     _draw_stock(space, nest.stock_of(layout))
@@ -62,7 +62,7 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
         for number, contour in enumerate(part.contours):
             hole = number > 0 and contour.path.closed
             layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
-            drawn = _draw(space, placement.placed(contour.path), layer)
+            drawn = _draw_path(space, placement.placed(contour.path), layer)
             if number == 0:
                 drawn.set_xdata(APPLICATION, [(1000, _escape_ascii(part.label))])
     return drawing
@@ -70,7 +70,7 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
 
 def _draw_stock(space: Any, stock: Stock) -> None:
     for path in stock.paths:
-        _draw(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _escape_ascii(stock.label)), (1000, "sheet")])
+        _draw_path(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _escape_ascii(stock.label)), (1000, "sheet")])
 
 
 def _escape_ascii(name: str) -> str:
@@ -78,8 +78,8 @@ def _escape_ascii(name: str) -> str:
     return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
-def _draw(space: Any, path: Polyline, layer: str) -> Any:
-    """Add a path, as a circle if it is one, else as a polyline with bulges."""
+def _draw_path(space: Any, path: Polyline, layer: str) -> Any:
+    """Draw a path: a circle as CIRCLE, any other path as LWPOLYLINE with bulges; return the entity."""
     attributes = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Stop ezdxf from writing dates and random numbers; the option is global, so one drawing is written at a time."""
+    """Stop ezdxf from writing dates and random numbers; its option is global, so threads take turns."""
     import ezdxf
 
     with _EZDXF_LOCK:

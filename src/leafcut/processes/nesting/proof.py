@@ -1,4 +1,4 @@
-"""Check a nest: count and measure it independently, sharing no code with the planner."""
+"""Check a nest independently of the planner: count the parts, and measure their distances."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Tolerance of chords; two outlines with arcs must be that much further apart, mm.
+#: Chord error of arcs, mm; each outline with arcs must be this much further away from the other.
 CHORD = 0.005
 #: Rounding tolerance of distances, mm.
 ROUNDING = 1e-5
-#: Tolerance between a drawing and the plan, mm: coordinates have six decimals.
+#: Tolerance between a drawing that was read back and the plan, mm.
 SAME_PLACE = 1e-3
 #: Minimum length of a common edge, mm.
 COMMON = 2.0
@@ -40,7 +40,7 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
     for number, layout in enumerate(nest.layouts, 1):
         messages = (
             _check_angles(nest, layout)
-            + _check_inside(nest, layout, margin)
+            + _check_inside_sheet(nest, layout, margin)
             + _check_distances(nest, layout, spacing, kerf)
         )
         errors += [f"sheet {number}: {line}" for line in messages]
@@ -83,10 +83,10 @@ def _is_allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
     return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
 
 
-def _check_inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
+def _check_inside_sheet(nest: Nest, layout: Layout, margin: float) -> list[str]:
     min_edge, stock = margin - ROUNDING, nest.stock_of(layout)
     if stock.edge:
-        return _check_within(nest, layout, margin)
+        return _check_inside_outline(nest, layout, margin)
     errors = []
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
@@ -95,13 +95,13 @@ def _check_inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
     return errors
 
 
-def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
+def _check_inside_outline(nest: Nest, layout: Layout, margin: float) -> list[str]:
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
     errors = []
     for p in layout.placements:
-        shell = shapely.Polygon(_region(nest, p).exterior)
+        shell = shapely.Polygon(_placed_region(nest, p).exterior)
         distance = shell.distance(sheet.boundary) - CHORD * (rounded + _has_arcs(nest, p)[0])
         if not sheet.contains(shell) or distance < margin - ROUNDING:
             x, y = shell.representative_point().coords[0]
@@ -111,7 +111,7 @@ def _check_within(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 def _check_distances(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
     placements = layout.placements
-    regions = [_region(nest, p) for p in placements]
+    regions = [_placed_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
     rounds = [_has_arcs(nest, p) for p in placements]
     round_shell, round_hole = [CHORD * shell for shell, _ in rounds], [CHORD * hole for _, hole in rounds]
@@ -140,31 +140,33 @@ def _have_common_edge(a: Polygon, b: Polygon, kerf: float) -> bool:
     return bool(b.exterior.intersection(a.buffer(kerf + SAME_PLACE)).length >= COMMON)
 
 
-def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
+def _placed_paths(nest: Nest, placement: Placement) -> list[Polyline]:
     part = nest.parts[placement.part]
     return [placement.placed(path) for path in (part.outline, *part.holes)]
 
 
 def _has_arcs(nest: Nest, placement: Placement) -> tuple[bool, bool]:
-    """Return whether the outline has arcs, and whether one of the holes has."""
-    outline, *holes = _paths(nest, placement)
+    """Return whether the outline of a part has arcs, and whether any of its holes has arcs."""
+    outline, *holes = _placed_paths(nest, placement)
     return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)
 
 
-def _region(nest: Nest, placement: Placement) -> Polygon:
-    outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
+def _placed_region(nest: Nest, placement: Placement) -> Polygon:
+    outline, *holes = (path.flattened(CHORD) for path in _placed_paths(nest, placement))
     return shapely.Polygon(outline, holes)
 
 
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
 ) -> list[str]:
-    """Return the errors of remnants, each given with the position of its corner, mm: they must lie within the sheet,
-    and `spacing` (mm) away from every part.
+    """Return the errors of remnants as messages; empty if they can be used.
+
+    Each remnant comes with the position of its lower left corner, mm. It must lie within the sheet, and at least
+    `spacing` (mm) away from each part.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
-    shells = [shapely.Polygon(_region(nest, p).exterior) for p in layout.placements]
+    shells = [shapely.Polygon(_placed_region(nest, p).exterior) for p in layout.placements]
     errors = []
     for stock, (x, y) in remnants:
         ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
@@ -180,7 +182,7 @@ def check_remnants(
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
-    """Return the differences between a sheet read back from a drawing and the plan."""
+    """Return the differences between the plan and the sheet read back from its drawing, as messages."""
     errors = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

@@ -20,13 +20,18 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
     first = outcome.nests[0]
     return {
         "sheet": {"length_mm": first.stocks[0].length, "width_mm": first.stocks[0].width},
-        "sheets": [_stock(stock) for stock in first.stocks],
+        "sheets": [_stock_as_json(stock) for stock in first.stocks],
         "parts": sum(part.quantity for part in first.parts),
         "spacing_mm": outcome.spacing,
         "margin_mm": outcome.margin,
-        "variants": [_variant(nest, files) for nest, files in _with_files(outcome)],
+        "variants": [_variant_as_json(nest, files) for nest, files in _with_files(outcome)],
         "remnants": [
-            {**_stock(remnant.stock), "count": remnant.count, "area_mm2": remnant.stock.area, "file": remnant.file}
+            {
+                **_stock_as_json(remnant.stock),
+                "count": remnant.count,
+                "area_mm2": remnant.stock.area,
+                "file": remnant.file,
+            }
             for remnant in outcome.remnants
         ],
         "dropped": list(outcome.dropped),
@@ -38,7 +43,7 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
     }
 
 
-def _stock(stock: Stock) -> dict[str, Any]:
+def _stock_as_json(stock: Stock) -> dict[str, Any]:
     return {
         "name": stock.name,
         "length_mm": stock.length,
@@ -52,7 +57,7 @@ def _with_files(outcome: NestOutcome) -> Iterator[tuple[Nest, tuple[str, ...]]]:
     return ((nest, outcome.files[i] if i < len(outcome.files) else ()) for i, nest in enumerate(outcome.nests))
 
 
-def _variant(nest: Nest, files: tuple[str, ...]) -> dict[str, Any]:
+def _variant_as_json(nest: Nest, files: tuple[str, ...]) -> dict[str, Any]:
     return {
         "method": nest.method,
         "seed": nest.seed,
@@ -70,7 +75,7 @@ def _variant(nest: Nest, files: tuple[str, ...]) -> dict[str, Any]:
                 "sheets": layout.count,
                 "sheet": nest.stock_of(layout).name,
                 "price": nest.stock_of(layout).price,
-                "parts": _parts(nest, layout),
+                "parts": _part_counts(nest, layout),
                 "file": files[i] if files else None,
             }
             for i, layout in enumerate(nest.layouts)
@@ -78,7 +83,7 @@ def _variant(nest: Nest, files: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _parts(nest: Nest, layout: Layout) -> dict[str, int]:
+def _part_counts(nest: Nest, layout: Layout) -> dict[str, int]:
     counts_by_part = Counter(placement.part for placement in layout.placements)
     counts_by_name: Counter[str] = Counter()
     for number in sorted(counts_by_part):
@@ -87,7 +92,7 @@ def _parts(nest: Nest, layout: Layout) -> dict[str, int]:
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
-    """Print the variants, the files written and the issues; names from files are printed literally."""
+    """Print the table of variants, the files written, and the issues; names from files are printed literally."""
     from rich.table import Table
     from rich.text import Text
 
@@ -119,7 +124,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
             *shares,
         )
     console.print(table)
-    for line in _lines(outcome):
+    for line in _closing_lines(outcome):
         console.print(Text(clean(line)), soft_wrap=True)
 
 
@@ -137,7 +142,7 @@ def _sizes(nest: Nest) -> str:
     return ", ".join(descriptions)
 
 
-def _lines(outcome: NestOutcome) -> Iterator[str]:
+def _closing_lines(outcome: NestOutcome) -> Iterator[str]:
     for nest, files in _with_files(outcome):
         for layout, file in zip(nest.layouts, files, strict=False):
             kind = f" of {nest.stock_of(layout).name}" if len(nest.stocks) > 1 else ""

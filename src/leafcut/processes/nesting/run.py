@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.read.nest_list import WantedDrawing
 
-#: Grid of the default sheet size, mm.
+#: The default sheet size is a multiple of this, mm.
 SHEET_STEP = 50.0
 #: Maximum number of unplaced parts named in a message.
 MAX_NAMED = 5
-#: Nests whose ranks differ by less than this are duplicates: mm of used length.
+#: Nests are duplicates if no figure of their ranks (mm², cost, mm) differs by more than this.
 ALIKE = 0.01
 
 #: Default kerf width, mm.
@@ -51,11 +51,11 @@ def nest(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests that passed the check, best first; on `stocks`, or on the sheet sizes of the options.
+    """Return the nests that passed the check, best first. They use `stocks`, or else the sheet sizes of the options.
 
     The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is
-    set, or on Ctrl-C, the existing nests are returned. Raises PlanError if the list of parts is empty, a part fits no
-    sheet, or no nest passed the check.
+    set, or on Ctrl-C, the nests completed so far are returned. Raises PlanError if the list of parts is empty, a part
+    fits no sheet, or no nest passed the check.
     """
     from leafcut.processes.nesting.plan.nesting import prepare, variants
     from leafcut.processes.nesting.proof import check_nest
@@ -98,7 +98,7 @@ def nest(
     if not nests:
         raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
     best = _without_duplicates(nests)[: options.variants]
-    issues = (*_unplaced_issues(best[0]), *_issues(best, dropped, cancelled.is_set()))
+    issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time
     return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
 
@@ -112,7 +112,7 @@ def _without_duplicates(nests: list[Nest]) -> list[Nest]:
 
 
 def sized_sheets(options: NestOptions) -> list[Stock]:
-    """Return the sheets of the options. Raises OptionError if a sheet is given as a drawing."""
+    """Return the sheets of the options. Raises OptionError if an option names a drawing instead of a size."""
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
@@ -130,7 +130,7 @@ def _unplaced_issues(best: Nest) -> list[Issue]:
     return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
 
 
-def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
+def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
     issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
     if stopped:
         issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
@@ -148,14 +148,14 @@ def nest_drawings(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings; return the nests, and the text of each file to write.
+    """Nest the parts of drawings; return the nests, and the text of each file to write, by path.
 
-    Each different sheet becomes a drawing, which is read back and compared with the plan. Drawings are written only
-    with `output`. Raises ReadError, OptionError, PlanError or VerifyError.
+    Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, there are
+    no sheet files to write. Raises ReadError, OptionError, PlanError or VerifyError.
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
-    settings, parts, stocks, issues = _read(wanted, settings, progress)
+    settings, parts, stocks, issues = _read_inputs(wanted, settings, progress)
     options = settings.of(NestOptions)
     kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
     outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
@@ -172,10 +172,13 @@ def nest_drawings(
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
 
-def _read(
+def _read_inputs(
     wanted: Sequence[WantedDrawing], settings: Settings, progress: OnProgress | None
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
-    """Read each file once, and prepare each drawing once, however often it is named."""
+    """Return the settings with the sheet size, the parts to nest, the kinds of sheet, and the issues.
+
+    Each file is read only once, even if the list names it several times.
+    """
     from leafcut.processes.nesting.plan.parts import parts_of
     from leafcut.read.format import factor_of, load
     from leafcut.read.registry import read_source
@@ -187,7 +190,7 @@ def _read(
 
     @cache
     def sheet_of(file: str) -> Sheet:
-        return _drawing(load_cached(file), settings, looking_for(progress, "reading"))
+        return _prepared_sheet(load_cached(file), settings, looking_for(progress, "reading"))
 
     settings, issues, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
     parts: list[NestPart] = []
@@ -205,7 +208,7 @@ def _read(
     return settings, parts, stocks, issues
 
 
-def _drawing(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
+def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
@@ -220,7 +223,10 @@ def _drawing(source: Source, settings: Settings, on_progress: Heartbeat) -> Shee
 def _available_sheets(
     settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
 ) -> tuple[Settings, list[Issue], list[Stock]]:
-    """Return the settings, issues, and the sheets; by default, unlimited sheets of the size of the machine's table."""
+    """Return the settings, the issues, and the kinds of sheet.
+
+    The default is an unlimited number of sheets of the size of the machine's table.
+    """
     from leafcut.read.machine import load_machine
 
     options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
@@ -252,7 +258,7 @@ def _available_sheets(
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
-    """Return the sheet in a drawing: one closed outline with holes; everything but marks counts."""
+    """Return the sheet in a drawing: one closed outline with holes. All layers count, except layers for marks."""
     from leafcut.options.drawings import MARK_NAMES
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
@@ -267,7 +273,7 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     if len(outer) != 1:
         raise PlanError(
             f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
-            f"use one drawing per sheet"
+            "use one drawing per sheet"
         )
     x0, y0, x1, y1 = outer[0].extents
     paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))

@@ -14,15 +14,15 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.processes.nesting.options import NestOptions
-from leafcut.processes.nesting.plan.fill import Filling, NestTask, filled
+from leafcut.processes.nesting.plan.fill import Filling, NestTask, fill_sheets
 from leafcut.processes.nesting.plan.pieces import pieces_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.sheet_choice import (
-    cheaper,
-    cheapest,
+    cheaper_plans,
     cheapest_by_density,
-    cheapest_of,
-    same_sheets,
+    cheapest_nest,
+    cheapest_of_plans,
+    plan_of_nest,
 )
 
 
@@ -74,7 +74,7 @@ def test_no_choice_of_sheets_that_holds_all_is_cheaper(seed: int) -> None:
     sizes = [dice.randint(1, 9) for _ in range(3)]
     sheets = [(dice.randint(1, 4), float(dice.randint(1, 30))) for _ in range(3)]
     wanted = dice.randint(1, sum(n * size for (n, _), size in zip(sheets, sizes, strict=True)))
-    found = cheapest(task(wanted, *sheets), [Shelves(size) for size in sizes], "m", 0, lambda: False)
+    found = cheapest_nest(task(wanted, *sheets), [Shelves(size) for size in sizes], "m", 0, lambda: False)
     choices = itertools.product(*(range(n + 1) for n, _ in sheets))
     least = min(
         sum(n * price for n, (_, price) in zip(choice, sheets, strict=True))
@@ -92,8 +92,8 @@ def test_the_plans_looked_at_are_all_that_cost_less_and_have_area_enough_the_che
     sizes = [dice.randint(1, 9) for _ in range(3)]
     sheets = [(dice.randint(1, 3), float(dice.randint(1, 30))) for _ in range(3)]
     job, packers = task(dice.randint(1, 12), *sheets), [Shelves(size) for size in sizes]
-    whole = filled(job, packers, tuple((k, n) for k, (n, _) in enumerate(sheets)), "m", 0)
-    plans = cheaper(job, packers, whole)
+    whole = fill_sheets(job, packers, tuple((k, n) for k, (n, _) in enumerate(sheets)), "m", 0)
+    plans = cheaper_plans(job, packers, whole)
     if whole.unplaced != (0,):
         assert plans == []
         return
@@ -112,27 +112,26 @@ def test_of_more_plans_than_may_be_tried_the_cheapest_that_holds_all_is_found_by
     plans = [((0, float(k)),) for k in range(1000)]
     tried: list[int] = []
 
-    def attempt(plan: tuple[tuple[int, float], ...], left: int) -> Nest:
-        assert left == 11 - len(tried)
+    def attempt(plan: tuple[tuple[int, float], ...]) -> Nest:
         tried.append(int(plan[0][1]))
         return nest_of(plan[0][1], unplaced=int(plan[0][1] < 617))
 
-    best = cheapest_of(plans, 12, nest_of(5000.0), attempt, lambda: False)
+    best = cheapest_of_plans(plans, 12, nest_of(5000.0), attempt, lambda: False)
     assert best.cost == 617
     assert len(tried) <= 12
 
 
 def test_nothing_is_tried_any_more_when_it_is_late_and_the_best_so_far_stays() -> None:
     best = nest_of(7.0)
-    assert cheapest_of([((0, 1.0),)], 9, best, lambda *_: pytest.fail("tried"), lambda: True) is best
-    assert cheapest_of([], 9, best, lambda *_: pytest.fail("tried"), lambda: False) is best
+    assert cheapest_of_plans([((0, 1.0),)], 9, best, lambda *_: pytest.fail("tried"), lambda: True) is best
+    assert cheapest_of_plans([], 9, best, lambda *_: pytest.fail("tried"), lambda: False) is best
 
 
 def test_the_sheets_of_a_nest_are_a_plan_that_makes_it_again() -> None:
     job, packers = task(11, (2, 1.0), (9, 1.0)), [Shelves(4), Shelves(1)]
-    whole = filled(job, packers, ((0, 2), (1, 9)), "m", 0)
+    whole = fill_sheets(job, packers, ((0, 2), (1, 9)), "m", 0)
     assert (taken(whole, 2), whole.unplaced) == ([2, 3], (0,))
-    again = filled(job, packers, same_sheets(whole), "m", 0)
+    again = fill_sheets(job, packers, plan_of_nest(whole), "m", 0)
     assert again.layouts == whole.layouts
 
 
@@ -148,7 +147,7 @@ def test_a_sheet_is_cut_as_often_as_there_are_parts_for_it_and_no_oftener() -> N
 def test_a_second_kind_of_sheet_makes_no_nest_dearer_even_without_time() -> None:
     """Twenty plates on sheets of ten at 10 cost 20; sheets of nine at 8.9, more for their cost, would cost 26.7."""
     both = task(20, (None, 10.0), (None, 8.9))
-    assert cheapest(both, [Shelves(10), Shelves(9)], "rectangles", 0, lambda: True).cost == 20.0
+    assert cheapest_nest(both, [Shelves(10), Shelves(9)], "rectangles", 0, lambda: True).cost == 20.0
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.processes.nesting.plan.holes import filled_holes
+from leafcut.processes.nesting.plan.holes import fill_holes
 from leafcut.processes.nesting.plan.pieces import NestPiece, pieces_of
 
 #: A frame of 200 with a hole of 120, and what may lie in it.
@@ -32,7 +32,7 @@ def small(side: float, quantity: int, rotations: tuple[float, ...] | None = (0.0
 
 def made(*parts: NestPart, spacing: float = 5.0) -> tuple[list[NestPiece], list[int], Counter[int]]:
     """Return the pieces, their counts, and how many of each part there are in all of them."""
-    pieces, counts = filled_holes(parts, pieces_of(parts), spacing)
+    pieces, counts = fill_holes(parts, pieces_of(parts), spacing)
     every = Counter[int]()
     for piece, count in zip(pieces, counts, strict=True):
         for member in piece.members:

@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart, Placement
-from leafcut.processes.nesting.plan.blocks import MAX_MEMBERS, in_blocks
+from leafcut.processes.nesting.plan.blocks import MAX_MEMBERS, group_in_blocks
 from leafcut.processes.nesting.plan.pieces import pieces_of
 
 KERF = 1.5
@@ -27,7 +27,7 @@ SHAPES = {
 def blocks_of(shape: str, kind: str, count: int, angles: tuple[float, ...] | None = QUARTERS):
     path = Polyline.of_points(SHAPES[shape], closed=True)
     pieces = pieces_of([NestPart(shape, (Contour(path),), count, angles)])
-    return path, *in_blocks(pieces, [count], KERF, kind, (1000.0, 600.0))
+    return path, *group_in_blocks(pieces, [count], KERF, kind, (1000.0, 600.0))
 
 
 def polygons(path: Polyline, members: tuple[Placement, ...]) -> list[shapely.Polygon]:

@@ -1,5 +1,6 @@
-"""Blocks of equal parts one kerf apart for common-line cutting: rows or grids of rectangles, pairs of other parts. A
-block is nested as one piece with the full gap around it, so that every cut can start in the surrounding scrap.
+"""Blocks of equal parts one kerf apart for common-line cutting: rows or grids of rectangles, pairs of other parts.
+
+A block is nested as one piece with the full gap around it, so that each cut can start in the surrounding scrap.
 """
 
 from __future__ import annotations
@@ -30,18 +31,20 @@ ROUNDING = 1e-4
 PartPlace = tuple[float, float, float]
 
 
-def in_blocks(
+def group_in_blocks(
     pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return blocks, the remaining pieces, and the number of each. `kind`: ``pairs``, ``rows`` (at most two) or
-    ``grids``; `inner`: length and width of a sheet less its margins, mm.
+    """Group equal pieces in blocks; return the blocks and the remaining pieces, and the quantity of each.
+
+    `kind` is ``pairs``, ``rows`` (at most two) or ``grids``. `inner` is the length and width of a sheet less its
+    margins, mm.
     """
     grouped: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
         remaining = count
         while remaining > 1:
-            block = _block(piece, remaining, kerf, kind, inner)
+            block = _largest_block(piece, remaining, kerf, kind, inner)
             if block is None:
                 break
             size = len(block.members) // len(piece.members)
@@ -54,12 +57,14 @@ def in_blocks(
     return grouped, numbers
 
 
-def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
+def _largest_block(
+    piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]
+) -> NestPiece | None:
     box = next((b for b in piece.boxes if piece.area >= RECTANGLE * b.width * b.height), None)
     if box is None:
-        pair = _pair(piece, kerf)
+        pair = _pair_block(piece, kerf)
         return None if pair is None or not pair.fits(*inner) else pair
-    columns, rows = _grid(box.width + kerf, box.height + kerf, count, kerf, kind, inner)
+    columns, rows = _grid_size(box.width + kerf, box.height + kerf, count, kerf, kind, inner)
     if columns * rows < 2:
         return None
     positions = [
@@ -73,7 +78,7 @@ def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[fl
     return None if block is None or not block.fits(*inner) else block
 
 
-def _grid(
+def _grid_size(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
     """Return columns and rows of the largest block of cells (mm), as square as possible; (1, 1) for no block."""
@@ -94,7 +99,7 @@ def _grid(
     return best
 
 
-def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
+def _pair_block(piece: NestPiece, kerf: float) -> NestPiece | None:
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
     for s in sorted(edges, key=lambda s: -round(math.dist(s.start, s.end), 6)):
@@ -118,7 +123,7 @@ def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
 
 
 def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
-    """Return the outline of the union, outside of the chords that approximate arcs."""
+    """Return the outline of the union of shapes; with arcs, grown by the chord error so that no arc is cut off."""
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
         union = union.buffer(CHORD, join_style="mitre")
@@ -127,7 +132,7 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block; None if no rotation is allowed for all of its parts."""
+    """Return a block of copies of a piece; None if no rotation of the block is allowed for all of them."""
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:

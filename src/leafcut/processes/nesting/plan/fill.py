@@ -10,7 +10,7 @@ from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart, Stock
 from leafcut.processes.nesting.options import NestOptions
-from leafcut.processes.nesting.plan.pieces import FORGIVEN, NestPiece, share_of
+from leafcut.processes.nesting.plan.pieces import SIDE_TOLERANCE, NestPiece, select_by_area
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 
 #: Minimum distance between two parts, mm.
@@ -21,7 +21,11 @@ FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
-    """Fills one sheet."""
+    """Packs pieces on sheets of one kind.
+
+    `offered` is the area of the pieces to offer for a sheet, relative to its area. `repeatable` is false once a time
+    limit has ended the packing of a sheet.
+    """
 
     offered: float
     repeatable: bool
@@ -37,12 +41,15 @@ class Packer(Protocol):
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; if they are the `last`, as far to the left as possible."""
+        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible."""
 
 
 @dataclass(frozen=True)
 class NestTask:
-    """Parts as pieces, their numbers, and the sheets; `remnants`: packers of non-rectangular kinds of sheet."""
+    """Parts to nest, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
+
+    `remnants` has the packers for non-rectangular kinds of sheet, by index.
+    """
 
     parts: tuple[NestPart, ...]
     pieces: tuple[NestPiece, ...]
@@ -58,14 +65,14 @@ class NestTask:
         return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
 
     @property
-    def at_hand(self) -> list[float]:
-        """Number of sheets of each kind."""
+    def available_sheets(self) -> list[float]:
+        """Number of available sheets of each kind."""
         return [math.inf if stock.count is None else float(stock.count) for stock in self.stocks]
 
     @property
     def max_sheets(self) -> float:
-        """Total number of sheets."""
-        return sum(self.at_hand)
+        """Total number of available sheets."""
+        return sum(self.available_sheets)
 
     @property
     def spacing(self) -> float:
@@ -83,13 +90,13 @@ class Filling:
         self.n_sheets = 0
 
     def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
-        """Return the pieces on the next sheet, of kind `stock`; kinds of sheet in `later` follow."""
+        """Return the pieces on the next sheet, which has the kind `stock`; sheets of the kinds `later` follow it."""
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
     def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
-        """Repeat a sheet while there are pieces for it, at most `limit` times; return the number."""
+        """Add a sheet as often as the remaining pieces suffice, at most `limit` times; return the number of sheets."""
         pieces = self.task.pieces
         used = Counter(piece.piece for piece in placed)
         count = int(min(limit, *(self.left[piece] // number for piece, number in used.items())))
@@ -104,7 +111,7 @@ class Filling:
         return count
 
     def nest(self, method: str, seed: int) -> Nest:
-        """Return the current nest."""
+        """Return the sheets filled so far as a nest."""
         missing = Counter[int]()
         for piece, count in self.left.items():
             for member in self.task.pieces[piece].members:
@@ -114,7 +121,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return slightly more pieces than a sheet can hold; those that fit no later kind of sheet come first."""
+        """Return slightly more pieces than a sheet can hold; pieces that fit no later kind of sheet come first."""
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -122,25 +129,25 @@ class Filling:
                 if packer.holds(piece) and not any(self.packers[k].holds(piece) for k in later):
                     only_here[piece] = count
         if not only_here or only_here == remaining:
-            return share_of(remaining, packer.weight, area)
-        offered = share_of(only_here, packer.weight, area)
+            return select_by_area(remaining, packer.weight, area)
+        offered = select_by_area(only_here, packer.weight, area)
         area -= sum(packer.weight(piece) * count for piece, count in offered.items())
-        return offered + (share_of(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
+        return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece in the corner of a sheet, for packers that found no position for any."""
+        """Return the largest piece that fits, in the corner of a sheet; used if the packer placed no piece."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)
         pieces, margin = self.task.pieces, self.task.options.margin
         for piece in sorted(self.left, key=lambda p: (-pieces[p].area, p)):
             for box in pieces[piece].boxes:
-                if box.width <= length + FORGIVEN and box.height <= width + FORGIVEN:
+                if box.width <= length + SIDE_TOLERANCE and box.height <= width + SIDE_TOLERANCE:
                     return [PlacedPiece(piece, box.angle, margin - box.x, margin - box.y)]
         return []
 
 
-def filled(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
+def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
     """Fill the sheets of a plan until the pieces or the sheets run out."""
     filling = Filling(task, packers)
     for step, (stock, limit) in enumerate(plan):

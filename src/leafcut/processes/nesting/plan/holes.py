@@ -1,4 +1,4 @@
-"""Place small parts into the holes of large ones before nesting, where they use no sheet area."""
+"""Place small parts into the holes of large parts before nesting, where they use no sheet area."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ from shapely.geometry.base import BaseGeometry
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 from leafcut.processes.nesting.plan.pieces import NestPiece, angles_within, polygon_of
-from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, find_position
+from leafcut.processes.nesting.plan.positions import FREE_ANGLES, buffer_distance, find_position
 
-#: Number of holes per part to fill, largest first, and kinds of part to try in each.
+#: Maximum number of holes to fill per part (largest first), and of kinds of part to try in each hole.
 MAX_HOLES = 20
 MAX_TRIED = 40
 
 
-def filled_holes(
+def fill_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Return the pieces with parts placed in their holes, smallest parts first, and the number of each; the members of
-    all pieces add up to all quantities. `spacing` (mm) stays between a part and the edge of the hole.
+    """Fill the holes of the pieces, smallest pieces first; return the pieces with parts in their holes, and quantities.
+
+    The members of all pieces add up to the quantities of `parts`. Parts keep `spacing` (mm) from the edge of the hole.
     """
     filled, counts = list(pieces), [part.quantity for part in parts]
-    clear = clear_of(spacing)
+    clear = buffer_distance(spacing)
     for root in sorted(range(len(parts)), key=lambda i: (pieces[i].area, i)):
         spaces = _hole_spaces(parts[root].holes, clear)
         while spaces and counts[root]:
-            members, used = _fill(root, spaces, filled, counts, clear)
+            members, used = _fill_spaces(root, spaces, filled, counts, clear)
             if not used:
                 break
             number = min([counts[root], *(counts[piece] // count for piece, count in used.items())])
@@ -48,7 +49,7 @@ def _hole_spaces(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
     return [space for space in spaces if not space.is_empty]
 
 
-def _fill(
+def _fill_spaces(
     root: int, spaces: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
     members: list[Placement] = []
@@ -70,6 +71,6 @@ def _fill(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece in a hole that are allowed for every rotation (`outer`) of the outer part."""
+    """Return the rotations of a piece in a hole that are allowed for each rotation (`outer`) of the outer part."""
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

@@ -15,14 +15,20 @@ from leafcut.model.heartbeat import OnProgress, Progress, Trial
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
 from leafcut.processes.nesting.options import NestOptions
-from leafcut.processes.nesting.plan.blocks import in_blocks
-from leafcut.processes.nesting.plan.fill import FillPlan, NestTask, Packer, filled
-from leafcut.processes.nesting.plan.holes import filled_holes
+from leafcut.processes.nesting.plan.blocks import group_in_blocks
+from leafcut.processes.nesting.plan.fill import FillPlan, NestTask, Packer, fill_sheets
+from leafcut.processes.nesting.plan.holes import fill_holes
 from leafcut.processes.nesting.plan.pieces import NestPiece, check_fit, pieces_of
 from leafcut.processes.nesting.plan.rectangles import RULES, RectanglePacker
 from leafcut.processes.nesting.plan.remnant import RemnantPacker
 from leafcut.processes.nesting.plan.shapes import ShapePacker
-from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_by_density, same_sheets
+from leafcut.processes.nesting.plan.sheet_choice import (
+    cheaper_plans,
+    cheapest_by_density,
+    cheapest_nest,
+    plan_of_nest,
+    single_kind_plan,
+)
 from leafcut.processes.nesting.plan.strip import NesterError, StripBudget
 
 #: Steps of the irregular nester per strip, by preset. About 200 take a few seconds; further steps take far longer.
@@ -39,13 +45,15 @@ TRY_SHARE, LAST_SEARCH = 0.25, 0.35
 DENSEST = 0.93
 #: Share of the time limit for the choice by rectangles.
 CHOOSING = 0.2
-#: With a time limit, one thread in this many goes to the other variants, one each; the first gets the rest.
+#: With a time limit, one in this number of threads goes to each further variant; the first variant gets the rest.
 THREADS_PER_VARIANT = 3
 
 
 def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
-    """Return the nesting task for the given kinds of sheet. Raises PlanError if the list of parts is empty, an outline
-    is invalid, or a part fits no sheet; OptionError if `options.blocks` is set without a kerf.
+    """Return the nesting task for the given kinds of sheet.
+
+    Raises PlanError if the list of parts is empty, an outline is invalid, or a part fits no sheet; OptionError if
+    `options.blocks` is set without a kerf.
     """
     if options.blocks != "none" and kerf <= 0.0:
         raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
@@ -53,13 +61,13 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks
     plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options, kerf)
     inner = [plain.inner(k) for k in range(len(stocks))]
     check_fit(parts, pieces, inner)
-    pieces, counts = filled_holes(parts, pieces, plain.spacing)
+    pieces, counts = fill_holes(parts, pieces, plain.spacing)
     if options.blocks != "none":
-        pieces, counts = _blocks(pieces, counts, options, kerf, inner)
+        pieces, counts = _grouped_pieces(pieces, counts, options, kerf, inner)
     return replace(plain, pieces=tuple(pieces), counts=tuple(counts))
 
 
-def _blocks(
+def _grouped_pieces(
     pieces: Sequence[NestPiece],
     counts: Sequence[int],
     options: NestOptions,
@@ -70,7 +78,7 @@ def _blocks(
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
         smallest = min((size for size in inner if piece.fits(*size)), key=math.prod)
-        blocks, block_counts = in_blocks([piece], [count], kerf, options.blocks, smallest)
+        blocks, block_counts = group_in_blocks([piece], [count], kerf, options.blocks, smallest)
         grouped += blocks
         numbers += block_counts
     return grouped, numbers
@@ -79,29 +87,32 @@ def _blocks(
 def variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield unchecked nests (by consecutive seeds, or by each of the `RULES`), or a line about a failed variant."""
+    """Yield unchecked nests, or a message for a variant that failed.
+
+    Nests by shapes use consecutive seeds, nests by rectangles use each of the `RULES`.
+    """
     task = _with_remnants(task, search)
     if len(task.stocks) > 1:
-        yield from _nest_on_several(task, search, on_progress, cancelled)
+        yield from _nest_on_several_kinds(task, search, on_progress, cancelled)
         return
     if _uses_shapes(task):
         numbers = range(task.options.variants)
         yield from _shape_variants(
-            task,
             search,
             numbers,
-            lambda seed, clock: _nest_on_plan(task, as_many(task), clock, seed, cancelled),
+            lambda seed, clock: _nest_on_plan(task, single_kind_plan(task), clock, seed, cancelled),
             on_progress,
             cancelled,
         )
     yield from _rectangle_variants(task, on_progress, cancelled.is_set, cancelled)
 
 
-def _nest_on_several(
+def _nest_on_several_kinds(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets, which
-    the first variant chooses for all others. With a time limit, there is only one variant by shapes.
+    """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
+
+    The first variant by shapes chooses the sheets for the others. With a time limit, it is the only variant by shapes.
     """
     shapes, nests = _uses_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
@@ -121,21 +132,20 @@ def _nest_on_several(
         if search.time_limit is None
         else replace(search, time_limit=0.01 + max(start_time + limit - time.monotonic(), 0.0))
     )
-    cheapest_nest = min(nests, key=lambda nest: nest.rank)
+    best_by_rectangles = min(nests, key=lambda nest: nest.rank)
     for shape_nest in _shape_variants(
-        task,
         remaining_search,
         range(1),
-        lambda seed, clock: _nest_on_cheapest(task, cheapest_nest, clock, seed, cancelled),
+        lambda seed, clock: _nest_on_cheapest(task, best_by_rectangles, clock, seed, cancelled),
         on_progress,
         cancelled,
     ):
         nests += [shape_nest] if isinstance(shape_nest, Nest) else []
         yield shape_nest
     if search.time_limit is None:
-        plan = same_sheets(min(nests, key=lambda nest: nest.rank))
+        plan = plan_of_nest(min(nests, key=lambda nest: nest.rank))
         yield from _shape_variants(
-            task, remaining_search, range(1, task.options.variants),
+            remaining_search, range(1, task.options.variants),
             lambda seed, clock: _nest_on_plan(task, plan, clock, seed, cancelled), on_progress, cancelled,
         )  # fmt: skip
 
@@ -146,7 +156,7 @@ def _rectangle_variants(
     for rule in range(len(RULES)):
         if not (rule and (cancelled.is_set() or late())):
             on_progress(Progress("nesting by rectangles", 0.99, trial=Trial(f"rectangles {rule}")))
-            yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
+            yield cheapest_nest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
 def _rectangle_packers(task: NestTask, rule: int) -> list[Packer]:
@@ -174,14 +184,14 @@ def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
 
 
 def _shape_variants(
-    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], on_progress: OnProgress,
+    search: SolveOptions, numbers: range, nest_by_shapes: Callable[[int, _Clock], Nest], on_progress: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
-    """Yield a nest by shapes for each of some seeds, in order, searching several at a time.
+    """Yield a nest by shapes, or a message, for each of the seeds `search.seed + number`; several searches run at once.
 
-    With a time limit, the first variant gets all of it, and at least two thirds of the threads: more variants never
-    cost density. The others share the remaining threads, if any. Without a limit, each variant gets one thread, so that
-    the number of threads does not change the nests.
+    With a time limit, the first variant gets all the time and at least two thirds of the threads, so that more variants
+    never make it less dense. The others share the remaining threads, if any. Without a limit, each variant gets one
+    thread, so that the number of threads does not change the nests.
     """
     n_threads = search.threads or os.cpu_count() or 1
     threads = min(n_threads, len(numbers))
@@ -196,7 +206,7 @@ def _shape_variants(
         if cancelled.is_set():
             return ""
         try:
-            return make(search.seed + number, _Clock(search, rounds, workers))
+            return nest_by_shapes(search.seed + number, _Clock(search, rounds, workers))
         except NesterError as problem:
             return "" if cancelled.is_set() else f"by shapes, seed {search.seed + number}: {problem}"
 
@@ -212,7 +222,7 @@ def _shape_variants(
                 on_progress(Progress(message, number / len(futures)))
                 if outcome := future.result():
                     yield outcome
-        # on Ctrl-C or an abandoned iteration, end the searches, because the executor would wait for them
+        # On Ctrl-C, or if the caller stops iterating, end the searches: the executor would wait for them.
         except BaseException:
             cancelled.set()
             raise
@@ -228,20 +238,20 @@ def _nest_on_cheapest(task: NestTask, reference: Nest, clock: _Clock, seed: int,
 
     def attempt(plan: FillPlan) -> Nest:
         clock.start_plan(task, plan, 1.0 / TRY_SHARE)
-        return filled(task, packers, plan, "shapes", seed)
+        return fill_sheets(task, packers, plan, "shapes", seed)
 
     best = cheapest_by_density(
-        task, packers, cheaper(task, packers, reference, DENSEST), 0.5 * (reference.utilisation_of_used + DENSEST),
-        TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
+        task, packers, cheaper_plans(task, packers, reference, DENSEST),
+        0.5 * (reference.utilisation_of_used + DENSEST), TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
         lambda: cancelled.is_set() or clock.share_left < LAST_SEARCH,
     )  # fmt: skip
-    final_nest = _nest_on_plan(task, same_sheets(best or reference), clock, seed, cancelled)
+    final_nest = _nest_on_plan(task, plan_of_nest(best or reference), clock, seed, cancelled)
     return min([final_nest] if best is None else [final_nest, best], key=lambda nest: nest.rank)
 
 
 def _nest_on_plan(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     clock.start_plan(task, plan, 1)
-    return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
+    return fill_sheets(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
 
 
 def _shape_packers(
@@ -257,7 +267,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Shares the time of a variant among its strips; without a limit, a number of steps per strip."""
+    """Divides the time of a variant among its strips; without a time limit, it limits the steps of each strip."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -281,7 +291,7 @@ class _Clock:
 
     @property
     def share_left(self) -> float:
-        """Share of the time that is left, 0 … 1."""
+        """Remaining share of the time, 0 … 1."""
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:

@@ -12,7 +12,10 @@ from leafcut.model.sheet import Sheet
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return every part of a drawing, `quantity` times each, and issues. Raises PlanError without a closed outline."""
+    """Return the parts of a drawing, each with the given quantity, and issues.
+
+    Raises PlanError if the drawing has no closed outline.
+    """
     contours_by_part: dict[int, list[Contour]] = {}
     outlines = [c for c in sheet.contours if _is_outline(c)]
     for contour in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):

@@ -1,4 +1,4 @@
-"""Nest pieces: an outline, its allowed rotations, and the parts placed in its holes."""
+"""Pieces to nest: an outline, its allowed rotations, and the parts placed in its holes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 
-#: Tolerance of the chords that approximate arcs, mm; touching parts are kept this much further apart.
+#: Error of the chords that approximate arcs, mm; outlines with arcs are kept this much further apart.
 CHORD = 0.01
 #: Tolerance of equal angles, rad.
 SAME_ANGLE = 1e-9
@@ -24,8 +24,8 @@ SAME_ANGLE = 1e-9
 RECTANGLE = 1.0 - 1e-6
 #: Rotations tried to check whether a freely rotatable part fits the sheet.
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
-#: Rounding tolerance for sides longer than a sheet, mm.
-FORGIVEN = 1e-6
+#: A side may be longer than the sheet by this rounding error, mm.
+SIDE_TOLERANCE = 1e-6
 #: Maximum number of parts, and of kinds of part: larger numbers indicate a mistake in a list.
 MAX_PARTS = 100_000
 MAX_KINDS = 2_000
@@ -44,8 +44,10 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part (`path`, in the coordinates of its drawing) and the parts in its holes, moved as one. `members` starts
-    with the part itself at angle 0 and (0, 0); `angles` are the allowed rotations, rad, or None for any.
+    """A part and the parts in its holes, which move together.
+
+    `path` is the outline of the part in the coordinates of its drawing. `members` starts with the part itself at angle
+    0 and (0, 0). `angles` are the allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -54,7 +56,7 @@ class NestPiece:
 
     @cached_property
     def polygon(self) -> Polygon:
-        """Outline in chords."""
+        """The outline as a polygon; chords approximate its arcs."""
         return polygon_of(self.path)
 
     @cached_property
@@ -74,12 +76,12 @@ class NestPiece:
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """Bounding boxes at the allowed rotations, or at a selection of angles if any is allowed."""
-        angles = self.angles if self.angles is not None else (*self._along_edges, *FREE_ANGLES)
+        """Bounding boxes at the allowed rotations, or at a selection of angles if all rotations are allowed."""
+        angles = self.angles if self.angles is not None else (*self._tightest_angles, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
-    def _along_edges(self) -> tuple[float, ...]:
+    def _tightest_angles(self) -> tuple[float, ...]:
         """The rotation with the smallest bounding box, and this rotation plus 90°."""
         envelope: Any = oriented_envelope(self.polygon)
         corners = list(envelope.exterior.coords)
@@ -93,7 +95,7 @@ class NestPiece:
 
     def fits(self, length: float, width: float) -> bool:
         """Return whether the piece fits in a rectangle at an allowed rotation."""
-        return any(b.width <= length + FORGIVEN and b.height <= width + FORGIVEN for b in self.boxes)
+        return any(b.width <= length + SIDE_TOLERANCE and b.height <= width + SIDE_TOLERANCE for b in self.boxes)
 
     def placements(self, angle: float, x: float, y: float) -> list[Placement]:
         """Return the placements of all members after rotation by `angle`, then translation by (x, y)."""
@@ -105,7 +107,7 @@ class NestPiece:
 
 
 def polygon_of(path: Polyline) -> Polygon:
-    """Return the polygon of a closed path, in chords."""
+    """Return a closed path as a polygon; chords approximate its arcs."""
     return Polygon(path.flattened(CHORD))
 
 
@@ -148,8 +150,11 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
             )
 
 
-def share_of(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return pieces of about `area` in total weight (mm²), at least one: an equal share of each, then the largest."""
+def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
+    """Return the quantities of a selection of pieces with a total weight of about `area` (mm²), at least one piece.
+
+    Each kind of piece contributes the same share of its quantity; then the largest pieces fill the rest.
+    """
     total_weight = sum(weight(piece) * count for piece, count in counts.items())
     if total_weight <= area:
         return +counts

@@ -24,7 +24,7 @@ RULES = (
 )
 #: Bisection steps for the used length of the last sheet.
 HALVINGS = 10
-#: Sides are packed in whole µm, to avoid rounding in sums.
+#: Micrometres per mm; sides are packed in whole µm, which add up without rounding errors.
 MICRON = 1000.0
 
 
@@ -40,7 +40,7 @@ class PlacedPiece:
 
 @dataclass(frozen=True)
 class Cell:
-    """The bounding box of a piece, before and after rotation by 90° (if allowed); sides in µm."""
+    """The bounding box of a piece, the box after a rotation by 90° (None if not allowed), and its sides in µm."""
 
     box: Box
     turned: Box | None
@@ -82,7 +82,7 @@ class RectanglePacker:
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; the `last` ones as far to the left as found."""
+        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible."""
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():
             low, high = 0, self.length

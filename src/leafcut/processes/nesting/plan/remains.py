@@ -9,7 +9,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 from leafcut.processes.nesting.plan.pieces import polygon_of
-from leafcut.processes.nesting.plan.rooms import clear_of
+from leafcut.processes.nesting.plan.positions import buffer_distance
 
 #: Tolerance of the simplified edge of a remnant, mm.
 _COARSE = 0.05
@@ -22,12 +22,13 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
 def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
-    """Return the remnants of a sheet, largest first, each moved to (0, 0), `spacing` (mm) away from the parts. Strips
-    narrower than `least` and pieces without a disc of that diameter are dropped.
+    """Return the remnants of a sheet, largest first, each moved to (0, 0); they keep `spacing` (mm) from the parts.
+
+    Strips narrower than `least` mm are cut off, and pieces that contain no disc of that diameter are dropped.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
-    clear = clear_of(spacing) + _COARSE
+    clear = buffer_distance(spacing) + _COARSE
     shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
     remaining = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
     simplified = _without_strips(remaining, least).simplify(_COARSE)

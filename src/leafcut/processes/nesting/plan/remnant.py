@@ -13,12 +13,12 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.model.nest import Stock
 from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece
+from leafcut.processes.nesting.plan.positions import FREE_ANGLES, SLACK, buffer_distance, find_position
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
-from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, find_position
 
 #: Mitre limit of grown corners.
 _MITRE = 2.0
-#: Smallest usable area, mm².
+#: Smaller areas are ignored, mm².
 _MIN_AREA = 1.0
 
 
@@ -30,7 +30,7 @@ class RemnantPacker:
     margin, spacing
         Distance from every edge, and between two pieces, mm.
     seconds, end
-        Time limit per sheet, s, and end of all packing (`time.monotonic`). After that, a sheet keeps its pieces.
+        Time limit per sheet, s, and end of all packing (`time.monotonic`). A sheet keeps the pieces placed until then.
     """
 
     #: Area of the pieces offered for a sheet, relative to its area.
@@ -44,7 +44,7 @@ class RemnantPacker:
         self.pieces, self.seconds, self.end = pieces, seconds, end
         self.repeatable = True
         self._filled: dict[tuple[tuple[int, int], ...], list[PlacedPiece]] = {}
-        self.clear = clear_of(spacing)
+        self.clear = buffer_distance(spacing)
         outline, *holes = (path.flattened(CHORD) for path in stock.paths)
         round_edge = any(path.bulges.any() for path in stock.paths)
         sheet = shapely.Polygon(outline, holes)

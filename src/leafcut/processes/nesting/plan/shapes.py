@@ -13,19 +13,19 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from leafcut.processes.nesting.plan.pieces import NestPiece, share_of
+from leafcut.processes.nesting.plan.pieces import NestPiece, select_by_area
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
-#: Single precision of the nester: loss of sheet length, in mm and relative.
+#: Allowance for the single precision of the nester: in mm, and as a share of the sheet's size.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
 #: Tolerance of simplified outlines, relative to their size, with bounds in mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: Outlines are not simplified if they have few points, or if more than this share of the points would be kept.
+#: Outlines are not simplified if they have at most this number of points, or if more than this share would remain.
 FEW_POINTS, KEPT = 16, 0.6
 #: Mitre limit of grown corners.
 MITRE = 2.0
-#: Most pieces per search, for a reasonable time.
+#: Maximum number of pieces per search, for a reasonable time.
 MAX_PIECES = 250
 #: Shares of the expected capacity tried when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
@@ -34,9 +34,10 @@ PERFECT = 1.001
 
 
 class ShapePacker:
-    """Packs one sheet after another with the irregular nester; `length` and `width` (mm) are less the margins.
-    `budget` returns the budget of the next strip. `shorten=False` ends the search on the last sheet as soon as all
-    parts are on it.
+    """Packs one sheet after another with the irregular nester.
+
+    `length` and `width` (mm) are less the margins. `budget` returns the budget of the next strip. With
+    `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
     """
 
     #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
@@ -79,7 +80,10 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; too many for one search are packed as equal bands across the sheet."""
+        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible.
+
+        Too many pieces for one search are packed in equal bands across the sheet.
+        """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MAX_PIECES)
         if bands == 0:
@@ -102,7 +106,7 @@ class ShapePacker:
         best = self._placed_pieces(strip, length)
         density = self._area(offered) / (strip.width * self.width)
         for share in SHARES:
-            fewer = share_of(offered, self.weight, share * density * length * self.width)
+            fewer = select_by_area(offered, self.weight, share * density * length * self.width)
             if self._area(fewer) <= sum(self.weight(placed.piece) for placed in best):
                 break
             retry = self._pack(fewer, length)
@@ -125,8 +129,7 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip; pieces that fit the sheet exactly do not (see
-        `Filling._single_piece`)."""
+        """Return whether a grown outline fits the strip. A piece as large as the sheet does not (`_single_piece`)."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
@@ -157,11 +160,11 @@ class ShapePacker:
         return placed
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
-        """Return the points of a grown outline about its middle, the middle, and the grown area.
+        """Return the points of a grown outline relative to the centre of its box, this centre, and the grown area.
 
-        The outline is grown by at least half the spacing, and by the tolerance if simplified; mitred corners are cut no
-        closer than round ones would be. Outlines that simplification would hardly reduce stay exact, so that parts
-        whose sides add up to the width of the sheet fit beside each other.
+        The outline is grown by at least half the spacing, and by the tolerance if it is simplified. Outlines that
+        simplification would hardly reduce stay exact, so that parts whose sides add up to the width of the sheet fit
+        next to each other.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents
@@ -185,7 +188,7 @@ def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
-    """Return the same share of every piece, at most `limit` in total; the first kinds if there are too many."""
+    """Return the same share of each kind of piece, about `limit` in total; only the first `limit` kinds, if more."""
     if counts.total() <= limit:
         return counts
     share = limit / counts.total()

@@ -1,5 +1,7 @@
-"""Chooses the cheapest of several kinds of sheet. A greedy choice (parts per cost, free remnants first) sets the
-limit; then the cheapest of all cheaper choices that holds all parts wins.
+"""Chooses the cheapest of several kinds of sheet.
+
+A greedy choice (parts per cost, free remnants first) sets an upper limit of the cost. Then cheaper choices are tried;
+the cheapest choice that holds all parts wins.
 """
 
 from __future__ import annotations
@@ -9,60 +11,60 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from leafcut.model.nest import Nest, sheet_costs
-from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, filled
+from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
 
-#: Budget for sheet choices to try: total number of pieces to place; minimum and maximum number of choices.
-TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
+#: Budget for trying choices of sheets: total number of pieces to place, minimum and maximum number of choices.
+TRIES, MIN_TRIES, MAX_TRIES = 5_000, 4, 60
 #: Maximum number of combinations to enumerate.
 MAX_CHOICES = 50_000
 #: Relative tolerance of equal costs.
 SAME = 1e-9
 
 
-def as_many(task: NestTask, kind: int = 0) -> FillPlan:
+def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
     """Return a plan that uses as many sheets of a single kind as needed."""
-    return ((kind, min(task.at_hand[kind], task.max_sheets)),)
+    return ((kind, min(task.available_sheets[kind], task.max_sheets)),)
 
 
-def same_sheets(nest: Nest) -> FillPlan:
+def plan_of_nest(nest: Nest) -> FillPlan:
     """Return a plan with the sheets of a nest, in its order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
-def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
+def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
     """Return the cheapest nest found before `late` returns true."""
     if len(packers) == 1:
-        return filled(task, packers, as_many(task), method, seed)
+        return fill_sheets(task, packers, single_kind_plan(task), method, seed)
     best = _greedy(task, packers).nest(method, seed)
     # A mix of kinds must never cost more than the best single kind, however little time there is.
-    alone = (filled(task, packers, as_many(task, kind), method, seed) for kind in range(len(packers)))
+    alone = (fill_sheets(task, packers, single_kind_plan(task, kind), method, seed) for kind in range(len(packers)))
     best = min([best, *alone], key=_rank)
     if any(best.unplaced):
         best = min(
-            [best, *(filled(task, packers, plan, method, seed) for plan in _all_sheets(task, packers))], key=_rank
+            [best, *(fill_sheets(task, packers, plan, method, seed) for plan in _all_sheets(task, packers))], key=_rank
         )
-    tries = min(max(TRIES // sum(task.counts), LEAST_TRIES), MOST_TRIES)
-    plans = cheaper(task, packers, best)
-    return cheapest_of(plans, tries, best, lambda plan, _: filled(task, packers, plan, method, seed), late)
+    tries = min(max(TRIES // sum(task.counts), MIN_TRIES), MAX_TRIES)
+    plans = cheaper_plans(task, packers, best)
+    return cheapest_of_plans(plans, tries, best, lambda plan: fill_sheets(task, packers, plan, method, seed), late)
 
 
-def cheapest_of(
+def cheapest_of_plans(
     plans: Sequence[FillPlan],
     tries: int,
     best: Nest,
-    attempt: Callable[[FillPlan, int], Nest],
+    attempt: Callable[[FillPlan], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest of the plans (sorted by cost) that holds all parts, or `best`. More than `tries`
-    plans are searched by bisection, because more expensive plans usually hold more; `attempt` gets a plan and the
-    tries left.
+    """Return the nest on the cheapest of the plans (sorted by cost) that holds all parts, or `best`.
+
+    More than `tries` plans are searched by bisection, because more expensive plans usually hold more parts.
     """
     low, high = 0, len(plans)
     for tries_left in range(tries, 0, -1):
         if low >= high or late():
             break
         index = low if high - low <= tries_left else (low + high) // 2
-        nest = attempt(plans[index], tries_left - 1)
+        nest = attempt(plans[index])
         best = min(best, nest, key=_rank)
         low, high = (index + 1, high) if any(nest.unplaced) else (low, index)
     return best
@@ -72,8 +74,9 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost. `density`:
-    expected utilisation of the sheets, updated after every attempt.
+    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost.
+
+    `density` is the expected utilisation of the sheets, which each attempt updates.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
@@ -100,11 +103,11 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 
 
 def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
-    """Choose sheets greedily by parts per cost; the last is the cheapest that holds the rest."""
+    """Choose sheets greedily by parts per cost; the last sheet is the cheapest that holds the remaining parts."""
     filling = Filling(task, packers)
-    costs, at_hand = sheet_costs(task.stocks), task.at_hand
+    costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
     while filling.left.total() and filling.n_sheets < task.max_sheets:
-        available = [k for k in range(len(packers)) if at_hand[k] > 0]
+        available = [k for k in range(len(packers)) if sheets_left[k] > 0]
         tried = {
             k: placed for k in available if (placed := filling.fill_sheet(k, [kind for kind in available if kind != k]))
         }
@@ -117,7 +120,9 @@ def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
             stock = max(free, key=lambda k: areas[k] / packers[k].sheet_area)
         else:
             stock = min(complete or tried, key=lambda k: costs[k] if complete else costs[k] / areas[k])
-        at_hand[stock] -= filling.add(stock, tried[stock], min(at_hand[stock], task.max_sheets - filling.n_sheets))
+        sheets_left[stock] -= filling.add(
+            stock, tried[stock], min(sheets_left[stock], task.max_sheets - filling.n_sheets)
+        )
     return filling
 
 
@@ -125,27 +130,32 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
     """Return plans that use all available sheets, the largest first if their number is limited."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
-        counts[k] = min(task.at_hand[k], remaining)
+        counts[k] = min(task.available_sheets[k], remaining)
         remaining -= counts[k]
-    return _orders(packers, counts, sheet_costs(task.stocks))
+    return _filling_orders(packers, counts, sheet_costs(task.stocks))
 
 
-def cheaper(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return plans with enough area (at most `densest` used) cheaper than a complete nest, the cheapest first."""
+def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
+    """Return the plans that are cheaper than a complete nest and have enough area, the cheapest first.
+
+    The parts use at most the share `densest` of the area. Without a complete nest, there are no plans.
+    """
     if any(reference.unplaced):
         return []
     costs, areas = sheet_costs(task.stocks), [densest * packer.sheet_area for packer in packers]
     below = reference.rank[1] * (1.0 - SAME)
-    choices = _Choice(costs, areas, task.at_hand, task.max_sheets, _needs(task, packers), below).counts_below()
-    choices.sort(key=lambda counts: (_cost(counts, costs), -_unpaid(counts, costs), sum(counts), counts))
-    return [plan for counts in choices for plan in _orders(packers, counts, costs)]
+    choices = _SheetCounts(
+        costs, areas, task.available_sheets, task.max_sheets, _needs(task, packers), below
+    ).counts_below()
+    choices.sort(key=lambda counts: (_cost(counts, costs), -_free_count(counts, costs), sum(counts), counts))
+    return [plan for counts in choices for plan in _filling_orders(packers, counts, costs)]
 
 
-def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
+def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
     return sum(number for number, cost in zip(counts, costs, strict=True) if cost <= 0.0)
 
 
-def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
+def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
     """Yield filling orders: largest sheets first, then smallest first; free sheets always come first."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
@@ -159,7 +169,7 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
-#: Kinds of sheet that hold some of the pieces, and the minimum area of these, mm².
+#: Kinds of sheet, and the area of the pieces that fit only these kinds, mm².
 _Need = tuple[frozenset[int], float]
 
 
@@ -174,12 +184,12 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
 
 
 @dataclass(frozen=True)
-class _Choice:
-    """Enumerates sheet counts with enough area that cost less than `below`; all sequences are by kind of sheet."""
+class _SheetCounts:
+    """Enumerates numbers of sheets that have enough area and cost less than `below`; sequences are by kind of sheet."""
 
     costs: Sequence[float]
     areas: Sequence[float]
-    at_hand: Sequence[float]
+    available_sheets: Sequence[float]
     max_sheets: float
     needs: Sequence[_Need]
     below: float
@@ -213,7 +223,7 @@ class _Choice:
             if self.costs[k]
             else 2.0 * math.ceil(total_need / max(self.areas[k], 1.0))
         )
-        return int(min(self.at_hand[k], self.max_sheets - taken, affordable, MAX_CHOICES))
+        return int(min(self.available_sheets[k], self.max_sheets - taken, affordable, MAX_CHOICES))
 
     def _has_enough_area(self, counts: Sequence[int]) -> bool:
         if not any(counts) or _cost(counts, self.costs) >= self.below:

@@ -1,6 +1,7 @@
-"""Script that runs the irregular nester in a subprocess: a strip from standard input, the answer on standard output. A
-panic of the nester's Rust code does not end leafcut, and a number of steps makes a search repeatable. The script
-does not import leafcut, so that it starts quickly.
+"""Script that runs the irregular nester in a subprocess: the task on standard input, the answer on standard output.
+
+A panic of the nester's Rust code does not end leafcut, and a limit in steps makes a search repeatable. The script does
+not import leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ import spyrrow
 
 #: Interval between two checks of the steps, s.
 POLL = 0.005
-#: Time limit of the nester that is never reached, s; this script ends the search.
+#: Time limit for the nester, s, that is never reached, because this script ends the search.
 NEVER = 1_000_000
-#: Kinds of step (`spyrrow.ReportType`) without a solution, because parts still overlap. The first means that the nester
-#: has given up on a width.
+#: Kinds of step (`spyrrow.ReportType`) without a solution, because parts still overlap. After a step of the first kind,
+#: the nester abandons the width.
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
@@ -59,8 +60,9 @@ class StripSearch:
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the limits of exploration and compression in whole seconds, in total at least `seconds`; this script ends
-    the search, since the nester's own clock drops fractions of a second.
+    """Return the time limits for exploration and compression in whole seconds, in total at least `seconds`.
+
+    The nester ignores fractions of a second, so this script ends the search.
     """
     if seconds >= NEVER:
         return NEVER, NEVER

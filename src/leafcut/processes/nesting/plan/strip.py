@@ -1,4 +1,4 @@
-"""Pack a strip with the irregular nester: call `sparrow_process`, and ensure that it ends."""
+"""Pack a strip with the irregular nester: run `sparrow_process`, and ensure that it ends."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PATIENCE = 600.0
 
 
 class NesterError(PlanError):
-    """The nester gave no answer; only one variant is lost."""
+    """The nester gave no answer. Only one variant is lost; the others continue."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,10 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """Limits of the search for a strip: steps, widths given up (`failures`), seconds. `workers` changes the result."""
+    """Limits of the search for a strip: number of steps, number of abandoned widths (`failures`), and seconds.
+
+    `workers` is the number of threads, which affects the result.
+    """
 
     steps: float = math.inf
     failures: float = math.inf
@@ -54,7 +57,7 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and why the search ended."""
+    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and the reason for the end."""
 
     width: float
     items: tuple[tuple[int, float, float, float], ...]
@@ -71,12 +74,12 @@ def pack_strip(
     enough: float = 0.0,
     cancelled: threading.Event | None = None,
 ) -> Strip:
-    """Return all items in the shortest strip found; it starts at (0, 0) and extends along x.
+    """Return all items in the shortest strip that the search finds; it starts at (0, 0) and extends along x.
 
     An item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a time
-    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm. `enough`:
-    sufficient length (mm), which ends the search. Raises NesterError if the nester failed, or `cancelled` was set;
-    PlanError if the nester is not installed.
+    limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm. The search
+    ends at a length of `enough` mm. Raises NesterError if the nester failed, or `cancelled` was set; PlanError if the
+    nester is not installed.
     """
     require("spyrrow")
     task = {
@@ -102,11 +105,11 @@ def require(package: str) -> None:
 
 def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
     """Run the subprocess and return its answer; it ends with this process, or when `cancelled` is set."""
-    # -P: no module in the folder of the script or of the user must shadow one of Python's.
+    # -P: modules in the folder of the script or of the user must not shadow modules of Python.
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}
     deadline = time.monotonic() + patience
-    # Files, not pipes: nobody reads during the search, and a full pipe would block it.
+    # Files, not pipes: a pipe that is not read during the search could fill up and block it.
     with (
         tempfile.TemporaryFile() as output,
         tempfile.TemporaryFile() as errors,
@@ -132,7 +135,7 @@ def _send_task(process: subprocess.Popen[bytes], task: dict[str, Any]) -> None:
     try:
         process.stdin.write(json.dumps(task).encode() + b"\n")
         process.stdin.flush()
-    except OSError:  # it has already ended; its standard error gives the reason
+    except OSError:  # the process has already ended; its standard error has the reason
         with suppress(OSError):
             process.stdin.close()
 

@@ -22,7 +22,7 @@ ROUND_CORNER = 1.002
 SLACK = 4.0 * CHORD
 #: Grid positions per axis; odd, to include the middle.
 GRID_SIZE = 15
-#: Most corners of a room and of a piece that are matched with each other.
+#: Maximum number of corners of a region and of a piece that are matched with each other.
 REGION_CORNERS, PIECE_CORNERS = 300, 16
 #: Positions tested in one batch.
 _CHUNK = 128
@@ -30,26 +30,28 @@ _CHUNK = 128
 _ROUNDING = 1e-6
 
 #: Rotation (rad), translation (mm), and the polygon of the placed piece.
-FoundPosition = tuple[float, float, float, "Polygon"]
+PiecePosition = tuple[float, float, float, "Polygon"]
 
 
-def clear_of(spacing: float) -> float:
-    """Return the distance by which to grow a polygon so that everything beyond is `spacing` away, mm, arcs included."""
+def buffer_distance(spacing: float) -> float:
+    """Return the buffer distance that keeps `spacing` (mm) around a polygon in spite of chord errors."""
     return ROUND_CORNER * spacing + SLACK
 
 
 def find_position(
     piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
-) -> FoundPosition | None:
-    """Return the leftmost, then lowest, position of a piece within a room, or None. Candidates are on a grid or match
-    two corners; `quick` tries only the grid, and stops at the first rotation that fits.
+) -> PiecePosition | None:
+    """Return the leftmost, then lowest position of a piece within a region, or None.
+
+    Candidates lie on a grid, or match a corner of the piece with a corner of the region. `quick` tries only the grid,
+    and stops at the first rotation that fits.
     """
     if region.is_empty:
         return None
-    corners = np.zeros((0, 2)) if quick else _thin(shapely.get_coordinates(region), REGION_CORNERS)
+    corners = np.zeros((0, 2)) if quick else _sample_evenly(shapely.get_coordinates(region), REGION_CORNERS)
     grown = region.buffer(_ROUNDING, join_style="mitre")
     shapely.prepare(grown)
-    best: FoundPosition | None = None
+    best: PiecePosition | None = None
     for angle in angles:
         ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
         for x, y, polygon in _positions(ring, corners, region, grown):
@@ -69,14 +71,16 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield positions of a rotated piece (ring float64[n, 2]), from the left and from below."""
+    """Yield the positions at which a rotated piece (ring float64[n, 2]) fits, from left to right and bottom to top."""
     left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
         return
     xs, ys = np.linspace(left - x0, right - x1, GRID_SIZE), np.linspace(low - y0, high - y1, GRID_SIZE)
     grid = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
-    piece_corners = _thin(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
+    piece_corners = _sample_evenly(
+        np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS
+    )
     touching = (corners[:, None, :] - piece_corners[None, :, :]).reshape(-1, 2)
     moves = np.concatenate([grid, touching])
     inside = (moves >= (left - x0 - _ROUNDING, low - y0 - _ROUNDING)) & (
@@ -90,7 +94,7 @@ def _positions(
             yield float(chunk[index, 0]), float(chunk[index, 1]), polygons[index]
 
 
-def _thin(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+def _sample_evenly(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
     if len(points) <= limit:
         return points
     return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]

@@ -12,7 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.processes.nesting.plan.pieces import NestPiece, pieces_of
-from leafcut.processes.nesting.plan.rooms import clear_of, find_position
+from leafcut.processes.nesting.plan.positions import buffer_distance, find_position
 
 
 def box(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Polyline:
@@ -69,7 +69,9 @@ def test_whatever_the_room_a_piece_lies_within_it_and_quick_finds_none_where_the
 
 def test_beyond_what_a_polygon_is_grown_by_every_point_is_the_spacing_away_from_its_arcs() -> None:
     """A circle of radius 50 in chords, grown: even where two chords meet it is 5 mm from the true arc."""
-    ring = np.asarray(shapely.Polygon(Polyline.circle(0, 0, 50).flattened(0.01)).buffer(clear_of(5.0)).exterior.coords)
+    ring = np.asarray(
+        shapely.Polygon(Polyline.circle(0, 0, 50).flattened(0.01)).buffer(buffer_distance(5.0)).exterior.coords
+    )
     middles = 0.5 * (ring[1:] + ring[:-1])
     assert np.hypot(*middles.T).min() - 50.0 >= 5.0
 
