@@ -80,7 +80,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
 
 def _accurate_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
     """Return a run of points as a single piece, or as several pieces at lower fees if a single piece is inaccurate."""
-    whole = _piece(points, weights, first, beyond)
+    whole = _fit_piece(points, weights, first, beyond)
     run = points[first:beyond]
     if len(run) < 6 or share < LEAST_SHARE or float(np.abs(_distances(whole, run)).max()) <= MAX_DISTANCE:
         return [whole]
@@ -143,7 +143,7 @@ def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
 # -- lines and arcs --------------------------------------------------------------------------------------------------
 
 
-def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
+def _fit_piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
     origin, run = points[first], points[first:beyond]
     m = moments(run[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())

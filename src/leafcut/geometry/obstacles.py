@@ -241,9 +241,9 @@ class ObstacleMap:
     def _shortest(
         self, nodes: Sequence[_Nodes], standing: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest path from the first node to the second; if there is none, the standing polygons on lines.
+        """Return the shortest path from the first node to the second along lines that no standing obstacle blocks.
 
-        The path follows only lines between nodes that no standing obstacle blocks.
+        Without such a path, return None and the standing polygons that block lines.
         """
         places = np.concatenate([of for _, of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))

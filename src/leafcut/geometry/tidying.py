@@ -72,7 +72,7 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
     remaining = [i for i in range(len(strokes)) if i not in used]
     if not remaining:
         return Tidy(first.paths)
-    covered = _covered([strokes[i] for i in remaining], [joined.path for joined in sound])
+    covered = _lie_on_outlines([strokes[i] for i in remaining], [joined.path for joined in sound])
     covered_strokes = [i for i, c in zip(remaining, covered, strict=True) if c]
     loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
     unique = without_overlaps([strokes[i] for i in loose])
@@ -118,7 +118,7 @@ def _has_flaws(paths: Sequence[Polyline]) -> list[bool]:
     return list(thin | ~shapely.is_valid(shapes))
 
 
-def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
+def _lie_on_outlines(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
     """Return for each open stroke whether it lies on a single outline and no other stroke continues from its ends."""
     if not loose or not outlines:
         return [False] * len(loose)

@@ -193,7 +193,7 @@ def test_the_controllers_own_material_has_the_feed() -> None:
             "grbl-laser",
             two_cuts(mark=True),
             PostOptions(beam_power=200, mark_power=200),
-            "no weaker than one that cuts",
+            "is not below --beam-power",
         ),
     ],
 )

@@ -382,7 +382,7 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     near = [c for c in corners if math.dist(c, own) < 175.0]
     data["cuts"][bridged[0]]["start"] = max(near, key=lambda c: math.dist(c, other))
     plan.write_text(json.dumps(data))
-    with pytest.raises(PlanError, match="no path through the scrap"):
+    with pytest.raises(PlanError, match="no bridge through the scrap"):
         api.optimize(drawing, plan=plan, **slow)
     data["cuts"][0] |= {"bridge": True, "fixed": ["bridge"]}
     plan.write_text(json.dumps(data))

@@ -57,12 +57,12 @@ def nest(
     set, or on Ctrl-C, the nests completed so far are returned. Raises PlanError if the list of parts is empty, a part
     fits no sheet, or no nest passed the check.
     """
-    from leafcut.processes.nesting.plan.nesting import prepare, variants
+    from leafcut.processes.nesting.plan.nesting import prepare_task, variants
     from leafcut.processes.nesting.proof import check_nest
 
     start_time = time.perf_counter()
     cancelled = cancelled or threading.Event()
-    task = prepare(parts, options, kerf, stocks or sized_sheets(options))
+    task = prepare_task(parts, options, kerf, stocks or sized_sheets(options))
     common = kerf if options.blocks != "none" else 0.0
     nests: list[Nest] = []
     dropped: list[str] = []

@@ -1,4 +1,4 @@
-"""Result of cutting a sheet: its cuts in three orders, with times and costs."""
+"""Result of cutting a sheet: its cuts in up to three orders, with times and costs."""
 
 from __future__ import annotations
 

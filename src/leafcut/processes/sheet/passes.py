@@ -19,12 +19,12 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import SpeedOptions
 from leafcut.processes.ordering import find_order
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.costs import cut_norm
+from leafcut.processes.sheet.plan.costs import measure_cuts
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel, bands, build_problem
 from leafcut.processes.sheet.plan.detached_parts import DetachableParts, cut_outlines_later
 from leafcut.processes.sheet.plan.heat import heat_issue, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart, slide_starts, starts_apart
-from leafcut.processes.sheet.plan.toolpath import TorchSetup, lay_cuts
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import PlanFile
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from leafcut.processes.plan import Pass, Plan
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of searches for an order in which no leads meet, and maximum number of cuts for such a search.
-ROUNDS, MOST_AGAIN = 2, 1000
+#: Maximum number of repeated searches for an order in which no leads meet, and maximum number of cuts for them.
+MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000
 
 #: Share of the remaining time for the search; the rest is for moving the starts.
 SEARCH_SHARE = 0.9
 
-#: Maximum number of orders whose motion is kept for comparisons.
-MOST_KEPT = 4
+#: Maximum number of orders whose motion is cached for comparisons.
+MAX_CACHED_MOTIONS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +51,9 @@ class SheetWork:
 
     `drawn` is the sheet before holes and notches were divided, for the judge. `cutting` includes chains; `given` (the
     order of the drawing or of the plan file) and `nearest` do not. `planned` is the plan file, if all its choices fit.
-    `order_fixed`: heat, or bands with a plan file, rule out a comparison with the given order. `parts` are those that
-    the head may hit if it stays down between cuts; None if it retracts. `motions` caches recent orders with their
-    motion.
+    `order_fixed`: the given order is not used even if it is faster, because of heat, or of bands with a plan file.
+    `parts` are the parts that the head may hit if it stays down between cuts; None if it retracts. `motions` caches the
+    motion of recent orders.
     """
 
     drawn: Sheet
@@ -80,33 +80,33 @@ def slide(plan: Plan, order: Order) -> Order:
     plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
-        return _changed(order, slide_starts(cuts, plan.work.head, late))
+        return _with_cuts(order, slide_starts(cuts, plan.work.head, late))
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
-    """Change the starts or the order of cuts that would start in hot metal."""
+    """Change the starts or the order of cuts that would start close to the previous start, in hot metal."""
     cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0 or plan.job.settings.solve.algorithm == "none":
         return order
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         groups = bands(cuts.cutting, options)
-        return _changed(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
+        return _with_cuts(order, spread_starts(cuts, options.heat_distance, plan.work.head, groups, late))
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
     """Move pierces out of the kerfs of earlier cuts."""
-    return _changed(order, clear_pierces(cuts_of(plan, order), plan.work.head))
+    return _with_cuts(order, clear_pierces(cuts_of(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without them, whichever gives the faster order."""
-    before, best = cuts_of(plan, order).starts, _apart(plan, order)
+    """Move starts whose leads meet, or search again without such starts; return the faster order."""
+    before, best = cuts_of(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
-    if not met or len(before) > MOST_AGAIN or plan.job.settings.solve.algorithm != "auto":
+    if not met or len(before) > MAX_CUTS_OF_SEARCH or plan.job.settings.solve.algorithm != "auto":
         return best
     objective, spent = plan.job.settings.solve.objective, sum(s.seconds for s in order.solutions)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_SEARCHES):
         if plan.job.deadline.left <= 0.0:
             break
         cutting, known = starts_apart(plan.work.cutting, best.choices[0].starts), best.choices[0].starts
@@ -114,7 +114,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
         found = find_order(plan.job, again.stages, deadline=plan.job.deadline.part(SEARCH_SHARE))
         spent += sum(s.seconds for s in found.solutions)
         other = Order((sequence_of(plan.job, cutting, found.choices),), found.solutions)
-        for improve in (slide, keep_off_heat, pierce_in_metal, _apart):
+        for improve in (slide, keep_off_heat, pierce_in_metal, _move_leads_apart):
             other = improve(plan, other)
         if motion(plan, other).cost(objective) >= motion(plan, best).cost(objective):
             break
@@ -123,8 +123,8 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
     return replace(best, solutions=tuple(replace(s, seconds=s.seconds + each) for s in best.solutions))
 
 
-def _apart(plan: Plan, order: Order) -> Order:
-    return _changed(order, leads_apart(cuts_of(plan, order), plan.work.head))
+def _move_leads_apart(plan: Plan, order: Order) -> Order:
+    return _with_cuts(order, leads_apart(cuts_of(plan, order), plan.work.head))
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
@@ -145,24 +145,24 @@ def detach_later(plan: Plan, order: Order) -> Order:
         place = cut_outlines_later(work.parts, cut_plan.cuts, pairs, work.head.cost, late)
     # All starts of the sheet may be used, even if a second search had fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
-    other = _apart(plan, pierce_in_metal(plan, _changed(order, moved)))
+    other = _move_leads_apart(plan, pierce_in_metal(plan, _with_cuts(order, moved)))
     ranks = [(c.detail[0].crossings or 0, c.detail[0].close, c.cost(objective)) for c in (motion(plan, other), before)]
     return other if ranks[0] < ranks[1] else order
 
 
 def keep_nearest(plan: Plan, order: Order) -> Order:
-    """Use the nearest-neighbour order if it is faster: the search uses a simpler time model than the final clock."""
+    """Use the nearest-neighbour order if it is faster; the search uses a simpler time model than the comparison."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     same = searches and work.planned is None and work.nearest.cutting is work.cutting
-    return _less(plan, work.nearest, order) if same else order
+    return _faster_of(plan, work.nearest, order) if same else order
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
     """Use the order of the drawing or of the plan file if it is faster."""
-    return _less(plan, plan.work.given, order)
+    return _faster_of(plan, plan.work.given, order)
 
 
-def _less(plan: Plan, known: CutSequence, order: Order) -> Order:
+def _faster_of(plan: Plan, known: CutSequence, order: Order) -> Order:
     other, objective = Order((known,)), plan.job.settings.solve.objective
     if plan.work.order_fixed or motion(plan, other).cost(objective) >= motion(plan, order).cost(objective):
         return order
@@ -183,7 +183,10 @@ PASSES: tuple[Pass, ...] = (
 
 
 def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
-    """Return a stage per band of the sweep, each starting where the previous ends; `known` is an order of the cuts."""
+    """Return a stage for each band of the sweep; each starts where the previous band ends.
+
+    `known` is an order of all cuts, which becomes the given order of each stage.
+    """
     groups = bands(cutting, job.settings.of(CutOptions))
     stages = []
     for number, members in enumerate(groups):
@@ -197,14 +200,14 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_of(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts of an order from the search or from a pass."""
+    """Return the cuts of an order that the search or a pass has returned."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
 
 
 def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
-    """Return the cuts of a search result, given as choices per band."""
+    """Return the cuts of a search result, which has the chosen starts of each band."""
     groups = bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
@@ -215,33 +218,33 @@ def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) ->
     return CutSequence(cutting, tuple(starts))
 
 
-def _changed(order: Order, cuts: CutSequence) -> Order:
+def _with_cuts(order: Order, cuts: CutSequence) -> Order:
     return replace(order, choices=(cuts,))
 
 
 def motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order; its detail is (`CutPlan`, routes of a head that stays down)."""
+    """Return the motion of an order; its detail is (`CutPlan`, `HeadRoutes` or None for a head that retracts)."""
     cuts, known = cuts_of(plan, order), plan.work.motions
-    made: Candidate = known.pop(cuts, None) or _generated(plan, cuts)
+    made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)
     known[cuts] = made
-    while len(known) > MOST_KEPT:
+    while len(known) > MAX_CACHED_MOTIONS:
         del known[next(iter(known))]
     return replace(made, order=order)
 
 
-def _generated(plan: Plan, order: CutSequence) -> Candidate:
+def _generate_motion(plan: Plan, order: CutSequence) -> Candidate:
     from leafcut.timing.toolpath import measure
 
     work, machine, settings = plan.work, plan.job.machine, plan.job.settings
     cuts, end = tuple(order.cutting.cut(s) for s in order.starts), work.head.end
     routes = None if work.parts is None else work.parts.routes(cuts, work.head.start, end)
     corners = {} if routes is None else routes.corners
-    path, rows = lay_cuts(cuts, work.torch, end=end, corners=corners, obstacles=work.obstacles)
+    path, rows = generate_cuts(cuts, work.torch, end=end, corners=corners, obstacles=work.obstacles)
     whole, seconds = measure(path, machine), _cut_seconds(path, rows, machine)
     crossings, close = (None, 0) if routes is None else (len(routes.crossing), len(routes.close))
     cut_plan = CutPlan(order.cutting.sheet, work.torch.data, cuts, crossings=crossings, close=close)
     rate = settings.of(SpeedOptions).shop_rate or 0.0
-    norm = cut_norm(cut_plan, seconds, whole.time_s, settings.of(CutOptions), corners, rate)
+    norm = measure_cuts(cut_plan, seconds, whole.time_s, settings.of(CutOptions), corners, rate)
     return Candidate(Order((order,)), path, whole, (replace(cut_plan, measures=norm), routes))
 
 
@@ -257,7 +260,7 @@ def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> lis
 
 
 def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of an order: heat, starts in the air, and parts that a head may hit."""
+    """Return the issues of an order: starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
         issues.append(heat_issue(cuts_of(plan, best.order).starts, apart))

@@ -1,4 +1,4 @@
-"""The writer of cutting programs for a torch or a beam, with the words in table ``[torch]`` of the dialect."""
+"""Writes cutting programs for a torch or a beam, with the commands in table ``[torch]`` of the dialect."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _SAME_FEED = 1e-3
 def write_cut_program(
     plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
 ) -> str:
-    """Return the program of a cut sheet; `PostError` if the controller lacks a word that the toolpath needs.
+    """Return the program of a cut sheet; `PostError` if the controller lacks a command that the toolpath needs.
 
-    The cutting data of the plan are passed to the controller, and actions of the controller itself are omitted
-    (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle.
+    The program passes the cutting data of the plan to the controller, and omits actions that the controller takes
+    itself (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())
@@ -38,7 +38,7 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Refuse work that the dialect cannot express, before the search (`PostError` with word and remedy)."""
+    """Raise `PostError` for work that the dialect cannot express: marks, kerf compensation, or a material number."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
@@ -46,8 +46,8 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
         )
     if marks and torch is not None and torch.power and options.mark_power >= options.beam_power:
         raise PostError(
-            f"a beam of --mark-power {options.mark_power} is no weaker than one that cuts, --beam-power "
-            f"{options.beam_power}: marks would be cut through; give a lower --mark-power"
+            f"--mark-power {options.mark_power} is not below --beam-power {options.beam_power}: marks would be cut "
+            "through; give a lower --mark-power"
         )
     if compensates and (torch is None or not torch.compensation):
         raise PostError(f"{name} does not compensate the kerf (G41, G42); use --compensation geometry")
@@ -56,7 +56,7 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
 
 
 class _TorchWriter(Writer):
-    """Writes rows in the words of a torch."""
+    """Writes the rows of a toolpath with the commands of a torch."""
 
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
         super().__init__(for_controller(path, dialect), dialect, options, {}, 0.0)
@@ -65,7 +65,7 @@ class _TorchWriter(Writer):
         self.compensating = False
         self.percent = 100.0
         self.compensated = _first_compensated(self.path)
-        # The controller moves Z: the program may travel from its first block on.
+        # If the controller moves Z, the program may travel from its first block on.
         self.safe = not dialect.states_z
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
@@ -76,8 +76,8 @@ class _TorchWriter(Writer):
             Kind.RADIUS: self._compensation,
             Kind.PROBE: self._probe,
             Kind.SHIFT: self._shift,
-            Kind.TOOL: self._choose,
-            Kind.OFFSET: self._take_offset,
+            Kind.TOOL: self._choose_tool,
+            Kind.OFFSET: self._activate_offset,
         }
         return {**super()._writing(), **more}
 
@@ -86,7 +86,7 @@ class _TorchWriter(Writer):
     def _begin(self, header: Sequence[str]) -> None:
         super()._begin(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
-            self.out.say("G61")  # an earlier program may leave rounded corners on
+            self.out.say("G61")  # an earlier program may have left the rounding of corners on
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "
@@ -122,18 +122,18 @@ class _TorchWriter(Writer):
     # -- moves -------------------------------------------------------------------------------------------------------
 
     def _feed(self, row: Motion) -> None:
-        self._lower(row)
+        self._set_feed_share(row)
         super()._feed(row)
 
     def _arc(self, row: Motion) -> None:
-        self._lower(row)
+        self._set_feed_share(row)
         super()._arc(row)
 
-    def _lower(self, row: Motion) -> None:
-        """Set the share of the cutting feed for a row."""
+    def _set_feed_share(self, row: Motion) -> None:
+        """Set the feed of a row as a percentage of the chart's feed (M67), if it changes."""
         if self.torch.feed_output is None or self.lit is None:
             return
-        percent = self._share(row)
+        percent = self._feed_share(row)
         if abs(percent - self.percent) < 0.5 * 10.0**-_PERCENT_DECIMALS:
             return
         if self.compensating:
@@ -141,7 +141,7 @@ class _TorchWriter(Writer):
         self.out.say(f"M67 E{self.torch.feed_output} Q{format_number(percent, _PERCENT_DECIMALS)}")
         self.percent = percent
 
-    def _share(self, row: Motion) -> float:
+    def _feed_share(self, row: Motion) -> float:
         """Return the share of the chart's feed for a row, percent; 100 if F states the feed."""
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
@@ -178,12 +178,12 @@ class _TorchWriter(Writer):
     def _power(row: Motion) -> str:
         return format_number(abs(row.value), 0)
 
-    def _choose(self, row: Motion) -> None:
+    def _choose_tool(self, row: Motion) -> None:
         if self.lit is not None or self.compensating:
-            raise PostError("the scribe cannot be chosen while the torch is on")
+            raise PostError("the tool cannot be changed (M6) while the torch is on")
         self.out.say(f"T{row.ref}", "M6")
 
-    def _take_offset(self, row: Motion) -> None:
+    def _activate_offset(self, row: Motion) -> None:
         """Activate the tool offset; the next move must have both X and Y."""
         self.out.say("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
@@ -192,7 +192,7 @@ class _TorchWriter(Writer):
 
     def _switch(self, row: Motion) -> None:
         if self.compensating:
-            raise PostError("nothing can be switched (M62) while the controller compensates the kerf (G41, G42)")
+            raise PostError("outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)")
         if row.kind is Kind.TORCH and self.torch.power:
             self.out.say("S" + (self._power(self.lit) if row.value and self.lit else "0"))
             return
@@ -202,7 +202,7 @@ class _TorchWriter(Writer):
     def _compensation(self, row: Motion) -> None:
         words = self.torch.compensation
         if row.ref != 40 and not self.compensating:
-            self._lower(next(self.compensated))  # nothing can be said of it later
+            self._set_feed_share(next(self.compensated))  # M67 is not allowed while the controller compensates
         self.compensating = row.ref != 40
         if not self.compensating:
             self.out.say("G40")
@@ -218,18 +218,18 @@ class _TorchWriter(Writer):
         self.out.forget(["motion", "Z"])
         feed = self.out.modal("F", "F" + self.numbers.feed(row.value))
         self.out.say(self.out.modal("motion", self.torch.probe), self._axis(row, 2), feed)
-        self._lose_height()
+        self._forget_height()
 
     def _shift(self, row: Motion) -> None:
         """Set Z to the height at which the probe tripped, or cancel that shift."""
-        self._lose_height()
+        self._forget_height()
         if math.isnan(row.end[2]):
             self.out.say("G92.1")
             return
         self.out.say("G92", self._axis(row, 2))
         self._arrive(row)
 
-    def _lose_height(self) -> None:
+    def _forget_height(self) -> None:
         self.out.forget("Z")
         self.place[2], self.position[2] = None, math.nan
 
@@ -240,7 +240,7 @@ class _TorchWriter(Writer):
 
 
 def _first_compensated(path: Toolpath) -> Iterator[Motion]:
-    """Yield the first cutting move of each stretch with compensation by the controller."""
+    """Yield the first cutting move after each activation of the controller's compensation."""
     waiting, on = False, False
     for row in path:
         if row.kind is Kind.RADIUS:

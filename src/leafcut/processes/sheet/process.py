@@ -42,7 +42,7 @@ _MAIN = (
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
-#: Suitability of a drawing with a layer named for a sheet.
+#: Suitability of a drawing with a layer that has the name of a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
@@ -57,7 +57,7 @@ class SheetCutting(Process):
     uses |= use(JobOptions, *_JOB, "start_point") | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant",))
-    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+    helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the sheet", "must be given"),
         "material": ("material of the sheet, by its name in the cut chart", ""),
     }
@@ -81,15 +81,15 @@ class SheetCutting(Process):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings, with a default machine for the process if needed."""
+        """Return the settings, with a machine that cuts unless the user chose a machine."""
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability, by the share of outlines and by layers named for a sheet."""
+        """Return the suitability of cutting, from the share of outlines and the layers with the name of a sheet."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         works = drawing.worked, drawing.part.diameters > 0.0
-        if not any(one.any() for one in works):
+        if not any(mask.any() for mask in works):
             return None
         named = drawing.named(self.layer_names)
         if named and drawing.n_outlines > 1:
@@ -98,14 +98,14 @@ class SheetCutting(Process):
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return the cuts in a single stage, or in a stage per band; each start and direction of a cut is a choice."""
-        from leafcut.processes.sheet.spec import planned
+        """Return the plan: a stage for each band of the sweep; each start and direction of a cut is a choice."""
+        from leafcut.processes.sheet.spec import plan_sheet
 
-        return planned(job, sources[0])
+        return plan_sheet(job, sources[0])
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Return the passes: sliding starts, heat, pierces in metal, leads apart, detached parts, the given order."""
+        """Return the passes that adapt the order found by the search (`passes.PASSES`)."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
@@ -137,7 +137,7 @@ class SheetCutting(Process):
         return write_cut_program(best.detail[0], best.path, plan.dialect, post, header(plan, given, best))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Compare the program with the motion, with the limits of the machine, and with the drawing."""
+        """Compare the program with the motion, the limits of the machine, and the drawing."""
         from leafcut.processes.keep_out import meetings
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
@@ -153,7 +153,7 @@ class SheetCutting(Process):
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the cuts of each band in their order."""
+        """Return the outcome of each search: all cuts, or the cuts of each band."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.model.tool import Tool, ToolKind
 
@@ -162,7 +162,7 @@ class SheetCutting(Process):
         return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues of the order: heat, starts in the air, and parts that the head may hit."""
+        """Return the issues of the order: starts in hot metal or beyond the sheet, and parts that the head may hit."""
         from leafcut.processes.sheet.passes import order_issues
 
         return order_issues(plan, best)
@@ -174,12 +174,12 @@ class SheetCutting(Process):
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the path of the plan file, if wanted."""
+        """Return the path of the plan file to write, if requested."""
         plan = settings.of(CutOptions).save_plan
         return [plan] if plan else []
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the plan file."""
+        """Return the text of the plan file by path, if requested."""
         from leafcut.read.plan_file import plan_text
 
         plan = settings.of(CutOptions).save_plan

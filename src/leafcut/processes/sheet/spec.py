@@ -1,4 +1,4 @@
-"""Prepares a sheet for ordering: resolves rules and machine, builds the cuts, and searches for chains."""
+"""Prepares a sheet for ordering: resolves the rules, builds the cuts, and searches for chains."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ from leafcut.processes.sheet.plan.cutting import (
     HeadTravel,
     bands,
     drawing_order,
-    in_bands,
     prepare_cutting,
+    sorted_by_band,
 )
 from leafcut.processes.sheet.plan.detached_parts import DetachableParts
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.plan.narrow_shapes import with_narrow_shapes
 from leafcut.processes.sheet.plan.plan_file import follow_plan, plan_order
-from leafcut.processes.sheet.plan.sheet import prepare_sheet, with_chosen_holes, with_options
+from leafcut.processes.sheet.plan.sheet import prepare_sheet, with_options, without_excluded_holes
 from leafcut.processes.sheet.plan.toolpath import TORCH_ON, TorchSetup
 from leafcut.processes.sheet.post import check_words
-from leafcut.processes.sheet.proof.laid_runs import Asked
+from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.proof.envelope import check_envelope
 from leafcut.read.plan_file import load_plan
@@ -62,22 +62,22 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 #: Share of the remaining time for the search for chains; the rest is for the order of all cuts.
-CHAIN_PART = 0.4
+CHAIN_SHARE = 0.4
 #: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Tolerance of equal thicknesses, mm, for rounded inches.
+#: Thicknesses that differ by at most this are equal, mm, because inches are rounded.
 _SAME_THICKNESS = 0.001
-#: Tolerance of the thickness of a solid, mm: gauges and inches are rounded in drawings.
-_ROLLED = 0.1
-#: Maximum difference of a usual substitute, mm, and as a share of the thickness (3 mm or 11 gauge for 1/8 in).
-_SUBSTITUTE, _SUBSTITUTE_PART = 0.5, 0.1
+#: Tolerance of the height of a solid, mm: gauges and inches are rounded in drawings.
+_HEIGHT_TOLERANCE = 0.1
+#: Maximum difference of a common substitute, mm, and as a share of the thickness (3 mm or 11 gauge for 1/8 in).
+_SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
 #: tenths of a second.
-_RELIT = 3.0
+_MAX_MOVING_PIERCE = 3.0
 
 
-def planned(job: Job, source: Source) -> Plan:
-    """Read the sheet and its rules, and return its cuts, with chains if they save time."""
+def plan_sheet(job: Job, source: Source) -> Plan:
+    """Return the plan of a sheet: its cuts with all starts, and chains of cuts where they save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report("reading")
@@ -90,16 +90,16 @@ def planned(job: Job, source: Source) -> Plan:
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
-        data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill pierces in motion
-    torch = _torch(job, words, data, probe)
+        data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can only pierce in motion
+    torch = _torch_setup(job, words, data, probe)
     rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed)
-    part, sheet = _sheet(job, source)
+    part, sheet = _read_sheet(job, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if words.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     drawn, sheet, narrow = with_narrow_shapes(sheet, rules)
     issues += narrow
-    refuse_too_large(check_envelope(_bounds(sheet), job.machine), part, settings)
+    refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = load_plan(options.plan) if options.plan else None
@@ -113,11 +113,11 @@ def planned(job: Job, source: Source) -> Plan:
     refuse_missing(settings, source, issues)
     head = HeadTravel(
         travel_metric(job.machine, settings.solve.objective),
-        _overhead(job.machine, torch) if words.moves_z else 0.0,
-        _xy(settings.job.start_point),
-        _xy(settings.job.end_point),
+        _lowering_time(job.machine, torch) if words.moves_z else 0.0,
+        _plane_point(settings.job.start_point),
+        _plane_point(settings.job.end_point),
     )
-    known, given, fits = _given(cutting, file, options, head)
+    known, given, fits = _given_order(cutting, file, options, head)
     work = SheetWork(
         drawn=drawn,
         cutting=cutting,
@@ -135,7 +135,7 @@ def planned(job: Job, source: Source) -> Plan:
         part=part,
         dialect=words,
         work=work,
-        spec=Asked(
+        spec=CutRequest(
             half=rules.half,
             joints=options.micro_joints,
             joint_width=options.joint_width,
@@ -145,7 +145,7 @@ def planned(job: Job, source: Source) -> Plan:
             material_number=settings.post.material_number,
         ),
         kind="cut",
-        box=_box(cutting.sheet),
+        box=_bounding_box(cutting.sheet),
         issues=[*issues, *_probe_issues(probe)],
         keeps_given=settings.job.keep_order,
         search_share=SEARCH_SHARE,
@@ -154,15 +154,15 @@ def planned(job: Job, source: Source) -> Plan:
     # The area needed by leads does not depend on the order, so it is checked before the searches.
     refuse_too_large(check_envelope(motion(plan, Order((given,))).path, job.machine), part, settings)
     nearest = nearest_order(job, stages_of(job, cutting, head, known))
-    joined = _chained(job, cutting, file, head.overhead)
+    joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
-        known = in_bands(joined, drawing_order(joined), options)
+        known = sorted_by_band(joined, drawing_order(joined), options)
     by_nearest = leads_apart(clear_pierces(sequence_of(job, cutting, nearest.choices), head), head)
     work = replace(work, cutting=joined, nearest=by_nearest)
     return replace(plan, work=work, stages=stages_of(job, joined, head, known))
 
 
-def _torch(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
+def _torch_setup(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> TorchSetup:
     torch, post = words.torch, job.settings.post
     beam = torch is not None and torch.power
     return TorchSetup(
@@ -179,14 +179,15 @@ def _torch(job: Job, words: Dialect, data: CutData, probe: Probe | None) -> Torc
     )
 
 
-def _given(
+def _given_order(
     cutting: Cutting, file: PlanFile | None, options: CutOptions, head: HeadTravel
 ) -> tuple[list[CutStart], CutSequence, bool]:
-    """Return the order of the drawing or plan file, the sequence for comparison, and whether it follows the plan file.
+    """Return the given order of the cuts, the sequence for comparison, and whether it follows the whole plan file.
 
-    The sequence for comparison has all choices of the plan file if they fit, and otherwise the given order.
+    The given order is that of the plan file or of the drawing. The sequence for comparison has all choices of the plan
+    file if they fit, and otherwise the given order.
     """
-    known = in_bands(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
+    known = sorted_by_band(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
     given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
     known = list(given.starts)
     if file is not None:
@@ -201,8 +202,11 @@ def _given(
     return known, leads_apart(given, head), fits
 
 
-def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Return the cutting with chains if they save time; those of a plan file are kept, or raise `PlanError`."""
+def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
+    """Return the cutting with the chains of the plan file, and with further chains that save time if requested.
+
+    `PlanError` if a chain of the plan file does not fit.
+    """
     from leafcut.order.solve import solve
 
     settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.job.keep_order
@@ -210,7 +214,7 @@ def _chained(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float)
     if not options.chains or keep or settings.solve.algorithm == "none":
         return with_chains(cutting, chains)
     blocks = chain_blocks(cutting, bands(cutting, options), chains)
-    deadline, left = job.deadline.part(CHAIN_PART), sum(map(len, blocks))
+    deadline, left = job.deadline.part(CHAIN_SHARE), sum(map(len, blocks))
     for block in blocks:
         job.report("looking for bridges")
         own = deadline.part(len(block) / left)
@@ -238,23 +242,23 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
     return Obstacles(zones, heights, dogleg=job.machine.rapid_style == "dogleg")
 
 
-def _bounds(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the contours' bounding box, to check the travel of the machine."""
+def _bounding_move(sheet: Sheet) -> Toolpath:
+    """Return a move between opposite corners of the contours' bounding box, for checking the machine's travel."""
     builder = ToolpathBuilder()
-    x0, y0, x1, y1 = _box(sheet)
+    x0, y0, x1, y1 = _bounding_box(sheet)
     builder.rapid(x0, y0)
     builder.rapid(x1, y1)
     return builder.build()
 
 
-def _box(sheet: Sheet) -> tuple[float, float, float, float]:
+def _bounding_box(sheet: Sheet) -> tuple[float, float, float, float]:
     boxes = np.array([c.path.extents for c in sheet.contours])
     x0, y0 = boxes[:, :2].min(axis=0).tolist()
     x1, y1 = boxes[:, 2:].max(axis=0).tolist()
     return x0, y0, x1, y1
 
 
-def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
+def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     from leafcut.processes.placing import placed
     from leafcut.read import read_contours
 
@@ -262,24 +266,27 @@ def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
     part = placed(part, run.settings.read)
     sheet = prepare_sheet(part, run.settings.sheet, run.settings.read.concentric)
-    return part, with_chosen_holes(sheet, run.settings.read)
+    return part, without_excluded_holes(sheet, run.settings.read)
 
 
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Refuse cutting data if its thickness differs from the solid; warn of a usual substitute (L413)."""
+    """Compare the height of a solid with the thickness of the sheet, mm.
+
+    Return a warning (L413) for a common substitute; raise `OptionError` for a larger difference.
+    """
     if part.height is None or thickness is None:
         return []
     apart = abs(thickness - part.height)
-    if apart <= _ROLLED:
+    if apart <= _HEIGHT_TOLERANCE:
         return []
-    if apart > max(_SUBSTITUTE, _SUBSTITUTE_PART * part.height) + _SAME_THICKNESS:
+    if apart > max(_SUBSTITUTE, _SUBSTITUTE_SHARE * part.height) + _SAME_THICKNESS:
         raise OptionError(
             f"--thickness {thickness:g} mm: the solid is {part.height:.4g} mm high; give --thickness "
             f"{part.height:.4g}mm, or turn the solid (--up)"
         )
     words = (
-        f"the solid is {part.height:.4g} mm high, and the sheet {thickness:.4g} mm (--thickness), whose cutting data "
-        "are used: check that slots, tabs and bends fit this sheet"
+        f"the solid is {part.height:.4g} mm high, but the sheet is {thickness:.4g} mm thick (--thickness); its cutting "
+        "data are used: check that slots, tabs and bends fit this sheet"
     )
     return [Issue("L413", words)]
 
@@ -315,7 +322,10 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, and a warning on other power; `OptionError` for another method."""
+    """Return the process in the cut chart, with a warning if it has another power than the machine.
+
+    `OptionError` if the machine cuts by another method.
+    """
     from leafcut.read.cutchart import is_process
 
     own = machine.cut_process.lower() or str(machine.head.method)
@@ -330,7 +340,7 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
             f"--cut-process {shown(asked)}: {machine.name} has {own}; choose another --machine, or a profile of your "
             f'own with cut_process = "{shown(asked)}"'
         )
-    words = f"cut with the data of {asked}, as --cut-process requires, though {machine.name} has {own}: check the power"
+    words = f"the cutting data are for {asked} (--cut-process), but {machine.name} has {own}: check the power"
     return asked, [Issue("L413", words)]
 
 
@@ -357,7 +367,7 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
-    """Return the probe for touching off before each pierce, or None; `OptionError` if one is wanted but missing."""
+    """Return the probe for touching off before each pierce, or None; `OptionError` for `--probe on` without a probe."""
     able = words.torch is not None and bool(words.torch.probe)
     probe = machine.probe
     if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
@@ -372,19 +382,19 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn of micro-joints in a sheet too thick for a beam to pierce in motion."""
-    if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _RELIT:
+    """Return a warning about micro-joints if the sheet is too thick for a beam to pierce in motion."""
+    if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _MAX_MOVING_PIERCE:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
     words = (
-        f"after a micro-joint the beam starts on the move, beside the part, without {wait} that {data.thickness:g} mm "
-        "take to be pierced, and may not cut through: test one part first, or leave out --micro-joints"
+        f"after a micro-joint the beam restarts in motion, without {wait} that piercing {data.thickness:g} mm takes, "
+        "and may not cut through: test one part first, or leave out --micro-joints"
     )
     return [Issue("L620", words)]
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Warn of a plan for other cutting data, whose leads and starts were chosen for another kerf."""
+    """Return a warning about a plan file for other cutting data, whose leads and starts suit another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
         differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
@@ -402,7 +412,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Warn if the controller takes the kerf from a register, whose content leafcut does not know."""
+    """Return a warning if the controller takes the kerf from a register, because leafcut cannot set it."""
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
@@ -418,27 +428,27 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
     if probe is None:
         return []
     words = (
-        f"the torch finds the sheet before every pierce; its switch is assumed to trip {probe.switch_offset:g} mm "
-        "after the touch: measure yours (probe.switch_offset of the machine profile)"
+        f"the torch probes the sheet before each pierce; its switch is assumed to trip {probe.switch_offset:g} mm "
+        "after contact: measure it (probe.switch_offset of the machine profile)"
     )
     return [Issue("L618", words, "", Severity.NOTE)]
 
 
-def _overhead(machine: Machine, torch: TorchSetup) -> float:
-    """Return the time to descend, touch off and retract at each cut, s."""
+def _lowering_time(machine: Machine, torch: TorchSetup) -> float:
+    """Return the time to lower the head, touch off and retract at each cut, s."""
     from leafcut.timing.profile import trapezoid_time
 
     data, probe, clearance = torch.data, torch.probe, torch.clearance
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
-    ways = [clearance - data.pierce_height, clearance - data.cut_height]
+    strokes = [clearance - data.pierce_height, clearance - data.cut_height]
     finding = 0.0
     if probe is not None:
         finding = trapezoid_time(clearance + probe.switch_offset, probe.feed, acceleration)
-        ways[0] = data.pierce_height + probe.switch_offset
-    return finding + sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
+        strokes[0] = data.pierce_height + probe.switch_offset
+    return finding + sum(trapezoid_time(max(stroke, 0.0), velocity, acceleration) for stroke in strokes)
 
 
-def _xy(point: tuple[float, ...] | None) -> Point | None:
+def _plane_point(point: tuple[float, ...] | None) -> Point | None:
     if point is not None and len(point) != 2:
         raise OptionError("--start-point and --end-point need two numbers, x,y")
     return None if point is None else (point[0], point[1])

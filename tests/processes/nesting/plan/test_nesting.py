@@ -17,7 +17,7 @@ from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.fill import NestTask
-from leafcut.processes.nesting.plan.nesting import prepare, variants
+from leafcut.processes.nesting.plan.nesting import prepare_task, variants
 from leafcut.processes.nesting.plan.rectangles import RULES
 
 SHEET = Stock(200.0, 100.0)
@@ -30,7 +30,7 @@ def box(width: float, height: float, count: int = 1) -> NestPart:
 
 def task_of(*parts: NestPart, stocks: tuple[Stock, ...] = (SHEET,), **options: Any) -> NestTask:
     given = {"gap": 3.0, "margin": 10.0, **options}
-    return prepare(parts, NestOptions(**given), 2.0, stocks)
+    return prepare_task(parts, NestOptions(**given), 2.0, stocks)
 
 
 def nests(task: NestTask, cancelled: threading.Event | None = None, **search: Any) -> Iterator[Nest | str]:

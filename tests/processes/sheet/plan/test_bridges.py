@@ -26,10 +26,10 @@ from leafcut.processes.sheet.plan.chains import (
     LEAVES_WITHIN,
     PLACES,
     Bridges,
+    bridge_fits,
+    exit_position,
     find_bridges,
-    joins,
     leaves_at_once,
-    left_at,
     scrap_of,
 )
 from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
@@ -146,7 +146,7 @@ def test_a_contour_has_bridges_to_its_eight_nearest_neighbours_and_no_others() -
     )
     # Across the ring there would be room.
     (x0, y0), (x1, y1) = places[0], places[6]
-    assert joins(contours, (0, 6), ((x0 - 2 - HALF, y0), (x1 + 2 + HALF, y1)), scrap)
+    assert bridge_fits(contours, (0, 6), ((x0 - 2 - HALF, y0), (x1 + 2 + HALF, y1)), scrap)
 
 
 def along_a_slat(rows: int) -> Sheet:
@@ -184,12 +184,12 @@ def test_a_bridge_has_left_a_kerf_after_three_kerfs_and_does_not_come_back() -> 
 def test_two_contours_join_where_there_is_room_between_the_ends_given() -> None:
     contours, scrap = ready(two_squares(20.0))
     right, left = 70.0 + HALF, 90.0 - HALF
-    assert joins(contours, (0, 1), ((right, 45.0), (left, 45.0)), scrap)
-    assert not joins(contours, (0, 0), ((right, 45.0), (left, 45.0)), scrap)
+    assert bridge_fits(contours, (0, 1), ((right, 45.0), (left, 45.0)), scrap)
+    assert not bridge_fits(contours, (0, 0), ((right, 45.0), (left, 45.0)), scrap)
     # Through the first square.
-    assert not joins(contours, (0, 1), ((20.0 - HALF, 45.0), (left, 45.0)), scrap)
+    assert not bridge_fits(contours, (0, 1), ((20.0 - HALF, 45.0), (left, 45.0)), scrap)
     # Along its edge the bridge does not leave the kerf.
-    assert not joins(contours, (0, 1), ((right, 22.0), (right + 0.5, 68.0)), scrap)
+    assert not bridge_fits(contours, (0, 1), ((right, 22.0), (right + 0.5, 68.0)), scrap)
 
 
 def test_a_bridge_leads_from_a_part_to_the_hole_around_it_but_not_back_and_not_across_the_part() -> None:
@@ -199,16 +199,16 @@ def test_a_bridge_leads_from_a_part_to_the_hole_around_it_but_not_back_and_not_a
     around = next(k for k, c in enumerate(contours) if c.source.part == 1 and c.hole)
     outer = next(k for k, c in enumerate(contours) if c.source.part == 1 and not c.hole)
     edge, wall = (120.0 + HALF, 100.0), (160.0 - HALF, 100.0)
-    assert joins(contours, (inner, around), (edge, wall), scrap)
-    assert not joins(contours, (around, inner), (wall, edge), scrap)
-    assert not joins(contours, (inner, outer), (edge, (180.0 + HALF, 100.0)), scrap)
+    assert bridge_fits(contours, (inner, around), (edge, wall), scrap)
+    assert not bridge_fits(contours, (around, inner), (wall, edge), scrap)
+    assert not bridge_fits(contours, (inner, outer), (edge, (180.0 + HALF, 100.0)), scrap)
 
 
 def test_with_a_joint_a_contour_is_left_before_it_closes_whichever_way_it_is_cut() -> None:
     contours, _ = ready(two_squares(), micro_joints=1, joint_width=0.4)
-    joint = abs(left_at(contours[0], 50.0, False) - 50.0)
+    joint = abs(exit_position(contours[0], 50.0, False) - 50.0)
     assert joint >= 0.4
-    assert left_at(contours[0], 50.0, False) == 50.0 - joint
-    assert left_at(contours[0], 50.0, True) == 50.0 + joint
+    assert exit_position(contours[0], 50.0, False) == 50.0 - joint
+    assert exit_position(contours[0], 50.0, True) == 50.0 + joint
     plain, _ = ready(two_squares())
-    assert left_at(plain[0], 50.0, True) == 50.0
+    assert exit_position(plain[0], 50.0, True) == 50.0

@@ -14,7 +14,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.common_edges import EdgeGap, facing_edges
-from leafcut.processes.sheet.plan.common_lines import CommonCutGroup, Grouper, beside_leads, with_common_lines
+from leafcut.processes.sheet.plan.common_lines import CommonCutGroup, Grouper, with_common_lines, with_lead_obstacles
 from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -125,7 +125,7 @@ def test_of_a_group_the_lines_come_first_and_what_is_around_it_last() -> None:
     assert [line.covers for line in lines] == [(0, 1), (1, 2)]
     assert around.covers == (0, 1, 2)
     assert len({c.index for c in made}) == 3
-    assert [i.message for i in issues] == ["80 mm of edges of 3 parts are cut once for two parts, in 2 lines"]
+    assert [i.message for i in issues] == ["80 mm of edges of 3 parts are cut once for both parts, in 2 lines"]
 
 
 def test_two_groups_have_numbers_and_indices_of_their_own() -> None:
@@ -162,6 +162,6 @@ def test_leads_of_common_lines_are_kept_clear_of_others() -> None:
     lead = shapely.LineString([(80.0, 36.0), (120.0, 36.0)])
     assert shapely.Point(line.path.start).distance(lead) < 8.0
     assert bare.free([lead], line)[0]
-    assert not beside_leads(bare, made).free([lead], line)[0]
+    assert not with_lead_obstacles(bare, made).free([lead], line)[0]
     far = shapely.LineString([(80.0, 15.0), (120.0, 15.0)])
-    assert np.all(beside_leads(bare, made).free([far], line))
+    assert np.all(with_lead_obstacles(bare, made).free([far], line))

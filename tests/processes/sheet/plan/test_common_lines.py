@@ -250,7 +250,7 @@ def test_scrap_that_a_group_encloses_makes_no_group_of_all() -> None:
     ],
 )
 def test_what_common_lines_do_not_go_with_is_refused(options: dict[str, Any]) -> None:
-    with pytest.raises(OptionError, match=r"--common-lines does not go with"):
+    with pytest.raises(OptionError, match=r"--common-lines cannot be combined with"):
         cutting_of(grid(2, 1, PLASMA.kerf), **options)
 
 

@@ -41,7 +41,7 @@ from leafcut.processes.sheet.plan.cutting import (
     drawing_order,
     route_length,
 )
-from leafcut.processes.sheet.plan.heat import spread_starts, too_near
+from leafcut.processes.sheet.plan.heat import close_starts, spread_starts
 from leafcut.processes.sheet.plan.moved_starts import slide_starts
 from leafcut.processes.sheet.plan.plan_file import check_fit, follow_plan, plan_order
 from leafcut.processes.sheet.plan.sheet import parse_size, with_options
@@ -167,7 +167,7 @@ def test_on_any_sheet_no_cut_gouges_and_inner_contours_come_first(seed: int, hea
     assert route_length((0.0, 0.0), slid) <= before + 1e-6
     if heat:
         slid = list(spread_starts(in_order(cutting, slid), 60.0, HeadTravel(DISTANCE, start=(0.0, 0.0))).starts)
-        assert len(too_near(slid, 60.0)) <= len(too_near(order, 60.0))
+        assert len(close_starts(slid, 60.0)) <= len(close_starts(order, 60.0))
     assert_legal(cutting, slid)
     cuts = [cutting.cut(s) for s in slid]
     assert_nothing_is_gouged(sheet, cuts, data.kerf)
@@ -195,8 +195,8 @@ def test_cuts_beside_each_other_are_not_made_one_after_the_other() -> None:
     rule = 45.0
     order = drawing_order(cutting)
     spread = list(spread_starts(in_order(cutting, order), rule, HeadTravel(DISTANCE)).starts)
-    assert too_near(order, rule)
-    assert not too_near(spread, rule)
+    assert close_starts(order, rule)
+    assert not close_starts(spread, rule)
     assert_legal(cutting, spread)
 
 
@@ -293,7 +293,7 @@ def test_a_cut_that_goes_ahead_comes_before_all_below_it_in_the_plan_and_nothing
 @pytest.mark.parametrize(
     ("sheet", "words"),
     [
-        (two_squares(25.0), r"contour 2 at \(95, 20\) began at \(90, 20\)"),
+        (two_squares(25.0), r"contour 2 at \(95, 20\) started at \(90, 20\)"),
         (sheet_of((square(20, 20, 50), 0, -1, 1)), "1 contour, the plan 2"),
         (sheet_of((square(20, 20, 51), 0, -1, 1), (square(90, 20, 50), 0, -1, 2)), "204.000 mm long"),
         (ring(), "contour 1"),

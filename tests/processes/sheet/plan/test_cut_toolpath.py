@@ -15,9 +15,9 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutPlan, CutTimes
 from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.costs import cut_norm, part_areas
+from leafcut.processes.sheet.plan.costs import measure_cuts, part_areas
 from leafcut.processes.sheet.plan.cutting import drawing_order
-from leafcut.processes.sheet.plan.toolpath import TorchSetup, follow, lay_cuts
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, follow, generate_cuts
 from leafcut.read.machine import load_machine
 from leafcut.timing.toolpath import measure, seconds_by_row
 
@@ -27,7 +27,7 @@ TABLE = load_machine("plasma-table")
 def laid(sheet, data=PLASMA, switches=True, **options):
     cutting = cutting_of(sheet, data, **options)
     cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
-    path, rows = lay_cuts(cuts, TorchSetup(data, 10.0, safe_z=TABLE.safe_z, switches=switches))
+    path, rows = generate_cuts(cuts, TorchSetup(data, 10.0, safe_z=TABLE.safe_z, switches=switches))
     return cuts, path, rows
 
 
@@ -98,7 +98,7 @@ def test_a_clearance_below_the_pierce_height_is_refused() -> None:
     cutting = cutting_of(two_squares())
     cuts = [cutting.cut(s) for s in drawing_order(cutting)]
     with pytest.raises(PlanError, match="--clearance-height"):
-        lay_cuts(cuts, TorchSetup(PLASMA, 3.8))
+        generate_cuts(cuts, TorchSetup(PLASMA, 3.8))
 
 
 def test_the_seconds_of_the_rows_add_up_to_the_measure() -> None:
@@ -134,7 +134,7 @@ def test_parts_add_up_to_the_sheet_and_sheets_to_the_batch() -> None:
     cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
     options = CutOptions(quantity=10, cutting_rate=36.0, pierce_cost=0.5)
     seconds = [(10.0, 1.0, 2.0), (20.0, 1.0, 3.0), (30.0, 1.0, 4.0), (40.0, 1.0, 5.0)]
-    norm = cut_norm(CutPlan(sheet, PLASMA, cuts), seconds, 120.0, options, shop_rate=72.0)
+    norm = measure_cuts(CutPlan(sheet, PLASMA, cuts), seconds, 120.0, options, shop_rate=72.0)
     assert (norm.sheet.cut_s, norm.sheet.pierce_s, norm.sheet.total_s) == (100.0, 4.0, 120.0)
     assert norm.sheet.rapid_s == 16.0  # 14 between the cuts, 2 at the start and the end
     assert [p.times.cut_s for p in norm.parts] == [70.0, 30.0]

@@ -24,8 +24,8 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.plan.detached_parts import HIT, DetachableParts, cut_outlines_later
 from leafcut.processes.sheet.proof.cut_motion import read_back
-from leafcut.processes.sheet.proof.detached_parts import check_freed, crossings
-from leafcut.processes.sheet.proof.laid_runs import Asked, LaidRuns
+from leafcut.processes.sheet.proof.detached_parts import check_detached_parts, crossings
+from leafcut.processes.sheet.proof.matched_runs import CutRequest, MatchedRuns
 from leafcut.processes.sheet.proof.torch_runs import torch_runs
 
 
@@ -169,11 +169,11 @@ def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     return api.optimize(file, process="cut", thickness="3", cut_process="laser_fiber_3kW", iterations=10, threads=1)
 
 
-def laid_of(outcome: Outcome, text: str) -> tuple[LaidRuns, Toolpath]:
+def laid_of(outcome: Outcome, text: str) -> tuple[MatchedRuns, Toolpath]:
     words, plan = dialect(outcome.dialect), outcome.detail.plan
     path = read_back(text, plan, words)
     half = 0.5 * plan.data.kerf
-    return LaidRuns(torch_runs(path, None), plan, plan.sheet, words, Asked(half)), path
+    return MatchedRuns(torch_runs(path, None), plan, plan.sheet, words, CutRequest(half)), path
 
 
 def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:
@@ -185,7 +185,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     assert laser.machine.nozzle_diameter == 8.0
     assert laser.detail.plan.close >= len(crossings(laid, path, 4.0))
     words = dialect(laser.dialect)
-    assert check_freed(laid, path, words, 8.0) == []
+    assert check_detached_parts(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
     assert (
         f"a nozzle of 8 mm comes over parts that are cut free on {laser.detail.plan.close} of 24 travel moves"
@@ -195,11 +195,11 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     last = ~(rapid & np.append(rapid[1:], False))
     columns = {name: getattr(path, name)[last] for name in ("kind", "end", "value", "ref", "line")}
     straight = replace(path, **columns)
-    found = check_freed(laid, straight, words)
+    found = check_detached_parts(laid, straight, words)
     assert found
     assert "0 reported" in str(found[0])
     laid, path = laid_of(replace(laser, detail=SheetDetail((replace(laser.detail.plan, close=0),))), laser.text)
-    (wide,) = check_freed(laid, path, words, 8.0)
+    (wide,) = check_detached_parts(laid, path, words, 8.0)
     assert "a nozzle of 8 mm comes over parts" in str(wide)
 
 

@@ -13,7 +13,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions
-from leafcut.processes.sheet.plan.sheet import prepare_sheet, round_diameter, with_chosen_holes
+from leafcut.processes.sheet.plan.sheet import prepare_sheet, round_diameter, without_excluded_holes
 
 
 def sheet(*paths: Polyline) -> Sheet:
@@ -33,7 +33,7 @@ def test_round_holes_beyond_the_limits_go_and_are_told_in_one_issue() -> None:
         circle_in_chords(80, 20, 4, 36),
         Polyline.circle(50, 60, 20),
     )
-    found = with_chosen_holes(drawn, ReadOptions(min_diameter=10.0, max_diameter=30.0))
+    found = without_excluded_holes(drawn, ReadOptions(min_diameter=10.0, max_diameter=30.0))
     assert [c.path.extents[2] for c in found.contours] == pytest.approx([100.0, 55.0])
     assert [(c.depth, c.parent, c.part) for c in found.contours] == [(0, -1, 1), (1, 0, 1)]
     (issue,) = found.issues
@@ -43,20 +43,20 @@ def test_round_holes_beyond_the_limits_go_and_are_told_in_one_issue() -> None:
 
 def test_a_hole_as_large_as_a_limit_stays() -> None:
     drawn = sheet(square(0, 0, 100), Polyline.circle(30, 30, 5), Polyline.circle(70, 30, 10))
-    assert with_chosen_holes(drawn, ReadOptions(min_diameter=10.0, max_diameter=20.0)) is drawn
+    assert without_excluded_holes(drawn, ReadOptions(min_diameter=10.0, max_diameter=20.0)) is drawn
 
 
 def test_round_parts_slots_and_windows_stay_whatever_their_size() -> None:
     slot = Polyline.of_points([(20, 20), (40, 20), (40, 24), (20, 24)], closed=True)
     drawn = sheet(square(0, 0, 100), slot, square(60, 60, 5), Polyline.circle(150, 50, 4))
-    assert with_chosen_holes(drawn, ReadOptions(min_diameter=50.0)) is drawn
+    assert without_excluded_holes(drawn, ReadOptions(min_diameter=50.0)) is drawn
 
 
 def test_a_hole_with_a_part_in_it_is_not_left_out_but_refused() -> None:
     """Without the hole the part in it would be a hole of the other, and be cut on the wrong side."""
     drawn = sheet(square(0, 0, 100), Polyline.circle(50, 50, 40), square(40, 40, 20))
     with pytest.raises(PlanError, match=r"part 1 is excluded by its diameter.*\(40, 40\); change --min-diameter"):
-        with_chosen_holes(drawn, ReadOptions(max_diameter=30.0))
+        without_excluded_holes(drawn, ReadOptions(max_diameter=30.0))
 
 
 def test_only_circles_are_round() -> None:

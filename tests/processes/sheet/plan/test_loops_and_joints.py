@@ -13,7 +13,14 @@ from cut_sheets import LASER, PLASMA, cutting_of, rules_of, sheet_of, square, tw
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.contours import prepare_contours
 from leafcut.processes.sheet.plan.corner_loops import with_loops
-from leafcut.processes.sheet.plan.cut_path import body_of, chain_length, joints_of, make_chain, make_cut, snapped
+from leafcut.processes.sheet.plan.cut_path import (
+    body_of,
+    chain_length,
+    joints_of,
+    make_chain,
+    make_cut,
+    without_tiny_segments,
+)
 from leafcut.processes.sheet.plan.scrap import Scrap
 
 SQUARE = sheet_of((square(50, 50, 100), 0, -1, 1), size=200)
@@ -100,10 +107,10 @@ def test_the_path_of_a_cut_is_its_leads_and_its_body_end_to_end() -> None:
 
 def test_pieces_that_only_rounding_made_are_left_out_and_the_ends_stay() -> None:
     path = Polyline.of_points([(0, 0), (1e-8, 0), (5, 0), (5, 1e-9), (5, 5)])
-    assert len(snapped(path).vertices) == 3
-    assert (snapped(path).end, snapped(path).length) == ((5, 5), pytest.approx(10))
+    assert len(without_tiny_segments(path).vertices) == 3
+    assert (without_tiny_segments(path).end, without_tiny_segments(path).length) == ((5, 5), pytest.approx(10))
     whole = Polyline.of_points([(0, 0), (5, 5)])
-    assert snapped(whole) is whole
+    assert without_tiny_segments(whole) is whole
 
 
 def test_a_chain_is_as_long_as_its_contours_with_the_bridges_between_them() -> None:

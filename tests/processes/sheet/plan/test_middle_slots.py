@@ -10,7 +10,7 @@ import pytest
 from cut_sheets import sheet_of, square
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.narrow_shapes import with_middle_cuts
+from leafcut.processes.sheet.plan.narrow_shapes import with_slot_cuts
 
 KERF = 1.5
 
@@ -30,7 +30,7 @@ def plate_with(*holes: Polyline) -> Sheet:
 
 
 def middle_of(slot: Polyline, kerf: float = KERF) -> Polyline | None:
-    path = with_middle_cuts(plate_with(slot), kerf)[0].contours[1].path
+    path = with_slot_cuts(plate_with(slot), kerf)[0].contours[1].path
     return None if path.closed else path
 
 
@@ -63,15 +63,15 @@ def test_what_is_as_narrow_and_no_slot_stays_as_it_is() -> None:
 
 def test_outlines_of_parts_and_slots_that_hold_something_stay_closed() -> None:
     narrow = sheet_of((plain(20.0, 2.0), 0, -1, 1))
-    assert with_middle_cuts(narrow, KERF) == (narrow, [])
+    assert with_slot_cuts(narrow, KERF) == (narrow, [])
     holding = sheet_of((square(0, 0, 200), 0, -1, 1), (plain(20, 2.0), 1, 0, 1), (plain(3, 0.2).moved(5, 1), 2, 1, 2))
-    assert with_middle_cuts(holding, KERF)[0].contours[1].path.closed
+    assert with_slot_cuts(holding, KERF)[0].contours[1].path.closed
 
 
 def test_a_slot_as_wide_as_the_kerf_is_as_drawn_and_of_wider_ones_it_is_told_how_many_and_where() -> None:
-    sheet, issues = with_middle_cuts(plate_with(plain(20.0, KERF)), KERF)
+    sheet, issues = with_slot_cuts(plate_with(plain(20.0, KERF)), KERF)
     assert (sheet.contours[1].path.closed, issues) == (False, [])
     slots = [plain(20.0, 2.0).moved(20, 20 * k) for k in range(1, 6)]
-    _, (issue,) = with_middle_cuts(plate_with(*slots), KERF)
+    _, (issue,) = with_slot_cuts(plate_with(*slots), KERF)
     assert issue.code == "L627"
     assert "5 slots" in issue.message and "(30, 21)" in issue.place and issue.place.endswith("…")

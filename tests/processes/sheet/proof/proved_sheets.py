@@ -18,10 +18,10 @@ from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
-from leafcut.processes.sheet.plan.toolpath import TorchSetup, lay_cuts
+from leafcut.processes.sheet.plan.toolpath import TorchSetup, generate_cuts
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
-from leafcut.processes.sheet.proof.laid_runs import Asked
+from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.sheet import check_sheet
 from leafcut.read.machine import load_machine
 
@@ -86,7 +86,7 @@ def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = No
         probe=probe,
         mark_tool=torch.mark_tool if torch is not None else None,
     )
-    return lay_cuts(cuts, made)[0]
+    return generate_cuts(cuts, made)[0]
 
 
 def program(
@@ -107,6 +107,6 @@ def checked(
     material: int | None = None,
 ) -> list[Difference]:
     """Return the errors of a program text for this plan."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
+    asked = CutRequest(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
     written = read_back(text, plan, dialect(words), material)
     return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)

@@ -24,7 +24,7 @@ from leafcut.processes.sheet.plan.cutting import HeadTravel, drawing_order, prep
 from leafcut.processes.sheet.plan.moved_starts import clear_pierces, leads_apart
 from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
-from leafcut.processes.sheet.proof.laid_runs import Asked
+from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.sheet import check_sheet
 
 Cuts = tuple[Cut, ...]
@@ -47,7 +47,7 @@ def planned() -> tuple[Cuts, CutRules]:
 def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Difference]:
     plan = CutPlan(sheet or four(), STEEL, cuts)
     text = write_cut_program(plan, laid(cuts), dialect("qtplasmac"), PostOptions(), ["four"])
-    asked = Asked(rules.half, safe_height=CLEARANCE)
+    asked = CutRequest(rules.half, safe_height=CLEARANCE)
     words = dialect("qtplasmac")
     return check_sheet(plan.sheet, plan, text, read_back(text, plan, words), words, machine_for("qtplasmac"), asked)
 

@@ -22,7 +22,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
-from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
+from leafcut.processes.sheet.report.sheet_detail import detail, detailed_cuts
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
@@ -324,9 +324,9 @@ def test_the_nearest_neighbours_order_is_drawn_where_it_is_known(sheet_outcome):
 
 def test_a_closer_look_shows_the_first_hole_and_the_first_outline_with_the_kerf_in_its_width(sheet_outcome):
     plan = sheet_outcome().detail.plan
-    assert looked_at(plan) == [0, 2]
-    assert looked_at(plan_of([MARK, SQUARE], 1.0)) == [1]
-    assert looked_at(plan_of([MARK], 1.0)) == []
+    assert detailed_cuts(plan) == [0, 2]
+    assert detailed_cuts(plan_of([MARK, SQUARE], 1.0)) == [1]
+    assert detailed_cuts(plan_of([MARK], 1.0)) == []
     look = detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
     # 1.6 lead-ins of 4 mm are half of 190 units: a kerf of 1 mm is 95 / 6.4 units wide.
     assert f'class="kerf band" stroke-width="{95.0 / 6.4 * STEPS:g}"' in look["svg"]

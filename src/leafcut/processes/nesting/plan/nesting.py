@@ -49,7 +49,7 @@ CHOOSING = 0.2
 THREADS_PER_VARIANT = 3
 
 
-def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
+def prepare_task(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
     """Return the nesting task for the given kinds of sheet.
 
     Raises PlanError if the list of parts is empty, an outline is invalid, or a part fits no sheet; OptionError if

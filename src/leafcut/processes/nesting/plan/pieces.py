@@ -121,10 +121,10 @@ def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
         raise PlanError(
             f"more than {MAX_KINDS:,} kinds of part or {MAX_PARTS:,} parts in all; nest them in several runs"
         )
-    return [_piece(number, part) for number, part in enumerate(parts)]
+    return [_checked_piece(number, part) for number, part in enumerate(parts)]
 
 
-def _piece(number: int, part: NestPart) -> NestPiece:
+def _checked_piece(number: int, part: NestPart) -> NestPiece:
     if part.quantity < 1:
         raise PlanError(f"{part.name}: the quantity is {part.quantity}; it must be 1 or more")
     if not part.contours or not part.outline.closed or len(part.outline.flattened(CHORD)) < 4:

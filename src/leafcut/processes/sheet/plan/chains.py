@@ -1,12 +1,12 @@
-"""Chains: several closed cuts with one pierce, with straight bridges through the scrap on which the torch stays on.
+"""Chains: several closed cuts with one pierce. Between cuts, the torch stays on along straight bridges in the scrap.
 
-Two contours can be bridged if they border on the same scrap: two outlines directly on the sheet or in the same hole, or
-an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, clamp or third
-kerf.
+A bridge can connect two contours that border on the same scrap: two outlines directly on the sheet or in the same hole,
+or an outline and the hole around it, which comes last and detaches the scrap. A bridge touches no part, no clamp, and
+no kerf of a third contour.
 
-The chains are a routing problem: clusters are contours, nodes are positions on them, and a move costs either a bridge,
-or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If two bridges
-cross, the better one stays.
+The search for chains is a routing problem: clusters are contours, nodes are positions on them, and a move costs either
+a bridge, or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If
+two bridges cross, the better bridge stays.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from leafcut.processes.sheet.plan.starts import (
     starts_with_leads,
 )
 
-#: Number of samples along a contour, and of nearest neighbours to try.
+#: Number of samples along a contour, and number of nearest neighbours to try.
 SAMPLES, NEIGHBOURS = 160, 8
 #: Maximum number of positions per contour and in total; positions closer than the last value are merged, mm.
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
-#: Distance in kerfs within which a bridge leaves the kerf of its contour.
+#: A bridge leaves the kerf of its contour within this distance, in kerfs.
 LEAVES_WITHIN = 3.0
 #: Minimum angle between two bridges at the same point of a contour, rad: the sliver between them must not melt.
 LEAST_ANGLE = math.radians(40.0)
@@ -64,10 +64,10 @@ Bridge = tuple[Point, Point]
 class Bridges:
     """Positions on contours, and the bridges between them, in columns.
 
-    `contour`, int64[n], and `at`, float64[n], mm, are the contour index and the distance along it of each position;
-    `arrive` and `leave`, float64[n, 2], mm, the end of the arriving bridge and the start of the next. `begin` and
-    `end`, int64[m], are the positions of each bridge, `length` is in mm. `saving` is the time saved, s, by the
-    positions of a bridge; only bridges that save time.
+    For each position: `contour`, int64[n], is the index of its contour, `at`, float64[n], its distance along the
+    contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next.
+    For each bridge: `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` has the time saved,
+    s, by pair of positions, only for bridges that save time.
     """
 
     contour: Indices
@@ -90,8 +90,8 @@ class Bridges:
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
     """Return the contours eligible for chains, in blocks of neighbours small enough for one search.
 
-    Eligible are closed contours except small holes, contours of the chains `taken`, and contours fixed by a plan file.
-    Each block lies within one of `bands` (`cutting.bands`).
+    All closed contours are eligible, except small holes, contours of the existing chains `taken`, and contours fixed by
+    a plan file. Each block lies within one of `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -107,9 +107,10 @@ def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequen
 def chain_problem(
     cutting: Cutting, members: Sequence[int], overhead: float, rapid: float
 ) -> tuple[RoutingProblem, Bridges] | None:
-    """Return the problem of the chains of a block (`chain_blocks`), and its bridges; None if no bridge saves time.
+    """Return the routing problem for the chains of a block, and its bridges; None if no bridge saves time.
 
-    `overhead` is the time to lower and raise the head at each cut, s; `rapid` is in mm/s.
+    `members` is a block of `chain_blocks`. `overhead` is the time to lower and raise the head at each cut, s; `rapid`
+    is the velocity of rapids, mm/s.
     """
     rules, feed = cutting.rules, cutting.rules.data.feed
     # Time of a pierce and its leads, without travel.
@@ -135,8 +136,11 @@ def chain_problem(
 
 
 def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
-    """Return the chains of a solution, without bridges that conflict with each other or with the chains `before`."""
-    nodes = _best_places(bridges, [int(bridges.contour[n]) for n in nodes])
+    """Return the chains of a solution, whose positions are `nodes` in order.
+
+    Bridges that conflict with better bridges or with the chains `before` are left out.
+    """
+    nodes = _best_positions(bridges, [int(bridges.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
     step = {n: bridges.step(cutting, n) for n in nodes}
     kept: list[tuple[int, int]] = []
@@ -144,21 +148,24 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
     for pair in sorted(taken, key=lambda p: (-bridges.saving[p], p)):
         bridge = (step[pair[0]].exit, step[pair[1]].entry)
         others = [*planned, *((step[a].exit, step[b].entry) for a, b in kept)]
-        if all(_go_together(bridge, other, cutting.rules.kerf) for other in others):
+        if all(_stay_apart(bridge, other, cutting.rules.kerf) for other in others):
             kept.append(pair)
-    runs = (run for whole in _runs(nodes, set(kept)) for run in _short_enough(whole))
+    runs = (run for whole in _connected_runs(nodes, set(kept)) for run in _split_long_run(whole))
     return [tuple(step[n] for n in run) for run in runs if len(run) > 1]
 
 
 def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
-    """Return a position on a contour as a step of a chain, by default in the direction of the rules."""
+    """Return the step of a chain that starts at a position on a contour, by default in the direction of the rules."""
     c = cutting.contours[contour]
     way = c.directions[0] if clockwise is None else clockwise
-    return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(left_at(c, at, way)))
+    return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(exit_position(c, at, way)))
 
 
-def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Return the positions that maximise the saving without sharp bridge angles, by dynamic programming."""
+def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
+    """Return the positions, one per contour in `order`, whose bridges save the most time, by dynamic programming.
+
+    The angle between two bridges at a position is at least `LEAST_ANGLE`.
+    """
     out: dict[int, list[int]] = {}
     for a, b in bridges.saving:
         out.setdefault(a, []).append(b)
@@ -173,7 +180,7 @@ def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
         inside = set(at[k])
         for (p, before), value in best.items():
             for q in out.get(p, ()):
-                if q not in inside or (before >= 0 and not _meet(bridges, before, p, q)):
+                if q not in inside or (before >= 0 and not _bridges_spread(bridges, before, p, q)):
                     continue
                 if value + bridges.saving[p, q] > after.get((q, p), -math.inf):
                     after[q, p] = value + bridges.saving[p, q]
@@ -186,23 +193,23 @@ def _best_places(bridges: Bridges, order: Sequence[int]) -> list[int]:
     return [place for place, _ in reversed(path)]
 
 
-def _meet(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the bridges to and from a position are far enough apart."""
-    came = _towards(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
-    goes = _towards(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
+def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bool:
+    """Return whether the angle between the bridges to and from a position is large enough."""
+    came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
+    goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
 
 
-def _go_together(one: Bridge, other: Bridge, kerf: float) -> bool:
+def _stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
     """Return whether the kerfs of two bridges stay apart, or meet only at their ends on a contour."""
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
-        return _angle(_towards(meet, p), _towards(meet, q)) >= LEAST_ANGLE
+        return _angle(_unit_vector(meet, p), _unit_vector(meet, q)) >= LEAST_ANGLE
     away: float = shapely.distance(shapely.LineString(one), shapely.LineString(other))
     return away >= kerf - ROUNDING
 
 
-def _towards(a: Sequence[float], b: Sequence[float]) -> Point:
+def _unit_vector(a: Sequence[float], b: Sequence[float]) -> Point:
     length = max(math.dist(a, b), 1e-9)
     return (b[0] - a[0]) / length, (b[1] - a[1]) / length
 
@@ -211,7 +218,7 @@ def _angle(a: Point, b: Point) -> float:
     return math.acos(max(-1.0, min(1.0, a[0] * b[0] + a[1] * b[1])))
 
 
-def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
+def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
     """Yield the stretches of a path connected by bridges."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
@@ -222,8 +229,8 @@ def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int
     yield run
 
 
-def _short_enough(run: list[int]) -> Iterable[list[int]]:
-    """Split a run into parts of at most `MOST_CONTOURS`, of about equal length."""
+def _split_long_run(run: list[int]) -> Iterable[list[int]]:
+    """Split a run into parts of about equal length, with at most `MOST_CONTOURS` contours each."""
     parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
@@ -233,18 +240,22 @@ def _short_enough(run: list[int]) -> Iterable[list[int]]:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return the scrap next to a contour: its hole, -1 for the sheet, or -2 minus the outline of a closed notch."""
+    """Return a number for the scrap next to a contour.
+
+    It is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline for the
+    scrap in a closed notch.
+    """
     if contour.hole:
         return contour.index
     return -2 - contour.notch_of if contour.notch_of >= 0 else contour.source.parent
 
 
-def left_at(contour: CutContour, at: float, clockwise: bool) -> float:
-    """Return the exit position on a contour of a chain, mm along its path: its start, or a joint earlier."""
+def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
+    """Return the position at which a chain leaves a contour, mm along its path: the start, or a joint before it."""
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
 
-def joins(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
+def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
     """Return whether two contours border on the same scrap and a bridge between `ends` fits."""
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
@@ -255,8 +266,8 @@ def joins(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
     """Return all bridges shorter than `reach` mm between the contours `members`, given as indices."""
     pairs = _neighbours(contours, members, reach)
-    places = _places(contours, pairs, reach)
-    begin, end = _near(places, pairs, reach)
+    places = _candidate_positions(contours, pairs, reach)
+    begin, end = _close_pairs(places, pairs, reach)
     step = places.arrive[end] - places.leave[begin]
     length = np.hypot(*step.T) if len(step) else np.zeros(0)
     lines = np.stack([places.leave[begin], places.arrive[end]], axis=1).reshape(-1, 2, 2)
@@ -274,7 +285,7 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
     ok = leaves_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
-        ok[ok] = scrap.free(as_lines(lines[ok]), one, other)
+        ok[ok] = scrap.allows(as_lines(lines[ok]), one, other)
     return ok
 
 
@@ -293,7 +304,7 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> M
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of nearest contours along the same scrap; both orders, but never starting from a hole."""
+    """Return pairs of close contours that border on the same scrap, in both orders, but never from a hole."""
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
         return []
@@ -313,8 +324,8 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
     return sorted((one, other) for one, other in chosen if not contours[one].hole)
 
 
-def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return positions close to one or two neighbouring contours, and the positions opposite them."""
+def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
+    """Return positions for bridges: those closest to one or two neighbouring contours, and the points opposite them."""
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -326,16 +337,16 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
         points = shapely.points([contour.path.point_at(a) for a in at])
         away = np.array([shapely.distance(points, contours[o].line) for o in others])
         for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
-            for best, total in _between(away[i], away[j], reach):
+            for best, total in _positions_between(away[i], away[j], reach):
                 # A position between two neighbours counts twice as much as a position near one.
-                _want(wanted[k], float(at[best]), total * (0.5 if i != j else 0.25))
+                _add_position(wanted[k], float(at[best]), total * (0.5 if i != j else 0.25))
                 for o in {others[i], others[j]}:
                     share = float(shapely.line_locate_point(contours[o].line, points[best], normalized=True))
-                    _want(wanted[o], share * contours[o].path.length, total)
+                    _add_position(wanted[o], share * contours[o].path.length, total)
     most = max(2, min(PLACES, MOST_PLACES // max(len(wanted), 1)))
-    rows = [(k, at) for k in sorted(wanted) for at in _spread(contours[k], wanted[k], most)]
+    rows = [(k, at) for k in sorted(wanted) for at in _spaced_positions(contours[k], wanted[k], most)]
     arrive = [contours[k].path.point_at(at) for k, at in rows]
-    leave = [contours[k].path.point_at(left_at(contours[k], at, contours[k].directions[0])) for k, at in rows]
+    leave = [contours[k].path.point_at(exit_position(contours[k], at, contours[k].directions[0])) for k, at in rows]
     return Bridges(
         np.array([k for k, _ in rows], dtype=np.int64),
         np.array([at for _, at in rows], dtype=np.float64),
@@ -344,16 +355,16 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
     )
 
 
-def _between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
-    """Return positions between two neighbours, with the sum of their distances.
+def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
+    """Return the best samples of a contour for bridges to two neighbours, each with the sum of both distances, mm.
 
-    Candidates are the positions with the least sum of both distances, and with the least larger distance. `one` and
-    `other` are the distances of the samples to the neighbours, mm.
+    These are the sample with the least sum of both distances, and the sample with the least larger distance. `one` and
+    `other` are the distances of all samples to the two neighbours, mm.
     """
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
         return set()
-    # Among equal sums, take the position half-way, since it sees both neighbours.
+    # Among equal sums, take the position half-way, because bridges to both neighbours can start there.
     best = int(np.lexsort((farther, np.round(np.where(farther < reach, total, np.inf), 1)))[0])
     return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
 
@@ -368,12 +379,12 @@ def _samples(contour: CutContour) -> NDArray[np.float64]:
     return np.array(kept or at.tolist())
 
 
-def _want(wanted: dict[float, float], at: float, away: float) -> None:
+def _add_position(wanted: dict[float, float], at: float, away: float) -> None:
     wanted[at] = min(away, wanted.get(at, np.inf))
 
 
-def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
-    """Return the positions nearest to neighbours, sorted, with a minimum spacing."""
+def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
+    """Return at most `most` positions along a contour, closest to neighbours first, with a minimum spacing, sorted."""
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
         if contour.in_loop(at) or any(apart_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
@@ -384,8 +395,8 @@ def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[
     return sorted(kept)
 
 
-def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
-    """Return pairs of positions on neighbouring contours that are closer than `reach`."""
+def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
+    """Return the pairs of positions on neighbouring contours that are closer than `reach` mm."""
     of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for one, other in pairs:
@@ -403,7 +414,10 @@ def _near(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tu
 
 
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
-    """Return the chains that a plan file fixes, or all of its chains; `PlanError` if a bridge does not fit."""
+    """Return the chains that a plan file fixes, or with `everything` all its chains.
+
+    `PlanError` if a bridge does not fit.
+    """
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
     if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
@@ -415,9 +429,11 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
         if (
             a is None
             or b is None
-            or not joins(cutting.contours, (a.contour, b.contour), (a.exit, b.entry), cutting.scrap)
+            or not bridge_fits(cutting.contours, (a.contour, b.contour), (a.exit, b.entry), cutting.scrap)
         ):
-            raise PlanError(f"{plan.source}: cut {number}: no path through the scrap leads to it from the cut before")
+            raise PlanError(
+                f"{plan.source}: cut {number}: no bridge through the scrap fits between it and the previous cut"
+            )
         if chains and chains[-1][-1].contour == a.contour:
             chains[-1].append(b)
         else:
@@ -439,68 +455,70 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with chains as starts of their first contours; other cuts stay clear of the bridges.
+    """Return the cutting with the chains as starts of their first contours; other cuts stay clear of the bridges.
 
-    Bridges that leave no room for a lead are removed.
+    Bridges that leave no room for the lead of another cut are removed.
     """
     chains = list(chains)
     while chains:
-        scrap = _bridged(cutting, chains)
+        scrap = _scrap_with_bridges(cutting, chains)
         starts: dict[int, list[CutStart]] = {}
         for number, chain in enumerate(chains):
-            own = chain_starts(cutting, chain, scrap) or chain_starts(cutting, _reversed(cutting, chain), scrap)
+            own = chain_starts(cutting, chain, scrap) or chain_starts(cutting, _reversed_chain(cutting, chain), scrap)
             if not own:
                 chains[number : number + 1] = [chain[1:]] if len(chain) > 2 else []
                 break
             starts[own[0].contour] = own
         else:
             members = {step.contour for chain in chains for step in chain}
-            stuck = _singles(cutting, scrap, members, starts)
+            stuck = _add_single_starts(cutting, scrap, members, starts)
             if stuck is None:
                 return replace(cutting, scrap=scrap, starts=[s for k in sorted(starts) for s in starts[k]])
             chains = _without_nearest(cutting, chains, stuck)
     return cutting
 
 
-def _bridged(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
+def _scrap_with_bridges(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
     pairs = [pair for chain in chains for pair in itertools.pairwise(chain)]
     lines = shapely.linestrings(np.array([[a.exit, b.entry] for a, b in pairs]))
     index = [[cutting.contours[k].index for k in (a.contour, b.contour)] for a, b in pairs]
     return cutting.scrap.with_bridges(lines, np.array(index, dtype=np.int64))
 
 
-def _reversed(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain reversed; unchanged if it ends with a hole, or if some entry and exit differ."""
+def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
+    """Return a chain reversed, or unchanged if it ends with a hole, or if the entry and exit of a step differ."""
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
     return chain[::-1]
 
 
-def _singles(cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]) -> int | None:
-    """Add the starts of contours outside chains to `starts`; return the first contour without any start, or None."""
+def _add_single_starts(
+    cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]
+) -> int | None:
+    """Add the starts of contours outside chains to `starts`; return the first contour that has none, or None."""
     for k in range(len(cutting.contours)):
         if k not in members:
-            starts[k] = _starts_beside(cutting, k, scrap)
+            starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
             if not starts[k] and cutting.by_contour[k]:
                 return k
     return None
 
 
-def _starts_beside(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
+def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
     """Return the starts of a contour outside chains whose leads stay clear of all bridges."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
 
-    def free(start: CutStart) -> bool:
+    def is_free(start: CutStart) -> bool:
         lines = cutting.lead_lines(start)
-        return not lines or bool(scrap.free(lines, contour, leaves_sheet=not start.pierce).all())
+        return not lines or bool(scrap.allows(lines, contour, leaves_sheet=not start.pierce).all())
 
-    return [s for s in own if free(s)] or starts_of(number, contour, scrap, NEW_PLACES)
+    return [s for s in own if is_free(s)] or starts_of(number, contour, scrap, NEW_PLACES)
 
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Return the chains without the bridge nearest to the contour `stuck`."""
+    """Return the chains without the bridge that is nearest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -513,19 +531,19 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
     """Return the starts of a chain whose lead-ins are clear of its bridges; may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
-    head, last = chain[0], _ended(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
+    head, last = chain[0], _last_step(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
     contour, found = contours[head.contour], []
-    begun = cutting.starts_of([head.contour]) if head.contour in cutting.fixed else _begun(contour, head, scrap)
+    begun = cutting.starts_of([head.contour]) if head.contour in cutting.fixed else _first_starts(contour, head, scrap)
     for first in begun:
         if abs(first.at - head.at) > SAME or first.clockwise != head.clockwise:
             continue
         lead = contour.lead_points(first.lead_in, first.at, first.clockwise)
-        if len(lead) < 2 or not first.pierce or clear_of(lead[::-1], bridges[0], kerf):
+        if len(lead) < 2 or not first.pierce or lead_leaves_bridge(lead[::-1], bridges[0], kerf):
             found.append(replace(first, exit=last.exit, lead_out=NO_LEAD, then=(*chain[1:-1], last)))
     return found[:MOST_STARTS]
 
 
-def _begun(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
+def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
     """Return the starts of a contour at the position of a step, with every lead that fits there."""
     rules = contour.rules
     if rules.edge_start:
@@ -541,20 +559,20 @@ def _begun(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
     return list(dict.fromkeys(found))
 
 
-def _ended(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Return the last step of a chain with the longest lead-out that fits next to its bridge."""
+def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
+    """Return the last step of a chain with the longest lead-out that fits next to its bridge, or without a lead-out."""
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
         out, leave = fitting_lead_out(contour, scrap, (step.at, step.clockwise), lead)
         points = contour.lead_points(out, end, step.clockwise, out=True)
-        if out.style != "none" and clear_of(points, bridge, contour.rules.kerf):
+        if out.style != "none" and lead_leaves_bridge(points, bridge, contour.rules.kerf):
             return replace(step, exit=leave, lead_out=out)
     return replace(step, exit=contour.path.point_at(end), lead_out=NO_LEAD)
 
 
-def clear_of(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge and stays clear."""
+def lead_leaves_bridge(lead: Points, bridge: Any, kerf: float) -> bool:
+    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge for good."""
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
     points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))

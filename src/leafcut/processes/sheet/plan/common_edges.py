@@ -1,4 +1,4 @@
-"""Edges of two parts that can share a cut: a kerf apart, or coincident without compensation."""
+"""Edges of two parts that can share a cut: one kerf apart, or coincident without kerf compensation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GAP = 0.02
 LEAST_KERFS, LEAST = 4.0, 2.0
 #: Tolerance of coincident edges, mm: chords of the same arc differ by less.
 SAME_EDGE = 0.01
-#: Points of a curved edge closer to its ends than this are rounding errors, mm.
+#: Points of a curved edge that are closer to its ends are rounding errors, mm.
 LEAST_STEP = 0.02
 #: Edges that coincide over a shorter length merely cross or touch, mm.
 CROSSING = 0.2
@@ -38,9 +38,9 @@ MOST = 0.5
 class EdgeGap:
     """The gap between the edges of two contours (`parts`, in ascending order).
 
-    `begin` and `end` are the ends of the centreline, where the edges face each other, mm; `width` is in mm and `normal`
-    the unit vector across. `between` are further centreline points: chords of a curved edge, which has `width` 0 and no
-    `normal`.
+    `begin` and `end` are the ends of its centreline, mm; between them the edges face each other. `width` is in mm, and
+    `normal` is the unit vector across the gap. `between` has further points of the centreline along coincident curved
+    edges, whose `width` is 0, and which have no `normal`.
     """
 
     parts: tuple[int, int]
@@ -77,7 +77,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
         ends += [(s.start, s.end) for s in own]
         owner += [k] * len(own)
     if not ends:
-        return [] if rules.half > 0.0 else sorted(_with_bent([], contours), key=lambda s: (s.parts, s.begin))
+        return [] if rules.half > 0.0 else sorted(_with_curved_edges([], contours), key=lambda s: (s.parts, s.begin))
     table = np.array(ends, dtype=np.float64)
     lines: Any = shapely.linestrings(table)
     gap = 2.0 * rules.half
@@ -86,15 +86,15 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
     for i, j in zip(first.tolist(), second.tolist(), strict=True):
         a, b = owner[i], owner[j]
         if a < b and contours[a].source.parent == contours[b].source.parent:
-            slot = _slot((a, b), table[i], table[j], gap, least_length(rules))
+            slot = _edge_gap((a, b), table[i], table[j], gap, least_length(rules))
             if slot is not None:
                 found.append(slot)
-    found = found if rules.half > 0.0 else _with_bent(found, contours)
+    found = found if rules.half > 0.0 else _with_curved_edges(found, contours)
     return sorted(found, key=lambda s: (s.parts, s.begin))
 
 
-def _with_bent(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Return the straight gaps, plus one for each coincident edge that they do not cover."""
+def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
+    """Return the straight gaps, plus a gap for each coincident edge that they do not cover."""
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)
@@ -139,7 +139,7 @@ def least_length(rules: CutRules) -> float:
     return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
 
-def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
+def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
     """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at distance `gap`.
 
     Outlines run counter-clockwise: the scrap is to the right of an edge, and facing edges run in opposite directions.
@@ -168,10 +168,9 @@ def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float
 
 
 def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
-    """Return the warning about coincident edges that are cut twice.
+    """Return a warning about coincident edges that are cut twice, if kerfs are not compensated.
 
-    Edges a kerf apart are normal without common lines. `PlanError` if a contour shares more than half of its path with
-    another contour.
+    `PlanError` if a contour shares more than half of its path with another contour.
     """
     cut = [c for c in contours if c.has_leads]
     lines: Any = np.array([c.line for c in cut], dtype=object)
@@ -202,7 +201,7 @@ def pierced_first(
 ) -> list[tuple[int, int]]:
     """Return precedence pairs (before, after) for contours whose starts all lie on other contours.
 
-    These contours are cut first, while there is still metal to pierce. `pairs` is the existing precedence.
+    These contours must be cut first, while there is still metal to pierce. `pairs` is the existing precedence.
     """
     burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
     pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]

@@ -34,26 +34,26 @@ from leafcut.processes.sheet.plan.contours import (
     flat_line,
 )
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed
-from leafcut.processes.sheet.plan.scrap import SMALLER, Scrap
+from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed_leads
+from leafcut.processes.sheet.plan.scrap import PART_SHRINKAGE, Scrap
 
 #: Ends and paths closer than this meet, mm.
 MEET = 0.01
-#: Lines within this distance coincide, mm: slightly above the tolerance of the proof.
+#: Lines closer than this coincide, mm: slightly above the tolerance of the proof.
 BESIDE = 0.04
 #: Maximum extension of a common line to another kerf, in half kerfs: about a corner of 20 degrees.
 REACH = 6.0
-#: Methods whose cuts may cross kerfs: light and water need no metal to burn on.
+#: Methods whose cuts may cross kerfs: a beam and a water jet do not go out without metal.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
 #: Shorter uncut stretches of a path are rounding errors, mm; a drawn corner turns by more than this, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Beyond the end of an edge, metal within this distance means a bend, in half kerfs; a right angle gives 1.41.
+#: Metal within this distance beyond the end of an edge indicates a bend, in half kerfs; a right angle gives 1.41.
 BEND = 1.3
 #: Lines are collinear if they turn by less than this, rad.
 STRAIGHT = 1e-3
 #: Fitted arcs with a larger radius become lines, mm.
 ROUNDEST = 1e5
-#: Lead-ins to try: lengths as shares of the wanted length, and angles to the line, rad.
+#: Lead-ins to try: lengths as shares of the requested length, and angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
 
@@ -61,30 +61,30 @@ ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -6
 def with_common_lines(
     contours: list[CutContour], scrap: Scrap
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
-    """Return the contours with common lines, their precedence as pairs (before, after), and issues.
+    """Return the contours with common lines, precedence pairs (before, after) of contours, and issues.
 
-    The outlines of a group are replaced by one contour around it and its common lines. Edges are still cut twice if
+    One contour around a group, and its common lines, replace the outlines of the group. Edges are still cut twice if
     their line cannot start in the scrap, as in a grid of three or more rows cut by plasma.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
     groups = _groups(contours, slots, scrap)
     if not groups:
-        return contours, [], _without(slots, rules)
+        return contours, [], _no_line_issues(slots, rules)
     gone = {k for group in groups for k in group.members}
     made = [c for k, c in enumerate(contours) if k not in gone]
     last = max(c.index for c in contours) + 1
     pairs: list[tuple[int, int]] = []
     for number, group in enumerate(groups, 1):
-        around = _around(contours, group, number)
-        lines = [_line(contours, group, number, n, last + n) for n in range(len(group.lines))]
+        around = _outer_contour(contours, group, number)
+        lines = [_line_contour(contours, group, number, n, last + n) for n in range(len(group.lines))]
         last += len(lines)
-        pairs += _group_order(made, around, group, len(made))
+        pairs += _group_precedence(made, around, group, len(made))
         made += [*lines, around]
-    return made, pairs, _issues(slots, groups, rules)
+    return made, pairs, _line_issues(slots, groups, rules)
 
 
-def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
+def with_lead_obstacles(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     """Return the scrap with the lead-ins of common lines as obstacles for other leads."""
     leads = []
     for c in contours:
@@ -95,9 +95,10 @@ def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
 
 
 def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
-    """Return the groups: all connected parts if all lines between them can be cut.
+    """Return the groups of parts with common lines, in the order of their first outlines.
 
-    Otherwise parts are joined pair by pair, longest edges first, as long as all lines can be cut.
+    A group has all connected parts if all lines between them can be cut. Otherwise parts are joined pair by pair,
+    longest common edges first, as long as all lines can be cut.
     """
     grouper = Grouper(contours, slots, scrap)
     shared: dict[tuple[int, int], float] = {}
@@ -137,7 +138,7 @@ def _connected(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
     return list(dict.fromkeys(frozenset(x) for x in of.values()))
 
 
-def _around(contours: list[CutContour], group: CommonCutGroup, number: int) -> CutContour:
+def _outer_contour(contours: list[CutContour], group: CommonCutGroup, number: int) -> CutContour:
     first = contours[min(group.members)]
     source = replace(first.source, path=group.shape)
     line = flat_line(group.path)
@@ -155,7 +156,7 @@ def _around(contours: list[CutContour], group: CommonCutGroup, number: int) -> C
     )
 
 
-def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int, index: int) -> CutContour:
+def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int, n: int, index: int) -> CutContour:
     line = group.lines[n]
     owner = contours[min(line.parts)]
     first, path = owner.source, fit_arcs(np.array(line.points), 0.5 * MEET)
@@ -175,10 +176,10 @@ def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int
     )
 
 
-def _group_order(
+def _group_precedence(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner contours before lines, a line before lines that end at it."""
+    """Yield precedence pairs (before, after): inner contours and marks, then the lines in order, then the outer cut."""
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
     for k, c in enumerate(others):
@@ -188,12 +189,12 @@ def _group_order(
     yield from ((at + a, at + b) for a, b in group.order)
 
 
-def _without(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return the reason for the lack of common lines, if they were requested."""
+def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return a note on why there are no common lines, if they were requested."""
     if not rules.common_lines:
         return []
     if slots:
-        return _apart(slots, rules)
+        return _separate_edge_issues(slots, rules)
     return [Issue("L616", _no_common_lines(least_length(rules), rules), "", Severity.NOTE)]
 
 
@@ -208,8 +209,8 @@ def _no_common_lines(least: float, rules: CutRules) -> str:
     )
 
 
-def _apart(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return the note on edges that could be common lines and are cut separately."""
+def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return a note on edges one kerf apart that are cut separately."""
     if not slots or rules.half <= 0.0:  # `doubled_edges` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
@@ -218,15 +219,15 @@ def _apart(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
     return [Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE)]
 
 
-def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: CutRules) -> list[Issue]:
+def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: CutRules) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
-    words = f"{length:.6g} mm of edges of {parts} parts are cut once for two parts, in {count_of(len(lines), 'line')}"
+    words = f"{length:.6g} mm of edges of {parts} parts are cut once for both parts, in {count_of(len(lines), 'line')}"
     found = [Issue("L616", words, "", Severity.NOTE)]
     of = {k: n for n, g in enumerate(groups) for k in g.members}
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]
-    return [*found, *_apart(left, rules)]
+    return [*found, *_separate_edge_issues(left, rules)]
 
 
 # -- groups ----------------------------------------------------------------------------------------------------------
@@ -236,7 +237,7 @@ def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: C
 class CommonLine:
     """A common line through `points`; both ends lie on the centreline of other kerfs.
 
-    `shared` is its length between two parts, mm. `inlets` are the possible lead-ins at either end; None if the line
+    `shared` is the length that lies between two parts, mm. `inlets` has the lead-in at each end; None if the line
     cannot start there. `parts` are indices of contours.
     """
 
@@ -255,8 +256,9 @@ class CommonLine:
 class CommonCutGroup:
     """Parts with common lines.
 
-    `members` are the indices of the outlines; `shape` and `path` the edge of the parts including the gaps between them,
-    and the torch path around it. `lines` are in a feasible order; `order` has the precedence pairs (before, after).
+    `members` are the indices of the outlines, and `parts` the numbers of the parts. `shape` is the edge of the parts
+    including the gaps between them, and `path` the torch path around it. `order` has precedence pairs (before, after)
+    of `lines`.
     """
 
     members: frozenset[int]
@@ -275,30 +277,32 @@ class Grouper:
         owners = {k for s in slots for k in s.parts}
         self.metal = {k: shapely.Polygon(contours[k].source.path.flattened(FLATNESS)) for k in owners}
         self.round = {k: any(s.is_arc for s in contours[k].source.path.segments()) for k in owners}
-        self.rooms = [_room(self._up_to_bends(s)) for s in slots]
+        self.gap_areas = [_gap_area(self._shortened_at_bends(s)) for s in slots]
         self.middles = np.array([shapely.LineString(s.points) for s in slots], dtype=object)
-        self.follows = list(self._in_line())
+        self.follows = list(self._collinear_gaps())
 
     def group(self, members: frozenset[int]) -> CommonCutGroup | None:
         """Return the group of the outlines `members`; None if not all of its lines can be cut."""
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
-        shape = self._shape(members, inside)
+        shape = self._outer_shape(members, inside)
         if shape is None:
             return None
-        path = self._path(shape)
+        path = self._outer_path(shape)
         if path is None:
             return None
         around = flat_line(path)
-        whole = self._to_kerfs([self._merged(own) for own in self._in_one(inside)], around)
+        whole = self._extended_to_kerfs([self._merged_line(own) for own in self._continuous_gaps(inside)], around)
         if whole is None:
             return None
-        pieces = whole if self.rules.kind in CROSSABLE else _uncrossed(whole, self.rules.half)
-        lines = self._bent([self._line(piece, inside, members, around) for piece in pieces], members, around)
+        pieces = whole if self.rules.kind in CROSSABLE else _split_at_crossings(whole, self.rules.half)
+        lines = self._with_joined_lines(
+            [self._common_line(piece, inside, members, around) for piece in pieces], members, around
+        )
         if any(line.inlets == (None, None) for line in lines):
             return None
-        if _doubled([around, *(shapely.LineString(line.points) for line in lines)], max(self.rules.kerf, CROSSING)):
+        if _coincide([around, *(shapely.LineString(line.points) for line in lines)], max(self.rules.kerf, CROSSING)):
             return None
-        order = _order(lines, 0.5 * self.rules.kerf)
+        order = _line_precedence(lines, 0.5 * self.rules.kerf)
         if order is None:
             return None
         every = shapely.multilinestrings([around, *(shapely.LineString(x.points) for x in lines)])
@@ -309,13 +313,15 @@ class Grouper:
 
     # -- the path around ---------------------------------------------------------------------------------------------
 
-    def _shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the edge of the parts including the gaps between them; None if it encloses scrap."""
-        whole: Any = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
+    def _outer_shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
+        """Return the edge of the parts including the gaps between them; None if the parts enclose scrap."""
+        whole: Any = shapely.union_all(
+            [*(self.metal[k] for k in sorted(members)), *(self.gap_areas[n] for n in inside)]
+        )
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
-            # Where four corners meet, a square as wide as the kerf is left, which the lines cut away.
+            # Where four corners meet, a square as wide as the kerf remains, which the lines cut away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
         ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
@@ -324,7 +330,7 @@ class Grouper:
         found = fit_arcs(points, 0.5 * MEET, closed=True) if bent else Polyline.of_points(points, closed=True)
         return found if found.area > 0.0 else found.reversed()
 
-    def _path(self, shape: Polyline) -> Polyline | None:
+    def _outer_path(self, shape: Polyline) -> Polyline | None:
         try:
             rings = offset(shape, self.rules.half, OFFSET_TOLERANCE)
         except PlanError:
@@ -334,7 +340,7 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether the path of each part is cut, except arcs at sharp corners, and no cut comes closer to it."""
+        """Return whether the lines cut the path of each part, except arcs at sharp corners, and gouge no part."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -342,12 +348,15 @@ class Grouper:
                 return False
             left = self.contours[k].line.difference(near)
             pieces = [piece for piece in shapely.get_parts(left) if piece.length > SHORT]
-            if any(not _about_corner(piece, self.contours[k], half) for piece in pieces):
+            if any(not _is_corner_arc(piece, self.contours[k], half) for piece in pieces):
                 return False
         return True
 
-    def _up_to_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a gap shortened by half a kerf where both edges bend, so that the path meets those of both parts."""
+    def _shortened_at_bends(self, slot: EdgeGap) -> EdgeGap:
+        """Return a gap shortened by half a kerf at each end where both edges bend.
+
+        The path around the group then meets the paths of both parts.
+        """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
         ends = []
@@ -360,7 +369,7 @@ class Grouper:
 
     # -- the lines between -------------------------------------------------------------------------------------------
 
-    def _in_line(self) -> Iterator[tuple[int, int]]:
+    def _collinear_gaps(self) -> Iterator[tuple[int, int]]:
         """Yield pairs of collinear gaps with at most a kerf between them."""
         if not len(self.middles):
             return
@@ -373,8 +382,8 @@ class Grouper:
                 if max(map(abs, off)) <= GAP:
                     yield int(i), int(j)
 
-    def _in_one(self, inside: Sequence[int]) -> list[list[int]]:
-        """Return the gaps grouped into continuous lines."""
+    def _continuous_gaps(self, inside: Sequence[int]) -> list[list[int]]:
+        """Return the gaps `inside` a group of parts, grouped into continuous lines."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -384,7 +393,7 @@ class Grouper:
                     lists[n] = both
         return list({id(x): x for x in lists.values()}.values())
 
-    def _merged(self, own: Sequence[int]) -> tuple[Point, ...]:
+    def _merged_line(self, own: Sequence[int]) -> tuple[Point, ...]:
         if self.slots[own[0]].between:
             return self.slots[own[0]].points
         ends = [p for n in own for p in (self.slots[n].begin, self.slots[n].end)]
@@ -394,8 +403,8 @@ class Grouper:
             else (min(ends), max(ends))
         )
 
-    def _to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Return lines extended to the centreline of the next kerf at both ends; None if some end meets no kerf."""
+    def _extended_to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
+        """Return lines extended to the centreline of the next kerf at both ends; None if an end meets no kerf."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -403,13 +412,13 @@ class Grouper:
             kerfs = shapely.union_all([around, *others]).buffer(MEET)
             rest = [other for k, other in enumerate(lines) if k != number]
             outward = ((line[1], line[0]), (line[-2], line[-1]))
-            ends = [self._met(a, b, kerfs) or self._corner(a, b, rest) for a, b in outward]
+            ends = [self._kerf_on_extension(a, b, kerfs) or self._inner_corner(a, b, rest) for a, b in outward]
             if ends[0] is None or ends[1] is None:
                 return None
             found.append((ends[0], *line[1:-1], ends[1]))
         return found
 
-    def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
+    def _kerf_on_extension(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
         """Return the point at which the extension of a line meets the centreline of a kerf."""
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
@@ -419,8 +428,8 @@ class Grouper:
         x, y = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), hits))[1].tolist()
         return x, y
 
-    def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return the intersection of the extensions of two lines, in an inner corner of a part."""
+    def _inner_corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
+        """Return the point in an inner corner of a part at which the extension of a line meets another line."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -436,36 +445,36 @@ class Grouper:
                     return met
         return None
 
-    def _bent(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
+    def _with_joined_lines(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
         """Return the lines, with each line that has no lead-in appended to a line with a common end.
 
-        No third line may meet them there, since its kerf would be crossed.
+        No third line may end there, because the joined line would cross its kerf.
         """
         left = list(lines)
         while True:
             inner = [a for a in left if a.inlets == (None, None)]
-            pairs = ((a, b) for a in inner for b in left if a is not b and _goes_on(a, b, left))
+            pairs = ((a, b) for a in inner for b in left if a is not b and _continues(a, b, left))
             pair = next(pairs, None)
             if pair is None:
                 return left
             at = left.index(pair[1])
-            left[at] = self._joined(pair[1], pair[0], members, around)
+            left[at] = self._join_lines(pair[1], pair[0], members, around)
             left.remove(pair[0])
 
-    def _joined(self, one: CommonLine, other: CommonLine, members: frozenset[int], around: Any) -> CommonLine:
-        first = one.points if _meet(one.points[-1], other.ends) else one.points[::-1]
-        then = other.points if _meet(first[-1], other.ends[:1]) else other.points[::-1]
+    def _join_lines(self, one: CommonLine, other: CommonLine, members: frozenset[int], around: Any) -> CommonLine:
+        first = one.points if _is_at_end(one.points[-1], other.ends) else one.points[::-1]
+        then = other.points if _is_at_end(first[-1], other.ends[:1]) else other.points[::-1]
         points = (*first, *then[1:])
         parts = tuple(sorted({*one.parts, *other.parts}))
         return CommonLine(points, one.shared + other.shared, parts, self._inlets(points, members, around))
 
-    def _line(
+    def _common_line(
         self, points: tuple[Point, ...], inside: Sequence[int], members: frozenset[int], around: Any
     ) -> CommonLine:
         line = shapely.LineString(points)
         near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
         along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
-        # Of a gap across the line, only the width of a kerf lies along it.
+        # A gap across the line overlaps it only by the width of a kerf.
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
         parts = tuple(sorted({k for n in shared for k in self.slots[n].parts}))
         return CommonLine(points, math.fsum(shared.values()), parts, self._inlets(points, members, around))
@@ -482,38 +491,41 @@ class Grouper:
             return None
         wanted = self.rules.lead_in
         if wanted.style == "none":
-            # The earlier kerf of a part next to the group would leave no metal to pierce.
+            # If a part next to the group is cut earlier, its kerf leaves no metal to pierce.
             owners = [self.contours[k] for k in members]
-            return Lead() if self.scrap.free([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
+            return Lead() if self.scrap.allows([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
         least = max(LEAST_KERFS * self.rules.kerf, LEAST_LEAD)
         lengths = list(dict.fromkeys(max(share * wanted.length, least) for share in SHARES))
         for splash, angle, length in itertools.product((self.rules.kerf, 0.0), ANGLES, lengths):
             lead = Lead("line", length, angle)
-            points = placed(lead_shape(lead), np.array([here]), travel, backward)[0]
+            points = placed_leads(lead_shape(lead), np.array([here]), travel, backward)[0]
             if self._has_room(points, members, around, splash):
                 return lead
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a straight lead-in, float64[2, 2], comes from outside the group through free scrap."""
+        """Return whether a straight lead-in, float64[2, 2], lies outside the group in free scrap.
+
+        `splash` is the radius around the pierce that must be free of parts, mm.
+        """
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
-        if not self.scrap.free([shapely.LineString(lead)], *owners)[0]:
+        if not self.scrap.allows([shapely.LineString(lead)], *owners)[0]:
             return False
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
-        # The parts of the scrap are shrunk a little; along a part that would be too near.
-        if not self.scrap.clear(places, self.rules.half + ROUNDING + SMALLER - 1.5 * MEET).all():
+        # `Scrap` shrinks the parts slightly; a lead along a part would come too close.
+        if not self.scrap.is_clear(places, self.rules.half + ROUNDING + PART_SHRINKAGE - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)
         # Outwards from the path around the group, the distance grows until the kerfs are apart.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
-        return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])
+        return bool(leaves) and bool(self.scrap.is_clear(lead[:1], splash)[0])
 
 
-def _about_corner(piece: Any, contour: CutContour, half: float) -> bool:
+def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
     """Return whether a piece of a path is the arc around a sharp drawn corner."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
@@ -522,7 +534,7 @@ def _about_corner(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Return a path with lines for arcs that are straight but for rounding, as no controller accepts their radius."""
+    """Return a path with lines instead of nearly straight arcs, whose large radius no controller accepts."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -530,7 +542,7 @@ def _straightened(path: Polyline) -> Polyline:
     return Polyline(rows, closed=True)
 
 
-def _room(slot: EdgeGap) -> Any:
+def _gap_area(slot: EdgeGap) -> Any:
     """Return the gap between two edges as a shapely polygon that slightly overlaps both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
@@ -540,8 +552,8 @@ def _room(slot: EdgeGap) -> Any:
     return shapely.Polygon([begin - side, end - side, end + side, begin + side])
 
 
-def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Return the lines without crossings: shorter lines are split at longer lines."""
+def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
+    """Return the lines split so that they do not cross: shorter lines are split at longer lines."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -556,11 +568,11 @@ def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Po
     return placed
 
 
-def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
-    """Return precedence pairs (before, after) of lines; None if a line could only be pierced in an earlier kerf.
+def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
+    """Return precedence pairs (before, after) of lines; None if they contradict each other.
 
-    A line that ends at another line comes after it. A line that can only be pierced in the kerf of other lines, as
-    without a lead-in where two lines meet in a corner, comes before them.
+    A line that ends at another line comes after it. A line comes before other lines if it can only be pierced in their
+    kerf: for example, without a lead-in, where two lines meet in a corner.
     """
     needed = set[tuple[int, int]]()
     drawn = [shapely.LineString(x.points) for x in lines]
@@ -568,32 +580,32 @@ def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], .
         others = [k for k in range(len(lines)) if k != n]
         hit = [
             {k for k in others if shapely.dwithin(drawn[k], pierce, half)}
-            for pierce in (_pierce(line, at) for at in (0, 1))
+            for pierce in (_pierce_point(line, at) for at in (0, 1))
             if pierce is not None
         ]
         if all(hit):
             needed |= {(n, k) for k in min(hit, key=len)}
-    corners = {(k, n) for n, k in needed if any(_meet(end, lines[k].ends) for end in lines[n].ends)}
-    pairs = (set(_ends_at(lines)) - corners) | needed
+    corners = {(k, n) for n, k in needed if any(_is_at_end(end, lines[k].ends) for end in lines[n].ends)}
+    pairs = (set(_end_precedence(lines)) - corners) | needed
     return tuple(sorted(pairs)) if has_order(pairs) else None
 
 
-def _doubled(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines coincide over `least` mm, as where a curved edge ends along another edge."""
+def _coincide(lines: Sequence[Any], least: float) -> bool:
+    """Return whether two lines coincide over more than `least` mm, as where a curved edge ends along another edge."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
-def _pierce(line: CommonLine, at: int) -> Any:
-    """Return the pierce at the first (0) or last (1) end of a line; None if the line cannot start there."""
+def _pierce_point(line: CommonLine, at: int) -> Any:
+    """Return the pierce point for a start at the first (0) or last (1) end of a line; None if it cannot start there."""
     lead, points = line.inlets[at], line.points if not at else line.points[::-1]
     if lead is None:
         return None
     travel = (np.array([points[1]]) - np.array([points[0]])) / math.dist(points[0], points[1])
-    return shapely.Point(placed(lead_shape(lead), np.array([points[0]]), travel, bool(at))[0, 0])
+    return shapely.Point(placed_leads(lead_shape(lead), np.array([points[0]]), travel, bool(at))[0, 0])
 
 
-def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
+def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
     """Yield precedence pairs (before, after): a line, and a line that ends at it."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
@@ -601,12 +613,12 @@ def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
             yield a, b
 
 
-def _meet(point: Point, ends: Sequence[Point]) -> bool:
+def _is_at_end(point: Point, ends: Sequence[Point]) -> bool:
     return any(math.dist(point, end) <= 2.0 * MEET for end in ends)
 
 
-def _goes_on(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
-    """Return whether two lines share an end that no other line shares."""
-    end = next((end for end in a.ends if _meet(end, b.ends)), None)
+def _continues(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
+    """Return whether two lines share an end that no other line touches."""
+    end = next((end for end in a.ends if _is_at_end(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
     return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

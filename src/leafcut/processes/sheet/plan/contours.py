@@ -1,4 +1,4 @@
-"""The contours of a sheet with the torch path: offset from the drawn contour by half a kerf into the scrap."""
+"""The contours of a sheet with their torch paths, which are offset by half a kerf into the scrap."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.kinds import CutMethod
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
-from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed
+from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lead_shape, placed_leads
 
 #: Tolerance of offset paths, mm.
 OFFSET_TOLERANCE = 0.01
@@ -32,7 +32,8 @@ SMALL = 0.01
 CORNER = math.radians(30.0)
 #: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: The direction at a point is the mean of the directions this far before and after it, mm: the bisector at a corner.
+#: The direction at a point is the mean of the directions at this distance before and after it, mm: at a corner, the
+#: bisector.
 AROUND = 0.01
 
 
@@ -49,11 +50,11 @@ class CutContour:
     line
         The path as a shapely line of chords.
     hole
-        Whether the part is outside and the scrap inside.
+        Whether the contour is a hole, with the scrap inside and the part outside.
     diameter
         Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
-        Rules of the sheet, but with compensation in the program where the controller's lead does not fit.
+        Rules of the sheet; with compensation by the program where the controller cannot compensate.
     corners
         Positions of the drawn corners along the path, mm.
     loops
@@ -63,13 +64,13 @@ class CutContour:
     group
         Number of the group of parts with common lines, from 1; 0 for none.
     common
-        For a common line, its length shared by two parts, mm; else 0.
+        For a common line, the length shared by two parts, mm; else 0.
     inlets
-        For an open cut, the lead-in at either end; None if it cannot start there.
+        For an open cut, the lead-in at each end; None if the cut cannot start there.
     pinched
-        For an outline, the rings in notches that the kerf does not reach, because their mouths are too narrow.
+        For an outline, the rings of the kerf's centreline in notches whose mouths are too narrow for the kerf.
     notch_of
-        For a contour in a notch closed by the kerf, the index of the outline whose cut detaches its scrap; else -1.
+        For a contour in a notch that the kerf closes, the index of the notched outline; else -1.
     """
 
     index: int
@@ -120,21 +121,21 @@ class CutContour:
 
     @property
     def closing_joint(self) -> float:
-        """Length left uncut at the end, mm, including half a kerf for each round end of the kerf."""
+        """Length of the path left uncut for a joint at the end, mm, including half a kerf at each side."""
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
         return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
 
     @property
     def overcut(self) -> float:
-        """Overlap beyond the start, mm."""
+        """Length of the cut past its start, mm."""
         if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
             return 0.0
         return self.rules.hole_overcut if self.hole else self.rules.overcut
 
     @property
     def lead_out(self) -> Lead:
-        """The wanted lead-out."""
+        """The requested lead-out."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -182,21 +183,21 @@ class CutContour:
         return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position is in a corner loop, or so close that its closing joint would be.
+        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
 
-        A joint must lie on the edge of the part: in a loop, the arc of the corner would stay uncut too.
+        A joint must lie on the edge of the part. In a loop, the arc of the corner would stay uncut too.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
 
     def may_start(self, at: float) -> bool:
-        """Return whether a cut may start at a position of the path, apart from the room for its lead."""
+        """Return whether a cut may start at a position of the path, if its lead fits."""
         return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
         """Return the points of a lead at a position, in the direction of travel, float64[k, 2]."""
         here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
-        points: Points = placed(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
+        points: Points = placed_leads(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
         return points
 
     def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
@@ -229,7 +230,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 
 
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours that can be cut, in the order of the sheet, and the issues of the others.
+    """Return the contours that can be cut, in the order of the sheet, and issues about what stays uncut.
 
     Holes too small for the kerf or the pierce, and notches with mouths narrower than the kerf, are not cut.
     """
@@ -239,20 +240,20 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     for index, source in enumerate(sheet.contours):
         if source.kind == "sheet":
             continue
-        contour = _prepared(index, source, rules)
+        contour = _prepare_contour(index, source, rules)
         if contour is None:
             remarks.append(_too_narrow(index, source, rules))
         else:
             kept.append(contour)
-            remarks += _remarks(contour, chambers)
-    issues = _grouped(remarks)
+            remarks += _contour_remarks(contour, chambers)
+    issues = _group_remarks(remarks)
     if not kept:
         raise PlanError(f"{sheet.name}: nothing is left to cut" + (f"; {issues[0].message}" if issues else ""))
     return kept, issues
 
 
-def _prepared(index: int, source: Contour, rules: CutRules) -> CutContour | None:
-    """Return a contour with its path; None if the kerf is too wide for it."""
+def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour | None:
+    """Return a contour with its torch path; None if the kerf is too wide for it."""
     drawn = source.path
     if source.kind != "cut" or not drawn.closed:
         return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
@@ -273,7 +274,7 @@ def _prepared(index: int, source: Contour, rules: CutRules) -> CutContour | None
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Return the contours with `notch_of` set; the kerfs on both sides of a mouth close it below two kerfs."""
+    """Return the contours with `notch_of` set; the kerfs on both sides close a mouth narrower than two kerfs."""
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
     areas = [shapely.Polygon(c.line.coords).area if c.path.closed else 0.0 for c in contours]
@@ -319,7 +320,7 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the directions at both ends of a segment: its chord, turned by half of the angle of its arc."""
+    """Return the unit vectors of travel at both ends of a segment: its chord turned by half of the arc's angle."""
     s = path.segment(index)
     angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
     half = 2.0 * math.atan(s.bulge)
@@ -330,19 +331,19 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 
 
 def _remark(code: str, one: str, several: str, place: str, missing: MissingWork | None = None) -> tuple[str, Issue]:
-    """Return the text for several contours (with {n} for their number), and the issue of a single contour."""
+    """Return a remark: the text for several contours (with {n} for their number), and the issue of one contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
-def _grouped(remarks: list[tuple[str, Issue]]) -> list[Issue]:
-    """Return one issue for all contours with the same remark (`_remark`)."""
+def _group_remarks(remarks: list[tuple[str, Issue]]) -> list[Issue]:
+    """Return the issues of all remarks; equal remarks about several contours become one issue."""
     groups: dict[tuple[str, str], list[Issue]] = {}
     for several, issue in remarks:
         groups.setdefault((issue.code, several), []).append(issue)
-    return [own[0] if len(own) == 1 else _joined(several, own) for (_, several), own in groups.items()]
+    return [own[0] if len(own) == 1 else _merged_issue(several, own) for (_, several), own in groups.items()]
 
 
-def _joined(several: str, own: list[Issue]) -> Issue:
+def _merged_issue(several: str, own: list[Issue]) -> Issue:
     place = "; ".join(issue.place for issue in own[:3]) + (" …" if len(own) > 3 else "")
     works = [issue.missing for issue in own if issue.missing is not None]
     missing = None
@@ -365,16 +366,16 @@ def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[str, Issu
         words = f"a hole of {size} in part {source.part} has {narrow}"
         several = f"{{n}} holes have {narrow}"
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
-    return _remark("L611", words, several, _place(index, source, x, y), work)
+    return _remark("L611", words, several, _contour_place(index, source, x, y), work)
 
 
-def _place(index: int, source: Contour, x: float, y: float) -> str:
+def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
     handle = f", entity {source.handle}" if source.handle else ""
     return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
 
 
-def _pinched(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the remarks on uncut notches of an outline, except `chambers`, which are cut as holes."""
+def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+    """Return the remarks on the uncut notches of an outline; `chambers` are cut as holes, and not reported."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
@@ -393,14 +394,14 @@ def _pinched(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]
     several = f"{{n}} parts have notches with {mouth}, which stay uncut in whole or in part"
     x, y = outlines[0].start
     work = MissingWork("place", 1, ((x, y),), outlines)
-    return [_remark("L612", words, several, _place(contour.index, source, x, y), work)]
+    return [_remark("L612", words, several, _contour_place(contour.index, source, x, y), work)]
 
 
-def _remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the warnings about a contour: unreachable areas, and holes too small for a good cut."""
+def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
+    """Return the remarks on a contour: areas that the kerf cannot reach, and holes too small for a good cut."""
     source, rules, found = contour.source, contour.rules, []
     if contour.pinched:
-        found += _pinched(contour, chambers)
+        found += _notch_remarks(contour, chambers)
     elif contour.has_leads and rules.half > 0.0:
         points = source.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
         away = shapely.distance(shapely.points(points), contour.line)
@@ -411,10 +412,10 @@ def _remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]
             several = "{n} contours have a place narrower than the kerf, which stays uncut"
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
-            found.append(_remark("L612", words, several, _place(contour.index, source, px, py), work))
+            found.append(_remark("L612", words, several, _contour_place(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
         several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} thicknesses, will be conical"
-        found.append(_remark("L615", words, several, _place(contour.index, source, *source.path.start)))
+        found.append(_remark("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
     return found

@@ -1,6 +1,7 @@
-"""Loops at sharp outer corners: past the corner, around through the scrap, and back onto the next edge at full speed.
+"""Loops at sharp outer corners, which keep the torch at full speed.
 
-The corner is formed by two straight cuts that cross. Without a loop, the torch would turn around it.
+The torch cuts straight past the corner, turns through the scrap, and crosses its kerf onto the next edge. Without a
+loop, it would slow down and turn around the corner.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     """Return the contours with loops at sharp corners of outlines, where a loop fits."""
     rules = scrap.rules
     outlines = [(k, c) for k, c in enumerate(contours) if c.has_leads and not c.hole]
-    loops = [(k, at, loop) for k, c in outlines for at, loop in _loops_of(c)]
+    loops = [(k, at, loop) for k, c in outlines for at, loop in _possible_loops(c)]
     if not loops:
         return contours
     lines = [flat_line(Polyline(rows)) for _, _, (_, rows) in loops]
@@ -38,7 +39,7 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     apart = min(0.9 * rules.loop_length, rules.kerf)
     for number, (k, _, (_, rows)) in enumerate(loops):
         turn = flat_line(Polyline(np.array([rows[1], [*rows[2, :2], 0.0]])))
-        free = scrap.free([lines[number]], contours[k])[0]
+        free = scrap.allows([lines[number]], contours[k])[0]
         fits[number] = free and not shapely.dwithin(turn, contours[k].line, apart)
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=rules.kerf)
     for a, b in sorted(zip(*pairs.tolist(), strict=True)):
@@ -48,17 +49,17 @@ def with_loops(contours: list[CutContour], scrap: Scrap) -> list[CutContour]:
     for (k, at, loop), fit in zip(loops, fits.tolist(), strict=True):
         if fit:
             chosen.setdefault(k, {})[at] = loop
-    return [_looped(c, chosen[k]) if k in chosen else c for k, c in enumerate(contours)]
+    return [_with_own_loops(c, chosen[k]) if k in chosen else c for k, c in enumerate(contours)]
 
 
-def _loops_of(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
+def _possible_loops(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
     """Yield the possible loops of a counter-clockwise path, at corners or at arcs around drawn corners."""
     path, half, length = contour.path, contour.rules.half, contour.rules.loop_length
     for at, turn in enumerate(corner_turns(path).tolist()):
         if half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
             corner, along = path.segment(at).start, float(path.lengths[:at].sum())
             before, after = path.direction_at(along - 1e-6), path.direction_at(along + 1e-6)
-            yield at, (False, _rows((corner, corner), before, after, 0.0, length))
+            yield at, (False, _loop_vertices((corner, corner), before, after, 0.0, length))
     for at in range(path.n_segments):
         s = path.segment(at)
         turn = 4.0 * math.atan(s.bulge)
@@ -67,21 +68,25 @@ def _loops_of(contour: CutContour) -> Iterator[tuple[int, _Loop]]:
             before, after = (
                 (-(p[1] - s.center[1]) / s.radius, (p[0] - s.center[0]) / s.radius) for p in (s.start, s.end)
             )
-            yield at, (True, _rows((s.start, s.end), before, after, half, length))
+            yield at, (True, _loop_vertices((s.start, s.end), before, after, half, length))
 
 
-def _rows(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
-    """Return the vertices of a loop: straight on by `length` past the intersection of both lines, around, and back."""
+def _loop_vertices(ends: tuple[Point, Point], before: Point, after: Point, half: float, length: float) -> Points:
+    """Return the vertices of a loop, float64[4, 3]: straight past the corner, around, and back to the next edge.
+
+    `ends` are the points of the path where the loop starts and ends, `before` and `after` the directions there. The
+    loop turns `length` mm past the intersection of both lines.
+    """
     start, end = ends
     turn = math.atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1])
-    on = half * math.tan(0.5 * turn) + length
-    a = (start[0] + on * before[0], start[1] + on * before[1])
-    b = (end[0] - on * after[0], end[1] - on * after[1])
+    run = half * math.tan(0.5 * turn) + length
+    a = (start[0] + run * before[0], start[1] + run * before[1])
+    b = (end[0] - run * after[0], end[1] - run * after[1])
     bulge = -math.tan(0.25 * (2.0 * math.pi - turn))
     return np.array([[*start, 0.0], [*a, bulge], [*b, 0.0], [*end, 0.0]])
 
 
-def _looped(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
+def _with_own_loops(contour: CutContour, loops: dict[int, _Loop]) -> CutContour:
     path = contour.path
     rows: list[Points] = []
     spans: list[tuple[float, float]] = []

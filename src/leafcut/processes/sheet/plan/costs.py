@@ -13,13 +13,13 @@ from leafcut.model.cutting import Consumption, Cut, CutData, CutMeasures, CutPla
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 
-#: Seconds per hour, and joules per kWh.
+#: Seconds per hour, and joules per kilowatt-hour.
 _HOUR, _JOULES = 3600.0, 3.6e6
 #: Times and lengths of `CutTimes`, s and mm.
 _SUMS = ("cut_s", "pierce_s", "rapid_s", "cut_mm", "rapid_mm", "perimeter_mm", "common_mm")
 
 
-def cut_norm(
+def measure_cuts(
     plan: CutPlan,
     seconds: Sequence[tuple[float, float, float]],
     whole: float,
@@ -29,12 +29,13 @@ def cut_norm(
 ) -> CutMeasures:
     """Return times, lengths, costs and consumption of the cuts of a plan.
 
-    `seconds` are the times of each cut: cutting, piercing, and rapids including the retract. `whole` is the time of the
-    program; moves before the first and after the last cut count as rapids of the sheet. `corners` are those of the
-    travel move before each cut, by its position. `shop_rate` is the cost of machine and operator per hour.
+    `seconds` has the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the time of
+    the program, s; moves before the first and after the last cut count as rapids of the sheet. `corners` has the
+    corners of the travel move before each cut, by its position. `shop_rate` is the cost of machine and operator per
+    hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
-    each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
+    each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
@@ -42,7 +43,7 @@ def cut_norm(
     shares: dict[int, list[CutTimes]] = {}
     for times, cut in zip(each, cuts, strict=True):
         for number in {sheet.contours[i].part for i in cut.contours}:
-            shares.setdefault(number, []).extend(_shares(sheet, cut, times, number))
+            shares.setdefault(number, []).extend(_share_of_part(sheet, cut, times, number))
     cut_parts = {sheet.contours[i].part for c in cuts if c.kind == "cut" for i in c.contours}
     used = sum(area for number, area in areas.items() if number in cut_parts)
     parts = []
@@ -71,7 +72,7 @@ def cut_norm(
     )
 
 
-def _times(
+def _times_of_cut(
     sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, float, float], corners: Sequence[Point]
 ) -> CutTimes:
     cut = cuts[k]
@@ -82,13 +83,16 @@ def _times(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, optionally of one `part`; outlines include their chambers."""
+    """Return the drawn length of the contours of a cut, mm, optionally of one `part`; outlines include chambers."""
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
 
 
-def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return a part's share of a cut, by the lengths of its contours; a chain's pierce counts for its first part."""
+def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
+    """Return a part's share of the times of a cut, by the lengths of its contours; empty if it has none.
+
+    The pierce of a chain counts for its first part.
+    """
     if len(cut.contours) == 1:
         return [times] if cut.part == part else []
     lengths = {i: sheet.contours[i].path.length for i in cut.contours}
@@ -107,7 +111,7 @@ def _sum(times: Sequence[CutTimes]) -> CutTimes:
 
 
 def part_areas(sheet: Sheet) -> dict[int, float]:
-    """Return the area of every part without its holes, mm²."""
+    """Return the area of each part without its holes, mm²."""
     areas: dict[int, float] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -117,17 +121,17 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
 
 
 def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
-    """Return the cost of a cut: gas, power and consumables while the torch is on, the machine for the whole time."""
+    """Return the cost of the given times: consumption while the torch is on, pierces, and machine time."""
     burning = options.cutting_rate * (times.cut_s + times.pierce_s)
     return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return the consumption of a cut; figures that the chart lacks stay unknown.
+    """Return the consumption during the given times; figures that the chart lacks stay unknown.
 
-    Gas, power and abrasive are used while the torch is on: cutting and piercing. Without power in the chart, arc power
-    is used: current times voltage. Nozzles and electrodes wear by cutting time or by pierces, whichever limits their
-    life on the whole `sheet`, so that the shares of all parts add up.
+    Gas, power and abrasive are used while the torch is on: cutting and piercing. If the chart has no power, it is the
+    power of the arc: current times voltage. Nozzles and electrodes wear by cutting time or by pierces, whichever limits
+    their life on the whole `sheet`, so that the shares of all parts add up.
     """
     rates, burning = data.rates, times.cut_s + times.pierce_s
 
@@ -141,13 +145,13 @@ def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumpti
         second_gas_l=flowed(rates.second_gas_flow),
         energy_kwh=None if energy is None else energy / _JOULES,
         abrasive_kg=flowed(rates.abrasive),
-        nozzles=_worn(times, sheet, rates.nozzle_life, rates.nozzle_pierces),
-        electrodes=_worn(times, sheet, rates.electrode_life, rates.electrode_pierces),
+        nozzles=_wear(times, sheet, rates.nozzle_life, rates.nozzle_pierces),
+        electrodes=_wear(times, sheet, rates.electrode_life, rates.electrode_pierces),
         at_arc=rates.power is None and arc is not None,
     )
 
 
-def _worn(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
+def _wear(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
     def by_time(of: CutTimes) -> float:
         return (of.cut_s + of.pierce_s) / life if life else 0.0
 

@@ -1,8 +1,8 @@
 """The path of a cut from its chosen start: lead-in, contours, bridges, overcut, lead-out, and its speeds.
 
-For a controller with kerf compensation (G41, G42), the program contains the drawn contour, and lead arcs with half a
-kerf more radius. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the circle of radius
-half a kerf around the end of the run-in, so the torch must start on that tangent.
+For a controller with kerf compensation (G41, G42), the program contains the drawn contour, and lead arcs whose radius
+is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the circle of
+radius half a kerf around the end of the run-in, so the torch must start on that tangent.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SHORTEST_KERFS = 2.0
 #: Minimum radius of concave arcs, in half kerfs: a controller cannot compensate tighter arcs.
 TIGHTEST = 1.05
 
-#: (from, to) along a path, mm.
+#: A stretch of a path: distances of its ends from the start, mm.
 Span = tuple[float, float]
 #: Choices fixed by a plan file, by index of the contour.
 Fixed = Mapping[int, tuple[str, ...]]
@@ -63,7 +63,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
     lead_in = contour.lead_at(start.lead_in, start.at, start.clockwise) if closed or start.lead_in.length else None
     end = start.at - past if start.clockwise else start.at + past
     out = contour.lead_at(start.lead_out, end, start.clockwise, out=True) if closed else None
-    whole = joined(*(snapped(p) for p in (lead_in, body, out) if p is not None))
+    whole = joined(*(without_tiny_segments(p) for p in (lead_in, body, out) if p is not None))
     begin = lead_in.length if lead_in is not None else 0.0
     leave, overcut = begin + body.length, max(past, 0.0)
     return Cut(
@@ -117,7 +117,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
         at += body.length
     overcut, end = max(past, 0.0), steps[-1]
     out = last.lead_at(end.lead_out, end.at + (-past if end.clockwise else past), end.clockwise, out=True)
-    whole = joined(*(snapped(p) for p in (*pieces, *([out] if out is not None else []))))
+    whole = joined(*(without_tiny_segments(p) for p in (*pieces, *([out] if out is not None else []))))
     choices = [choice_of(contours[s.contour], s, fixed.get(s.contour, ())) for s in steps]
     return Cut(
         contours=tuple(contours[s.contour].index for s in steps),
@@ -147,22 +147,22 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and its length beyond the start, mm (negative for a joint)."""
+    """Return the path of a contour from its start, and its overlap past the start, mm (negative for a joint)."""
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
     past = (contour.overcut if overcut else 0.0) - contour.closing_joint
-    return _from(path, start.at, path.length + past, start.clockwise), past
+    return _path_from(path, start.at, path.length + past, start.clockwise), past
 
 
-def _from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
+def _path_from(path: Polyline, at: float, length: float, clockwise: bool) -> Polyline:
     if clockwise:
         return path.reversed().piece(path.length - at, path.length - at + length)
     return path.piece(at, at + length)
 
 
-def snapped(piece: Polyline) -> Polyline:
-    """Return an open path without segments caused by rounding."""
+def without_tiny_segments(piece: Polyline) -> Polyline:
+    """Return an open path without the tiny segments that rounding causes."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -170,7 +170,7 @@ def snapped(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the plan-file entry of a start."""
+    """Return the entry of a start in a plan file."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -183,31 +183,35 @@ def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ())
     )
 
 
-def _along(contour: CutContour, start: CutStart, at: float) -> float:
+def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> float:
     """Return the distance from the start to position `at` along the cut, mm."""
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut; its contour starts `begin` mm along the path."""
+    """Return the corner loops of a cut as stretches of its path; the contour starts `begin` mm along the path."""
     spans = []
     for low, high in contour.loops:
-        first = _along(contour, start, high if start.clockwise else low)
+        first = _distance_along_cut(contour, start, high if start.clockwise else low)
         spans.append((begin + first, begin + first + high - low))
     return tuple(sorted(spans))
 
 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the laser micro-joints of a cut, evenly spaced; the beam is off over a joint plus a kerf.
+    """Return the micro-joints of a laser cut, evenly spaced; the beam is off for the length of a joint plus a kerf.
 
-    Joints in corners are hard to break and grind off. At the start and end of the cut, the kerf would sever the joint.
+    Joints keep away from corners, where they are hard to break and grind off, and from the start and end of the cut,
+    where the kerf would sever them.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
     length, off = contour.path.length, rules.joint_width + rules.kerf
     count = min(wanted, int(length / (4.0 * off)))
     room = 0.5 * off + rules.kerf
-    taken = [(at - room, at + room) for at in (0.0, length, *(_along(contour, start, c) for c in contour.corners))]
+    taken = [
+        (at - room, at + room)
+        for at in (0.0, length, *(_distance_along_cut(contour, start, c) for c in contour.corners))
+    ]
     taken += [(low - room, high + room) for low, high in loops_of(contour, start, 0.0)]
     spans = []
     for k in range(count):
@@ -224,14 +228,16 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 # -- compensation by the controller ----------------------------------------------------------------------------------
 
 
-def by_path_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours, with kerf compensation in the program where the controller cannot do it, and a note.
+def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
+    """Return the contours, with kerf compensation by the program where the controller cannot compensate, and a note.
 
-    This applies where run-in and arc do not fit, as in small holes, and where a concave arc is tighter, or a notch
-    narrower, than the kerf.
+    The controller cannot compensate where run-in and arc do not fit, as in small holes, and where a concave arc is
+    tighter, or a notch narrower, than the kerf.
     """
     made = [
-        replace(c, rules=c.rules.by_path()) if c.has_leads and not _suits_the_controller(k, c, scrap) else c
+        replace(c, rules=c.rules.compensated_by_program())
+        if c.has_leads and not _controller_can_compensate(k, c, scrap)
+        else c
         for k, c in enumerate(contours)
     ]
     own = [c for c in made if c.rules.compensation != "controller"]
@@ -239,12 +245,12 @@ def by_path_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list
         return made, []
     words = "1 contour is" if len(own) == 1 else f"{len(own)} contours are"
     words += f" compensated by the program for a kerf of {scrap.rules.kerf:g} mm: no room for a controller's lead-in, "
-    words += "or a hollow that is too tight for it"
+    words += "or a concave arc that is too tight for it"
     return made, [Issue("L626", words, names_of(own), Severity.NOTE)]
 
 
-def _suits_the_controller(number: int, contour: CutContour, scrap: Scrap) -> bool:
-    side, drawn, rules = 1.0 if contour.hole else -1.0, _drawn(contour), contour.rules
+def _controller_can_compensate(number: int, contour: CutContour, scrap: Scrap) -> bool:
+    side, drawn, rules = 1.0 if contour.hole else -1.0, _drawn_path(contour), contour.rules
     arcs = [s for s in drawn.segments() if s.is_arc and s.bulge * side > 0.0]
     if contour.pinched or any(s.radius < rules.half * TIGHTEST for s in arcs):
         return False
@@ -254,14 +260,17 @@ def _suits_the_controller(number: int, contour: CutContour, scrap: Scrap) -> boo
     return bool(starts_of(number, contour, scrap, FEWEST_PLACES))
 
 
-def _drawn(contour: CutContour) -> Polyline:
+def _drawn_path(contour: CutContour) -> Polyline:
     """Return the drawn path, counter-clockwise."""
     path = contour.source.path
     return path if path.area >= 0.0 else path.reversed()
 
 
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
-    """Return the path for a controller that compensates, and the length of its lead-in, mm; or `PlanError`."""
+    """Return the programmed path for a controller that compensates, and the length of its lead-in, mm.
+
+    `PlanError` if the compensation cannot start there.
+    """
     half, here, travel = (
         contour.rules.half,
         contour.path.point_at(start.at),
@@ -269,23 +278,23 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
     )
     side = 1.0 if contour.scrap_left(start.clockwise) else -1.0
     on = (here[0] + side * travel[1] * half, here[1] - side * travel[0] * half)
-    drawn = _drawn(contour)
+    drawn = _drawn_path(contour)
     line, point = flat_line(drawn), shapely.Point(*on)
     if shapely.distance(point, line) > ROUNDING + FLATNESS:
         raise PlanError(f"{contour.name()}: the controller's compensation cannot start at ({on[0]:.5g}, {on[1]:.5g})")
     at = float(shapely.line_locate_point(line, point, normalized=True)) * drawn.length
-    body = _from(drawn, at, drawn.length + contour.overcut, start.clockwise)
+    body = _path_from(drawn, at, drawn.length + contour.overcut, start.clockwise)
     wanted = contour.lead_at(start.lead_in, start.at, start.clockwise)
     if wanted is None:
         return body, 0.0
     radius = start.lead_in.length / start.lead_in.angle
     center = (here[0] - side * travel[1] * radius, here[1] + side * travel[0] * radius)
-    lead = _wider(wanted, center, radius + half, body.start)
+    lead = _widened_lead(wanted, center, radius + half, body.start)
     return joined(lead, body), lead.length
 
 
-def _wider(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return the programmed run-in and arc: same centre and first point, but another radius."""
+def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
+    """Return the programmed run-in and arc: a lead with the same centre and first point, but another radius."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

@@ -18,7 +18,8 @@ SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.LASER: 2.0,
     CutMethod.WATERJET: 2.0,
 }
-#: The same in kerfs (LightBurn forum: 1.5 to 3 for a laser); for these methods the thickness (Hypertherm's note).
+#: Length of a lead-in in kerfs (LightBurn forum: 1.5 to 3 for a laser). For the methods `THICK_LEAD_IN`, it is the
+#: thickness instead (Hypertherm's note).
 KERFS_OF_LEAD_IN = 3.0
 THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Minimum length of a lead-out, mm: 6 to 12 outside (MultiCAM).
@@ -44,9 +45,9 @@ class CutRules:
     """Rules of a sheet for planning: mm, s, mm/s, rad.
 
     `kind` is a `CutMethod`, `data` a row of the chart. `half` is the distance between path and part: half a kerf, or 0
-    without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other
-    way. The leads may be shortened for a contour. `once`, without compensation: coincident edges are cut once even
-    without the option for common lines.
+    without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes run in the
+    opposite direction. The leads may be shortened for a contour. `once`: without compensation, coincident edges are cut
+    once even without the option for common lines.
     """
 
     kind: str
@@ -77,8 +78,8 @@ class CutRules:
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
-    def by_path(self) -> CutRules:
-        """Return the rules of a contour with kerf compensation in the program."""
+    def compensated_by_program(self) -> CutRules:
+        """Return the rules for a contour whose kerf the program compensates, not the controller."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -103,7 +104,7 @@ def resolve_rules(
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
-    _check(kind, options, data)
+    _check_options(kind, options, data)
     length = options.lead_in_length
     if length is None:
         length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
@@ -139,7 +140,7 @@ def resolve_rules(
         edge_start=not data.can_pierce,
         compensation=options.compensation,
         common_lines=options.common_lines,
-        once=options.compensation == "none" and not not_with_common_lines(options, data),
+        once=options.compensation == "none" and not options_against_common_lines(options, data),
     )
 
 
@@ -149,15 +150,15 @@ def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
     return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), LEAD_ANGLE)
 
 
-def _check(kind: str, options: CutOptions, data: CutData) -> None:
+def _check_options(kind: str, options: CutOptions, data: CutData) -> None:
     if options.micro_joints > 1 and kind != CutMethod.LASER:
         raise OptionError(
-            f"--micro-joints {options.micro_joints}: only a laser goes off and on while it moves; a {kind} cut can "
-            "have one joint, at its end: --micro-joints 1"
+            f"--micro-joints {options.micro_joints}: only a laser can be switched off and on in motion; a {kind} cut "
+            "can have one joint, at its end: use --micro-joints 1"
         )
     if options.chains and options.heat_distance > 0.0:
         raise OptionError(
-            "--chains: each contour of a chain starts next to the last, in hot metal; leave out "
+            "--chains: each contour of a chain starts next to the previous one, in hot metal; leave out "
             "--heat-distance, or --chains"
         )
     if options.common_lines:
@@ -174,13 +175,13 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
                 "use --compensation geometry"
             )
         if options.lead_in == "none":
-            raise OptionError("--compensation controller: G41 and G42 are taken up on a lead-in; give --lead-in line")
+            raise OptionError("--compensation controller: G41 and G42 start on a lead-in; give --lead-in line")
         if not data.can_pierce:
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
 
 
-def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
-    """Return the active options that exclude common lines."""
+def options_against_common_lines(options: CutOptions, data: CutData) -> list[str]:
+    """Return the names of the active options that exclude common lines."""
     given = {
         "--chains": options.chains,
         "--plan": bool(options.plan),
@@ -195,6 +196,6 @@ def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
 
 
 def _check_common_lines(options: CutOptions, data: CutData) -> None:
-    wrong = not_with_common_lines(options, data)
+    wrong = options_against_common_lines(options, data)
     if wrong:
-        raise OptionError(f"--common-lines does not go with {' and '.join(wrong)}; leave out one of them")
+        raise OptionError(f"--common-lines cannot be combined with {' and '.join(wrong)}; leave out one of them")

@@ -1,6 +1,6 @@
 """A sheet as a routing problem: cuts are tasks, their starts are choices, inner contours precede outer contours.
 
-The choices affect the travel to and from a cut, but hardly the cutting time.
+A choice affects the travel to and from a cut, but hardly the cutting time.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
-from leafcut.processes.sheet.plan.common_lines import beside_leads, with_common_lines
+from leafcut.processes.sheet.plan.common_lines import with_common_lines, with_lead_obstacles
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.corner_loops import with_loops
-from leafcut.processes.sheet.plan.cut_path import by_path_where_needed, chain_length, make_chain, make_cut
+from leafcut.processes.sheet.plan.cut_path import chain_length, compensate_where_needed, make_chain, make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import CutStart, find_starts
@@ -35,7 +35,7 @@ from leafcut.timing.travel import travel_cost
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: cost of rapids, time to lower and raise it at each cut, s, and its start and end points."""
+    """Travel of the head: cost of rapids, time to lower and raise it at each cut (s), and its start and end points."""
 
     metric: Metric
     overhead: float = 0.0
@@ -46,12 +46,12 @@ class HeadTravel:
         """Return the cost of a rapid."""
         return travel_cost(self.metric, a, b)
 
-    def around(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
+    def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
         """Return the positions of the head before and after the k-th cut of an order."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
-        """Return the cost of the travel moves to and from a cut."""
+        """Return the cost of the travel moves to and from a cut; `around` are the positions before and after it."""
         before, after = around
         come = 0.0 if before is None else self.cost(before, start.entry)
         return come + (0.0 if after is None else self.cost(start.exit, after))
@@ -59,10 +59,11 @@ class HeadTravel:
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """The tasks of a sheet with their choices and precedence.
+    """The contours of a sheet with all possible starts of their cuts, and their precedence.
 
-    `starts` are grouped by contour; the first contour of a chain holds all starts of the chain. `order` has additional
-    precedence pairs (before, after) of contours, and `fixed` the choices of a plan file by contour.
+    `starts` are grouped by contour; the starts of a chain belong to its first contour. `order` has additional
+    precedence pairs (before, after) of contours. `fixed` has the names of the choices that a plan file fixes, by
+    contour.
     """
 
     sheet: Sheet
@@ -73,7 +74,7 @@ class Cutting:
     issues: tuple[Issue, ...] = ()
     order: tuple[tuple[int, int], ...] = ()
     fixed: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    _made: dict[CutStart, Cut] = field(default_factory=dict, init=False, repr=False)
+    _cut_cache: dict[CutStart, Cut] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def heads(self) -> list[int]:
@@ -105,10 +106,10 @@ class Cutting:
 
     def cut(self, start: CutStart) -> Cut:
         """Return the cut from a start; cuts are cached."""
-        if start not in self._made:
+        if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
-            self._made[start] = make(self.contours, start, self.fixed)
-        return self._made[start]
+            self._cut_cache[start] = make(self.contours, start, self.fixed)
+        return self._cut_cache[start]
 
     def seconds(self, start: CutStart) -> float:
         """Return the time of a cut without travel, s: the pierce plus the path at its feed rate."""
@@ -131,7 +132,7 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class CutSequence:
-    """Cuts of a sheet in order.
+    """The cuts of a sheet in order, each with its start.
 
     `PlanError` if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
     """
@@ -140,7 +141,7 @@ class CutSequence:
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence with these starts, in this order."""
+        """Return a sequence of the same cuts with other starts, in another order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
@@ -166,9 +167,9 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     """Return the cuts of a sheet with all their starts; `PlanError` if a kerf or a lead does not fit."""
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
-    check_room(contours, scrap)
+    check_kerfs(contours, scrap)
     if rules.compensation == "controller":
-        contours, found = by_path_where_needed(contours, scrap)
+        contours, found = compensate_where_needed(contours, scrap)
         issues = [*issues, *found]
     if rules.loops:
         contours = with_loops(contours, scrap)
@@ -176,7 +177,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     order: list[tuple[int, int]] = []
     if rules.common_lines or rules.once:
         contours, order, found = with_common_lines(contours, scrap)
-        scrap, issues = beside_leads(Scrap(sheet, contours, rules), contours), [*issues, *found]
+        scrap, issues = with_lead_obstacles(Scrap(sheet, contours, rules), contours), [*issues, *found]
     contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap)
     issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
@@ -184,7 +185,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 
-def check_room(contours: list[CutContour], scrap: Scrap) -> None:
+def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
     """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet (`PlanError`)."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
@@ -217,7 +218,7 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield a note on the contours where the wanted lead fits nowhere."""
+    """Yield a note on the contours where the requested lead-in fits nowhere, and one on those without a lead-out."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -243,7 +244,7 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
-        around = _around(sheet, position, contour)
+        around = _enclosing_contour(sheet, position, contour)
         if around is not None:
             yield k, around
         if contour.kind == "mark" and contour.source.part:
@@ -254,10 +255,10 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
                 yield mark, k
 
 
-def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around a contour that is cut, by `position` of its index, or None.
+def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
+    """Return the innermost contour around another contour, or None; `position` is by index in the sheet.
 
-    Holes too narrow to cut are skipped. An outline counts as around the parts in its notches that the kerf closes.
+    Holes too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf closes.
     """
     parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
@@ -273,9 +274,8 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
 
-    The members are indices into `Cutting.contours` and become the clusters, in this order. `first` and `last`: whether
-    the route starts at the start point of the head, and ends at its end point. `PlanError` if the precedence has a
-    cycle.
+    The members are indices into `Cutting.contours` and become the clusters, in this order. `first`: the route starts at
+    the start point of the head; `last`: it ends at the end point. `PlanError` if the precedence has a cycle.
     """
     check_order(cutting)
     nodes = cutting.starts_of(members)
@@ -296,13 +296,13 @@ def build_problem(
 
 
 def check_order(cutting: Cutting) -> None:
-    """Refuse precedence with a cycle; only the fixed order of a plan file can cause a cycle."""
-    if len(_sorted(cutting)) < len(cutting.heads):
+    """Raise `PlanError` if the precedence has a cycle, which only the fixed order of a plan file can cause."""
+    if len(_drawing_order(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
-def _sorted(cutting: Cutting) -> list[int]:
-    """Return the contours in drawing order, but each after its predecessors."""
+def _drawing_order(cutting: Cutting) -> list[int]:
+    """Return the first contours of all cuts in drawing order, but each after its predecessors."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -324,7 +324,7 @@ def _sorted(cutting: Cutting) -> list[int]:
 def drawing_order(cutting: Cutting) -> list[CutStart]:
     """Return the first start of each contour, in drawing order as far as precedence allows."""
     check_order(cutting)
-    return [cutting.starts[cutting.by_contour[k][0]] for k in _sorted(cutting)]
+    return [cutting.starts[cutting.by_contour[k][0]] for k in _drawing_order(cutting)]
 
 
 def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
@@ -337,17 +337,17 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 
 
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
-    """Return the contours by band in the direction of the sweep; without a sweep, in a single band.
+    """Return the first contours of all cuts by band, in the direction of the sweep; without a sweep, in a single band.
 
-    A chain counts with its first contour. All contours of a part are in the band at the centre of its outline. `width`
-    of a band in mm; 0: a fifth of the sheet, or its largest part.
+    All contours of a part are in the band at the centre of its outline. `width` is the width of a band, mm; 0: a fifth
+    of the sheet, or its largest part.
     """
     if options.sweep == "free":
         return [cutting.heads]
     axis, backward = "xy".index(options.sweep[-1]), options.sweep.startswith("-")
     position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
-    roots = [_root(cutting, k, position, outlines) for k in range(len(cutting.contours))]
+    roots = [_outermost_contour(cutting, k, position, outlines) for k in range(len(cutting.contours))]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}
     low, high = min(s[axis] for s in spans.values()), max(s[axis + 2] for s in spans.values())
     width = width or max((high - low) / 5.0, *(s[axis + 2] - s[axis] for s in spans.values()), 1.0)
@@ -360,17 +360,17 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
     return [found[place] for place in sorted(found)]
 
 
-def in_bands(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Return the cuts sorted by band of the sweep; the order within each band is unchanged."""
+def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
+    """Return the cuts sorted by band of the sweep; the order within a band does not change."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
-def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
+def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
     """Return the outermost contour around a contour, or the contour itself."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]
-    while (around := _around(cutting.sheet, position, cutting.contours[k])) is not None:
+    while (around := _enclosing_contour(cutting.sheet, position, cutting.contours[k])) is not None:
         k = around
     return k

@@ -1,6 +1,6 @@
 """Travel moves with the head down, routed around detached parts, which may tip up and be hit.
 
-A part is detached once its outline is cut without micro-joints. A move is routed around it at the radius of the head.
+A part is detached once its outline is cut without micro-joints. Moves keep the radius of the head from detached parts.
 If no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases
 are counted. `cut_outlines_later` postpones an outline until after the moves that cross its part.
 """
@@ -20,24 +20,24 @@ from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
 
-#: Penalty of a move that crosses a detached part, for comparing orders, in seconds or mm.
+#: Penalty for a move that crosses a detached part, for comparing orders, in seconds or mm.
 HIT = 60.0
-#: The same if the head passes over a detached part, but its centre does not.
+#: Penalty for a move on which the edge of the head, but not its centre, passes over a detached part.
 CLOSE = 15.0
 #: Maximum number of attempts to postpone an outline.
 MOST_MOVES = 400
 
-#: A route: its corners, and its penalty: 0, `CLOSE` to a detached part, or a `HIT`.
+#: The corners of a route, and its penalty: 0, `CLOSE` or `HIT`.
 HeadRoute = tuple[tuple[Point, ...], float]
 
 
 @dataclass(frozen=True)
 class HeadRoutes:
-    """Routes of the head.
+    """Routes of the head between the cuts.
 
-    `corners` has the corners of the route to each cut, by its position; the key of the route to the end is the number
-    of cuts. `crossing` and `close` are the positions of the cuts whose travel move still crosses a detached part, or
-    only passes within the radius of the head, mm. `moves` is the number of travel moves.
+    `corners` has the corners of the detour to each cut, by its position; the key of the detour to the end point is the
+    number of cuts. `crossing` has the positions of the cuts whose travel move still crosses a detached part, `close`
+    those whose travel move passes a part within the `radius` of the head, mm. `moves` is the number of travel moves.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -47,14 +47,14 @@ class HeadRoutes:
     radius: float = 0.0
 
     def issue(self, cuts: Sequence[Cut]) -> Issue | None:
-        """Return the note or warning on moves that cross detached parts, and on detours; None without either."""
+        """Return the warning about moves that cross or approach detached parts, or a note on detours, or None."""
         if not (self.crossing or self.close or self.corners):
             return None
-        round_ = f"{len(self.corners)} of {self.moves} travel moves go around parts that are cut free"
+        detours = f"{len(self.corners)} of {self.moves} travel moves go around parts that are cut free"
         unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its "
-        unknown = "" if self.radius > 0.0 else f"{unknown}middle is counted"
+        unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
         if not (self.crossing or self.close):
-            words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
+            words = f"the head stays down between cuts: {detours}, none crosses one{unknown}"
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
@@ -64,10 +64,10 @@ class HeadRoutes:
             more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
             over.append(f"a nozzle of {2.0 * self.radius:g} mm comes over parts that are cut free on {more}")
         words = (
-            f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({round_}){unknown}: "
+            f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({detours}){unknown}: "
             "hold them with --micro-joints, or watch them"
         )
-        return Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")
+        return Issue("L623", words, f"the first on the move to ({x:.4g}, {y:.4g})")
 
 
 class DetachableParts:
@@ -89,7 +89,7 @@ class DetachableParts:
         return [k for k in cut.contours if k in self.map.shapes]
 
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
-        """Return the best route: clear of detached parts for the whole head, else for its centre, else across them."""
+        """Return the best route: the whole head clear of detached parts, else only its centre, else across parts."""
         if not self.map.met(a, b, self.radius) & detached:
             return (), 0.0
         if self.radius > 0.0:
@@ -134,7 +134,7 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Return an order in which outlines are cut after the moves that cross their parts, if that costs less.
+    """Return an order of `cuts`, as indices, in which outlines follow the moves across their parts, if it costs less.
 
     `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` returns the cost of a straight move, in
     seconds or mm. The search ends when `late` returns true between attempts.
@@ -148,7 +148,7 @@ def cut_outlines_later(
     def met(a: int, b: int) -> frozenset[int]:
         return parts.map.met(cuts[a].path.end, cuts[b].path.start, parts.radius)
 
-    def move(a: int, b: int, detached: set[int]) -> float:
+    def move_cost(a: int, b: int, detached: set[int]) -> float:
         key = (a, b, met(a, b) & detached)
         if key not in known:
             begin, goal = cuts[a].path.end, cuts[b].path.start
@@ -156,11 +156,14 @@ def cut_outlines_later(
             known[key] = sum(cost(p, q) for p, q in pairwise([begin, *turns, goal])) + penalty
         return known[key]
 
-    def stretch(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
-        """Return the travel cost from `first` to `last` in an order, given the parts detached before."""
+    def travel_cost(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
+        """Return the cost of the travel moves to the cuts at positions `first` to `last` of an order.
+
+        `detached` are the parts detached before these moves.
+        """
         total = 0.0
         for place in range(first, min(last + 1, len(order))):
-            total += move(order[place - 1], order[place], detached) if place else 0.0
+            total += move_cost(order[place - 1], order[place], detached) if place else 0.0
             detached = detached | detaches[order[place]]
         return total
 
@@ -177,7 +180,7 @@ def cut_outlines_later(
             tried += 1
             # All other moves stay unchanged.
             detached = {part for part, cut in detached_at.items() if cut < at}
-            if stretch(other, at, place + 1, detached) < stretch(order, at, place + 1, detached) - 1e-9:
+            if travel_cost(other, at, place + 1, detached) < travel_cost(order, at, place + 1, detached) - 1e-9:
                 order, place = other, max(at - 1, 0)
                 break
         place += 1

@@ -1,4 +1,4 @@
-"""Keeps the starts of consecutive cuts apart, since metal next to a fresh cut is hot."""
+"""Keeps the starts of consecutive cuts apart, because metal next to a fresh cut is hot."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: A cut moves by at most `REACH` places in the order; heat of the last `LOOK_BACK` cuts counts.
-REACH, LOOK_BACK = 40, 12
+#: A cut moves by at most this number of positions in the order.
+REACH = 40
 #: Maximum number of passes over all starts that are too close.
 PASSES = 4
-#: Penalty of a start that is too close, in the unit of travel: more than any travel.
+#: Penalty of a start that is too close, in the unit of the travel cost: more than any travel.
 PENALTY = 1e6
 
 
-def too_near(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
+def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
     """Return pairs of consecutive positions, in order, whose starts are closer than `apart` mm."""
-    return [(j - 1, j) for j in range(len(order)) if _is_hot(order, j, apart)]
+    return [(j - 1, j) for j in range(len(order)) if _starts_in_hot_metal(order, j, apart)]
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
     """Return the note or warning about starts that remain within `apart` mm of the previous start."""
-    left = too_near(order, apart)
+    left = close_starts(order, apart)
     if not left:
-        words = f"no cut starts within {apart:g} mm of a hot one; the nearest-neighbour order ignores heat"
+        words = f"no cut starts within {apart:g} mm of the previous start; the nearest-neighbour order ignores heat"
         return Issue("L614", words, "", Severity.NOTE)
     x, y = order[left[0][1]].entry
     starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
-    words = f"{starts} within {apart:g} mm of a hot one: no small change of the order avoids that"
+    words = f"{starts} within {apart:g} mm of the previous start: no small change of the order avoids that"
     return Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")
 
 
-def _is_hot(order: Sequence[CutStart], j: int, apart: float) -> bool:
+def _starts_in_hot_metal(order: Sequence[CutStart], j: int, apart: float) -> bool:
     """Return whether the cut at `j` starts too close to the start of the previous cut."""
     return j > 0 and math.dist(order[j - 1].entry, order[j].entry) < apart
 
@@ -61,13 +61,13 @@ def spread_starts(
         return a not in before.get(b, ()) and band.get(a) == band.get(b)
 
     for _ in range(PASSES):
-        near = {j for _, j in too_near(order, apart)}
+        near = {j for _, j in close_starts(order, apart)}
         changed = False
         for contour in [order[j].contour for j in sorted(near)]:
             if late():
                 return cuts.with_starts(order)
             j = next(k for k, s in enumerate(order) if s.contour == contour)
-            better = _best_change(cutting, order, j, _range(order, j, may_swap), apart, head)
+            better = _best_change(cutting, order, j, _movable_range(order, j, may_swap), apart, head)
             if better is not None:
                 order, changed = better, True
         if not changed:
@@ -75,7 +75,7 @@ def spread_starts(
     return cuts.with_starts(order)
 
 
-def _range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
+def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
     """Return the first and last position to which the cut at `j` may move, at most `REACH` away."""
     low = high = j
     while low > 0 and j - low < REACH and may_swap(order[low - 1], order[j]):
@@ -88,19 +88,22 @@ def _range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart
 def _best_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
-    """Return the order with the cut at `j` moved to another position or start, or None if that does not cost less."""
+    """Return the cheapest order in which the cut at `j` has another position or start; None if none is cheaper.
+
+    `places` are the first and last position allowed for the cut.
+    """
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []
     starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
     rest = order[:j] + order[j + 1 :]
-    first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
+    first, last = max(0, low - 1), min(len(order), high + 2)
 
     def cost(trial: list[CutStart]) -> float:
-        """Return the cost of the cuts from `first` to before `last`: travel and heat."""
+        """Return the cost of an order between `first` and `last`: travel, and penalties for starts too close."""
         total, here = 0.0, trial[first - 1].exit if first else head.start
         for k in range(first, last):
             total += head.cost(here, trial[k].entry) if here is not None else 0.0
-            total += PENALTY * _is_hot(trial, k, apart)
+            total += PENALTY * _starts_in_hot_metal(trial, k, apart)
             here = trial[k].exit
         return total
 

@@ -1,7 +1,8 @@
 """Shapes of lead-ins and lead-outs.
 
 The origin is the point where the lead meets its contour; +u is the direction of travel, +v points into the scrap. A
-straight lead starts at (−L·cos a, L·sin a). An arc of radius L/a is tangent to the contour and turns by a.
+straight lead of length L and angle a starts at (−L·cos a, L·sin a). An arc of length L and angle a has the radius L/a
+and is tangent to the contour.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def lead_shape(lead: Lead) -> Points:
     return np.vstack([arc[0] - lead.run_in * along, arc])
 
 
-def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
+def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
     """Return the points of a lead at n positions, float64[n, k, 2]; with `out`, as a lead-out.
 
     `shape` is a result of `lead_shape`. `at` and `travel` are the points where the lead meets the contour, and unit
@@ -61,7 +62,7 @@ def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = Fa
 
 def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = False) -> Polyline | None:
     """Return a lead as a path in the direction of travel; None if it has no length."""
-    ends = placed(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
+    ends = placed_leads(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
     if len(ends) < 2:
         return None
     bulge = 0.0 if lead.style == "line" else math.tan(0.25 * lead.angle) * (1.0 if left else -1.0)
@@ -74,10 +75,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead, then substitutes for tight spaces: shorter, at another angle, or of another style.
-
-    Among leads of equal length, those that approach in the direction of travel come first.
-    """
+    """Return a lead and its substitutes for tight spaces: shorter leads, other angles, other styles; the best first."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)

@@ -1,6 +1,6 @@
-"""Moves the starts of cuts in a fixed order: to shorten travel, pierce solid metal, and keep leads apart.
+"""Moves the starts of cuts in a fixed order to shorten travel, to pierce solid metal, and to keep leads apart.
 
-The search chooses the start of each cut independently of the kerfs of earlier cuts.
+The search for the order ignores the kerfs and leads of other cuts when it chooses the start of a cut.
 """
 
 from __future__ import annotations
@@ -21,17 +21,18 @@ from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTrave
 from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.starts import CutStart, start_at
 
-#: Smallest step along a contour, mm, and first step as a share of its length.
-FINEST, FIRST_PART = 0.25, 1.0 / 16.0
+#: Smallest step along a contour, mm, and the first step as a share of its length.
+FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
 #: Maximum number of rounds over all cuts; minimum gain of a round, as a share of all travel.
 ROUNDS, LEAST_GAIN = 12, 1e-5
 #: Smaller gains are rounding errors, s or mm.
 NO_GAIN = 1e-9
 #: Maximum number of passes over conflicting leads, and over pierces: a moved start may cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: With more conflicting pierces than this, a pass checks all against the starts before it, else against current starts.
+#: With more conflicting pierces than this, a pass compares each pierce with the starts before the pass, which is
+#: faster; otherwise it compares each pierce with the current starts.
 MOST_IN_TURN = 30
-#: A pierce clears a kerf at a distance of half its width plus this, mm.
+#: A pierce is clear of a kerf if it is further than this from its edge, mm.
 ROOM = 0.05
 
 
@@ -41,7 +42,7 @@ ROOM = 0.05
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
     """Return the cuts with their starts moved along the contours until travel gets no shorter, or `late` returns true.
 
-    Starts move individually, with the previous and the next cut fixed. Starts fixed by a plan file stay.
+    Each start moves while the previous and the next cut stay fixed. Starts fixed by a plan file stay.
 
     Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
     order).
@@ -53,10 +54,10 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
         for k, here in enumerate(order):
             if late():
                 return cuts.with_starts(order)
-            around = head.around(order, k)
+            around = head.neighbours(order, k)
             if settled.get(k) == around:
                 continue  # both neighbours are unchanged since its last trial
-            order[k], gain = _slid(cuts.cutting, here, head, around)
+            order[k], gain = _slide_start(cuts.cutting, here, head, around)
             settled[k] = around
             gained += gain
         if gained <= LEAST_GAIN * route_length(head.start, order, head.cost):
@@ -64,22 +65,22 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
     return cuts.with_starts(order)
 
 
-def _slid(
+def _slide_start(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Return a start moved to the cheapest point for the cuts before and after it, and the gain."""
+    """Return a start moved to the cheapest position, given the head's positions before and after it, and the gain."""
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
         return start, 0.0
     first = now = head.detour(around, start)
-    step = FIRST_PART * contour.path.length
+    step = FIRST_SHARE * contour.path.length
 
     def cheaper(moved: CutStart) -> bool:
         return head.detour(around, moved) < now - NO_GAIN
 
     while step >= FINEST:
-        for way in (step, -step):
-            moved = start_at(contour, cutting.scrap, start, (start.at + way) % contour.path.length, cheaper)
+        for shift in (step, -step):
+            moved = start_at(contour, cutting.scrap, start, (start.at + shift) % contour.path.length, cheaper)
             if moved is not None:
                 start, now = moved, head.detour(around, moved)
                 break
@@ -94,10 +95,10 @@ def _slid(
 def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Return the cuts with new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    If possible, a pierce stays a full kerf from the centreline of each earlier cut, otherwise half a kerf. Among such
-    starts the cheapest is taken. Starts fixed by a plan file stay.
+    A pierce stays a full kerf from the centreline of each earlier cut if possible, otherwise half a kerf. The cheapest
+    of such starts is used. Starts fixed by a plan file stay.
     """
-    burnt = _Burnt(cuts)
+    burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
         burnt.build()
         wrong = [k for k, start in enumerate(burnt.order) if any(burnt.conflicts(k, start))]
@@ -113,8 +114,8 @@ def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     return cuts.with_starts(burnt.order)
 
 
-class _Burnt:
-    """The paths and pierces of the cuts in order; marks do not cut through."""
+class _CutPaths:
+    """The paths and pierces of the cuts in order, without marks, which do not cut through the sheet."""
 
     def __init__(self, cuts: CutSequence) -> None:
         self.cutting, self.order = cuts.cutting, list(cuts.starts)
@@ -140,9 +141,10 @@ class _Burnt:
         return self.cutting.contours[start.contour].kind == "cut"
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Return the number of pierces inside a kerf and next to a kerf, between cut `k` and all others.
+        """Return the number of conflicts of a start of cut `k` with other cuts: pierces in a kerf, and close to a kerf.
 
-        Given the `line` of a trial start, pierces of later cuts in its kerf count too.
+        The pierce of the start conflicts with the kerfs of earlier cuts. Given the `line` of the start's path, the
+        pierces of later cuts in its kerf count too.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -157,10 +159,10 @@ class _Burnt:
         return counts[0], counts[1]
 
 
-def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
-    """Return the start on the contour with the fewest conflicts, then the least cost; None for no improvement."""
+def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
+    """Return the start of cut `k` with the fewest conflicts, then the least cost; None if none has fewer conflicts."""
     cutting, own = burnt.cutting, burnt.order[k]
-    around, best = head.around(burnt.order, k), None
+    around, best = head.neighbours(burnt.order, k), None
     least = (*burnt.conflicts(k, own, burnt.lines[k]), 0.0)
     for other in cutting.starts_of([own.contour]):
         cost = head.detour(around, other) + cutting.seconds(other)
@@ -174,37 +176,37 @@ def _clear_start(burnt: _Burnt, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with new starts where leads would run into other kerfs; the cheapest free start is taken."""
+    """Return the cuts with new starts where leads would run into other leads or bridges: the cheapest clear starts."""
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
-        extras = [_extras(cutting, s) for s in order]
-        near = _too_near(extras, cutting.rules.kerf)
+        extras = [_leads_and_bridges(cutting, s) for s in order]
+        near = _conflicting_pairs(extras, cutting.rules.kerf)
         moved = False
         for k in sorted({max(pair) for pair in near}) + sorted({min(pair) for pair in near}):
-            better = _apart_start(cutting, order, extras, k, head)
+            better = _start_with_clear_leads(cutting, order, extras, k, head)
             if better is not None:
-                order[k], extras[k], moved = better, _extras(cutting, better), True
+                order[k], extras[k], moved = better, _leads_and_bridges(cutting, better), True
         if not moved:
             break
     return cuts.with_starts(order)
 
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with the starts of an order, plus all starts whose leads stay clear of their leads."""
-    extras = [_extras(cutting, s) for s in order]
+    """Return the cutting with only the starts of an order, and starts whose leads stay clear of the order's leads."""
+    extras = [_leads_and_bridges(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
     at = {k: place for place, s in enumerate(order) for k in s.contours}
     tree, reach = shapely.STRtree(lines), cutting.rules.kerf - ROUNDING
 
     def clear(s: CutStart) -> bool:
-        near = (tree.query(line, predicate="dwithin", distance=reach) for line in _extras(cutting, s))
+        near = (tree.query(line, predicate="dwithin", distance=reach) for line in _leads_and_bridges(cutting, s))
         return all(bool((owner[found] == at[s.contour]).all()) for found in near)
 
     return replace(cutting, starts=[*order, *(s for s in cutting.starts if clear(s))])
 
 
-def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
+def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
     """Return the leads and bridges of a cut, as shapely lines."""
     leads = cutting.lead_lines(s)
     if not s.then:
@@ -219,8 +221,11 @@ def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
     return [*leads, *between, *cutting.lead_lines(steps[-1])]
 
 
-def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
-    """Return pairs of cuts, by position, whose leads (`_extras` of each) run into each other's kerf."""
+def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
+    """Return the pairs of cuts, by position, whose leads or bridges run into each other's kerf.
+
+    `extras` has the leads and bridges of each cut.
+    """
     lines = [line for own in extras for line in own]
     owner = [k for k, own in enumerate(extras) for _ in own]
     if not lines:
@@ -229,10 +234,13 @@ def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
     return {(owner[a], owner[b]) for a, b in pairs.T.tolist() if owner[a] < owner[b]}
 
 
-def _apart_start(
+def _start_with_clear_leads(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start whose leads stay clear of all others; None if the current start is fixed or fits."""
+    """Return the cheapest start of cut `k` whose leads stay clear of all others.
+
+    None if the current start is fixed or clear, or no start is clear.
+    """
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):
         return None
@@ -240,10 +248,12 @@ def _apart_start(
     reach = cutting.rules.kerf - ROUNDING
 
     def clear(s: CutStart) -> bool:
-        return all(not len(tree.query(line, predicate="dwithin", distance=reach)) for line in _extras(cutting, s))
+        return all(
+            not len(tree.query(line, predicate="dwithin", distance=reach)) for line in _leads_and_bridges(cutting, s)
+        )
 
     if clear(own):
         return None  # the other cut has moved already
-    around = head.around(order, k)
+    around = head.neighbours(order, k)
     others = sorted(cutting.starts_of([own.contour]), key=lambda s: head.detour(around, s) + cutting.seconds(s))
     return next((s for s in others if s.pierce == own.pierce and clear(s)), None)

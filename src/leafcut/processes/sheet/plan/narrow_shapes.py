@@ -1,7 +1,7 @@
 """Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, closed notches.
 
-A slot one to two kerfs wide has no room for a pierce off its edge. A hole that the kerf divides is cut in pieces; if
-the kerf closes the mouth of a notch, its chamber is cut as a hole.
+A slot one to two kerfs wide has no room for a pierce away from its edge. A hole that the kerf divides is cut in pieces.
+If the kerf closes the mouth of a notch, its chamber is cut as a hole.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with slots as centreline cuts, the same with divided holes and chambers, and issues.
+    """Return the sheet with narrow slots as centreline cuts, this sheet with divided holes and chambers, and issues.
 
     Without compensation, the sheet is unchanged.
     """
     if rules.half <= 0.0:
         return sheet, sheet, []
-    whole, narrow = with_middle_cuts(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
+    whole, narrow = with_slot_cuts(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
     divided, uncut = with_divided_holes(whole, rules)
     return whole, with_chambers(divided, rules), [*narrow, *uncut]
 
@@ -48,31 +48,31 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 # -- slots -----------------------------------------------------------------------------------------------------------
 
 
-def with_middle_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
+def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
     """Return a sheet with its narrow slots as open centreline cuts, and a warning about their widths (L627).
 
-    Cuts end half a kerf before the end of the slot, which gives the drawn length. Only empty slots are converted:
-    rectangles with square or round ends.
+    Cuts end half a kerf before the end of the slot, which gives the drawn length. A slot is a rectangle with square or
+    round ends; it must not contain other contours.
     """
     holding = {c.parent for c in sheet.contours}
     contours, widths = list(sheet.contours), []
     for index, one in enumerate(sheet.contours):
-        middle = _middle(one.path, kerf) if one.is_hole and index not in holding else None
+        middle = _slot_centreline(one.path, kerf) if one.is_hole and index not in holding else None
         if middle is not None:
             path, width = middle
             contours[index] = replace(one, path=path, depth=one.depth - 1)
             widths.append((width, path.point_at(0.5 * path.length)))
     if not widths:
         return sheet, []
-    told = [place for width, place in widths if abs(width - kerf) > ROUNDING]
-    places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in told[:3]) + (" …" if len(told) > 3 else "")
-    many = "a slot is" if len(told) == 1 else f"{len(told)} slots are"
+    wider = [place for width, place in widths if abs(width - kerf) > ROUNDING]
+    places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in wider[:3]) + (" …" if len(wider) > 3 else "")
+    many = "a slot is" if len(wider) == 1 else f"{len(wider)} slots are"
     words = f"{many} narrower than two kerfs and cut once along the middle: {kerf:.4g} mm wide, not as wide as drawn"
-    return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if told else []
+    return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if wider else []
 
 
-def _middle(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the centreline of a slot, less half a kerf at either end, and its width; None for other shapes."""
+def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
+    """Return the centreline of a slot, less half a kerf at each end, and its width, mm; None for other shapes."""
     x0, y0, x1, y1 = slot.extents
     # Most holes are wider in both directions, as their area shows.
     if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
@@ -99,10 +99,11 @@ def _middle(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Return a sheet with holes divided by the kerf replaced by their pieces, and issues (L612) about the uncut rest.
+    """Replace the holes that the kerf divides by their pieces; return the sheet, and issues (L612) about uncut areas.
 
-    The first piece keeps the index of the hole, and the others are appended, so no index changes. Contours in a hole
-    belong to the piece around them. A hole with contours outside its pieces stays unchanged; it is reported, not cut.
+    The first piece keeps the index of the hole, and the others are appended, so that no index changes. Contours in a
+    hole belong to the piece around them. A hole with contours outside its pieces stays unchanged; it is reported, not
+    cut.
     """
     contours, added, issues = list(sheet.contours), list[Contour](), []
     for index, one in enumerate(sheet.contours):
@@ -110,7 +111,7 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
             continue
         hole = shapely.Polygon(one.path.flattened(FLATNESS))
         rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
-        pieces = _pieces(hole, rings, rules) if len(rings) > 1 else []
+        pieces = _pieces_around(hole, rings, rules) if len(rings) > 1 else []
         held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
         around = [_piece_around(sheet.contours[k], pieces) for k in held]
         if not pieces or None in around:
@@ -120,15 +121,16 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
         added += others
         for k, piece in zip(held, around, strict=True):
             contours[k] = replace(contours[k], parent=numbers[piece or 0])
-        issues.append(_uncut(one, hole, pieces, rules))
+        issues.append(_uncut_issue(one, hole, pieces, rules))
     return (replace(sheet, contours=(*contours, *added)), issues) if issues else (sheet, [])
 
 
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
     """Return a sheet with the chambers of closed notches as holes, because a kerf does not fit through their mouths.
 
-    Chambers are appended. Contours in a chamber belong to it. Outlines stay unchanged if other contours lie in their
-    notches. Cuts that start at the edge of the sheet do not reach a chamber.
+    Chambers are appended. Contours in a chamber belong to it. An outline gets no chambers if other contours in its
+    notches lie outside the chambers. If cuts start at the edge of the sheet, which cannot reach a chamber, the sheet is
+    unchanged.
     """
     if rules.edge_start:
         return sheet
@@ -138,7 +140,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
         if one.is_hole or one.kind != "cut" or not one.path.closed:
             continue
         notches, rings = _closed_notches(shapely.Polygon(lines[index].coords), rules)
-        pieces = _pieces(notches, rings, rules)
+        pieces = _pieces_around(notches, rings, rules)
         if not pieces or len(pieces) < len(rings) or notches.intersects(obstacles).any():
             continue
         beside = [k for k, c in enumerate(contours) if c.parent == contours[index].parent and k != index]
@@ -155,9 +157,9 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 
 
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
-    """Return the area of the notches of an outline closed by the kerf, and the rings of the kerf's centreline in them.
+    """Return the area of the notches that the kerf closes, and the rings of the kerf's centreline in them.
 
-    Each ring has room for a pierce, and its kerf runs into no other kerf, where the arc would go out.
+    Each ring has room for a pierce, and its kerf enters no other kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -180,7 +182,7 @@ def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
     return next(around, None)
 
 
-def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
+def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
     """Return the pieces of a hole or a notch around the given kerf centrelines, where a pierce fits."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
@@ -195,8 +197,8 @@ def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
     return found
 
 
-def _uncut(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about the uncut rest of a hole: necks, and pieces without room for a pierce, but not corners."""
+def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
+    """Return the issue about the uncut areas of a hole: necks and pieces without room for a pierce, but no corners."""
     rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
     burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
     unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))

@@ -1,4 +1,4 @@
-"""Applies a plan file: fixed choices replace all alternatives, other choices stay open."""
+"""Applies a plan file: fixed choices replace all alternatives; the search decides the other choices."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Tolerance of the length of an unchanged contour, mm; the tolerance of its area is this times its length.
+#: Tolerance of the length and the start of an unchanged contour, mm; for its area, this is multiplied by its length.
 SAME = 0.01
 #: Maximum distance of a fixed start from the path of its contour, in addition to the kerf, mm: users round coordinates.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Refuse a plan for another drawing; the `PlanError` has the first difference."""
+    """Raise `PlanError` with the first difference if a plan file does not fit the drawing."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError(f"{plan.source}: the plan no longer fits the drawing: {reason}; make a new plan")
@@ -49,13 +49,13 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
         if abs(now.area - was.area) > SAME * max(now.length, 1.0):
             raise refuse(f"{place} encloses {now.area:.2f} mm², in the plan {was.area:.2f} mm²")
         if max(abs(a - b) for a, b in zip(now.start, was.start, strict=True)) > SAME:
-            raise refuse(f"{place} began at ({was.start[0]:.6g}, {was.start[1]:.6g}) in the plan")
+            raise refuse(f"{place} started at ({was.start[0]:.6g}, {was.start[1]:.6g}) in the plan")
     if len(sheet.contours) != len(plan.contours):
         raise refuse(f"it has {count_of(len(sheet.contours), 'contour')}, the plan {len(plan.contours)}")
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Return the cutting restricted to the fixed choices of the plan, or with `everything`, to all of its choices.
+    """Return the cutting restricted to the fixed choices of the plan file, or with `everything`, to all its choices.
 
     `PlanError` if the drawing differs, or a fixed choice cannot be cut.
     """
@@ -63,7 +63,7 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chosen: dict[int, CutChoice] = {}
     for number, choice in enumerate(plan.cuts, 1):
-        k = _position(plan, number, choice, position, chosen)
+        k = _contour_position(plan, number, choice, position, chosen)
         known = {"start": choice.start, "direction": choice.direction, "lead": choice.lead_in}
         words = ("order", *(word for word, value in known.items() if value)) if everything else ()
         chosen[k] = replace(choice, fixed=tuple(dict.fromkeys((*choice.fixed, *words))))
@@ -76,14 +76,18 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
             starts += _fixed_starts(cutting, k, wanted, plan)
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
     in_order = [k for k, c in chosen.items() if "order" in c.fixed]
-    pairs = (*itertools.pairwise(in_order), *_ahead([*chosen], fixed))
+    pairs = (*itertools.pairwise(in_order), *_ahead_pairs([*chosen], fixed))
     made = replace(cutting, starts=starts, order=pairs, fixed=fixed)
     _check_order(made, in_order, plan)
     return made
 
 
-def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return precedence pairs: a contour fixed as ahead comes before all rows up to the next such row of the plan."""
+def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
+    """Return the precedence pairs (before, after) of contours that the plan file fixes as ahead.
+
+    `rows` are the contours in the order of the plan file. A contour fixed as ahead comes before all following rows, up
+    to and including the next contour fixed as ahead.
+    """
     pairs: list[tuple[int, int]] = []
     first = None
     for k in rows:
@@ -95,7 +99,7 @@ def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int
 
 
 def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
-    """Refuse a fixed order that detaches a part before a contour inside it is cut."""
+    """Raise `PlanError` for a fixed order that detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
@@ -116,11 +120,11 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     )
 
 
-def _position(
+def _contour_position(
     plan: PlanFile, number: int, choice: CutChoice, position: dict[int, int], chosen: dict[int, CutChoice]
 ) -> int:
     if len(choice.contours) != 1:
-        raise PlanError(f"{plan.source}: cut {number} joins {len(choice.contours)} contours; a cut has one")
+        raise PlanError(f"{plan.source}: cut {number} has {len(choice.contours)} contours; only one is allowed")
     index = choice.contours[0]
     if index not in position:
         raise PlanError(f"{plan.source}: cut {number}: contour {index + 1} is not cut on this sheet")
@@ -154,7 +158,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts that a fixed choice allows; `PlanError` if there are none."""
+    """Return the starts of a contour that a choice of the plan file allows; `PlanError` if none fits."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -178,10 +182,10 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
         places = sorted({s.at for s in cutting.starts_of([k])})
     if not contour.path.closed:
         own = [s for s in starts_of(k, contour, scrap, 4) if s.clockwise in directions]
-        return own if "start" not in choice.fixed else [min(own, key=lambda s: _away(s, choice))]
+        return own if "start" not in choice.fixed else [min(own, key=lambda s: _distance_from_choice(s, choice))]
     if contour.has_leads and rules.edge_start:
         found = [] if contour.hole else edge_starts(k, contour, scrap, places)
-        found = [s for s in found if s.clockwise in directions and (lead is None or _is_like(s, lead))]
+        found = [s for s in found if s.clockwise in directions and (lead is None or _has_lead(s, lead))]
     else:
         if contour.has_leads and rules.compensation == "controller":
             places = _smooth_places(contour, places, plan)
@@ -193,13 +197,13 @@ def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -
     return found
 
 
-def _is_like(start: CutStart, lead: Lead) -> bool:
+def _has_lead(start: CutStart, lead: Lead) -> bool:
     own = start.lead_in
     return own.style == lead.style and max(abs(own.length - lead.length), abs(own.angle - lead.angle)) < SAME
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return the positions at which a controller with kerf compensation can start; `PlanError` if there are none."""
+    """Return the positions at which a controller with kerf compensation can start; `PlanError` if none can."""
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
@@ -215,7 +219,7 @@ def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> 
     return smooth
 
 
-def _away(start: CutStart, choice: CutChoice) -> float:
+def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
     x, y = choice.start or (0.0, 0.0)
     return abs(start.entry[0] - x) + abs(start.entry[1] - y)
 
@@ -234,7 +238,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return the starts where the fixed lead-out fits, with that lead-out."""
+    """Return the starts where the lead-out of the choice fits, with that lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

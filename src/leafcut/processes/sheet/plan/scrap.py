@@ -19,16 +19,16 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 
 #: Parts are shrunk by this, mm: more than the tolerance of an offset path in chords, less than the tolerance of the
 #: proof.
-SMALLER = 0.02
+PART_SHRINKAGE = 0.02
 
 
 class Scrap:
-    """The metal between the parts, which are shrunk so that a kerf along its own part causes no conflict."""
+    """The metal between the parts. The parts are shrunk slightly, so that a kerf along its own part is no conflict."""
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
         self.rules = rules
         self.contours = contours
-        self.parts, self.part_numbers = _materials(sheet)
+        self.parts, self.part_numbers = _part_polygons(sheet)
         self._metal = ShapeIndex(self.parts)
         cut = [c for c in contours if c.kind == "cut"]
         self._line_owner = np.array([c.index for c in cut], dtype=np.int64)
@@ -53,14 +53,14 @@ class Scrap:
 
     @property
     def _half(self) -> float:
-        """Half a kerf, mm: the reach of a lead to each side, whatever the compensation."""
+        """Half a kerf, mm: the reach of a lead to each side, with or without compensation."""
         return 0.5 * self.rules.kerf
 
-    def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
-        """Return which of n shapely lines the torch may follow for one or two contours, bool[n].
+    def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
+        """Return which of n shapely lines the torch may follow for the contours `owners`, bool[n].
 
-        The kerf of such a line stays on the sheet and touches no part, no clamp, and no kerf or bridge of other
-        contours.
+        The kerf along such a line touches no part, no clamp, and no kerf or bridge of other contours. It stays on the
+        sheet unless `leaves_sheet`.
         """
         own = [c.index for c in owners]
         lines = np.asarray(lines, dtype=object)
@@ -86,19 +86,19 @@ class Scrap:
         """Return pairs (line, keep-out zone) where the kerf along the line touches the zone, int64[2, k]."""
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
-    def clear(self, places: Points, radius: float) -> Mask:
+    def is_clear(self, places: Points, radius: float) -> Mask:
         """Return which points (float64[n, 2]) have no part within `radius`, bool[n]."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
-    def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return which lead-ins (float64[n, k, 2], the last point on the contour) stay clear of their contour's kerf.
+    def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
+        """Return which lead-ins (float64[n, k, 2], the last point on the contour) leave their contour's kerf for good.
 
-        Outwards from the contour, the distance must grow until the two kerfs are apart, and they must stay apart.
+        Outwards from the contour, once the kerf of the lead is clear of the contour's kerf, it must stay clear.
         """
-        fine = _dense(leads, 0.25 * self.rules.kerf)
+        fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
@@ -107,8 +107,8 @@ class Scrap:
         return ok
 
 
-def _dense(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return leads with points inserted, from the contour outwards: float64[n, m, 2]."""
+def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Return leads with points inserted at most `step` mm apart, from the contour outwards, float64[n, m, 2]."""
     outwards = leads[:, ::-1]
     longest = np.hypot(*np.moveaxis(np.diff(outwards, axis=1), 2, 0)).max(initial=0.0)
     pieces = min(max(math.ceil(longest / step), 1), 64)
@@ -118,8 +118,8 @@ def _dense(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     return np.concatenate([flat, outwards[:, -1:]], axis=1)
 
 
-def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
-    """Return each part as a slightly shrunk shapely polygon with its holes, and its number."""
+def _part_polygons(sheet: Sheet) -> tuple[list[Any], list[int]]:
+    """Return the parts as slightly shrunk shapely polygons with their holes, and their numbers."""
     rings = {
         i: shapely.LinearRing(c.path.flattened(FLATNESS))
         for i, c in enumerate(sheet.contours)
@@ -131,5 +131,5 @@ def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
             holes.setdefault(c.parent, []).append(rings[i])
     outlines = [i for i in rings if not sheet.contours[i].is_hole]
     solid = [shapely.Polygon(rings[i], holes.get(i, [])) for i in outlines]
-    smaller = shapely.buffer(np.array(solid, dtype=object), -SMALLER, quad_segs=2)
+    smaller = shapely.buffer(np.array(solid, dtype=object), -PART_SHRINKAGE, quad_segs=2)
     return list(smaller), [sheet.contours[i].part for i in outlines]

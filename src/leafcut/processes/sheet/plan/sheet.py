@@ -31,33 +31,33 @@ from leafcut.processes.sheet.options import CutOptions
 
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
-#: Tolerance of the centres of the circles of a bore: rounded coordinates and chords, mm.
+#: The circles of a bore have the same centre within this, mm, because of rounded coordinates and chords.
 SAME_CENTRE = 0.05
 #: Three or more concentric circles are a stepped bore up to this diameter, mm (the head of an M20 screw). Wider circles
 #: are rings nested in each other.
 WIDEST_STEPPED = 40.0
 #: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
-#: Relative tolerance of round holes: between 4π·area and the squared perimeter, and between width and height. Polygons
-#: with 24 or more sides count as circles.
+#: Maximum relative difference of a round hole between 4π·area and the squared perimeter, and between width and height.
+#: Polygons with 24 or more sides count as circles.
 ROUND = 0.01
-#: Tolerance of diameter limits, mm, for rounded inches: a limit of 6.35 includes a 1/4 in hole.
+#: Tolerance of diameter limits, mm, because inches are rounded: a limit of 6.35 includes a 1/4 in hole.
 _SLACK = 1e-6
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
     """Return the sheet of a drawing: contours joined, cleaned, checked and nested, in O(n log n).
 
-    `concentric` are the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
-    `PlanError` if the sheet has no cuts or marks; an outline is open (unless `options.open_paths` allows it) or crosses
-    itself; parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
+    `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
+    `PlanError` if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
+    crosses itself, or if parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
     kinds = kinds_of(part.contours, options, issues)
-    strokes = _strokes(part.contours, kinds, issues)
-    found = {k: _joined(strokes.get(k, []), k, options, issues) for k in ("cut", "mark", "sheet", "maybe sheet")}
-    outline, holes, price = _edge(found["sheet"])
+    strokes = _strokes_by_kind(part.contours, kinds, issues)
+    found = {k: _join_strokes(strokes.get(k, []), k, options, issues) for k in ("cut", "mark", "sheet", "maybe sheet")}
+    outline, holes, price = _sheet_edge(found["sheet"])
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
         if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
@@ -67,11 +67,11 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
     closed, opened = [m for m in cuts if m.path.closed], [m for m in cuts if not m.path.closed]
-    opened, more_marks = _opened(opened, options, issues)
+    opened, more_marks = _sort_open_paths(opened, options, issues)
     marks = [*marks, *more_marks]
     shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
-    kept, touching = _once(closed, shapes, issues)
+    kept, touching = _without_duplicates(closed, shapes, issues)
     _check_whole(closed, shapes, kept, touching)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     kept = _one_per_bore(closed, shapes, concentric, issues)
@@ -81,14 +81,14 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
         hint = f"; its contours are on the layers {listed}: check --cut-layers, --ignore-layers" if layers else ""
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
-    contours = _placed(closed, shapes, [*opened, *marks])
+    contours = _nested_contours(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
     _refuse_frames(contours, options, issues)
-    _look_for_frame(contours, outline, issues)
+    _warn_of_frame(contours, outline, issues)
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
 
-def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
+def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
     """Return the strokes of each kind, cleaned and numbered; report strokes without length (L313)."""
     found: dict[str, list[Contour]] = {}
     gone = []
@@ -99,12 +99,14 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
         elif kind:
             gone.append(contour.path.start)
     if gone:
-        issues.append(Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _at(gone), Severity.NOTE))
+        issues.append(
+            Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _at_places(gone), Severity.NOTE)
+        )
     return found
 
 
-def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the joined strokes of one kind; each has the layer, handle and order of its first stroke."""
+def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
+    """Return the strokes of one kind joined to contours, each with the layer, handle and order of its first stroke."""
     marked = kind == "mark"
     if not strokes:
         return []
@@ -112,18 +114,18 @@ def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: li
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
         message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
-        issues.append(Issue("L311", message, _at([place for place, _ in gaps])))
+        issues.append(Issue("L311", message, _at_places([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            f"lines that several outlines may share meet, {_at(tidied.branches)}, so their order is ambiguous; "
+            f"lines that several outlines may share meet, {_at_places(tidied.branches)}, so their order is ambiguous; "
             "draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
         message = f"more than two ends meet in {count_of(len(tidied.branches), 'place')}: check the outlines"
-        issues.append(Issue("L314", message, _at(tidied.branches)))
+        issues.append(Issue("L314", message, _at_places(tidied.branches)))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
-        issues.append(Issue("L312", message, _at(tidied.doubles)))
+        issues.append(Issue("L312", message, _at_places(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
         first = strokes[min(members)]
@@ -134,7 +136,7 @@ def _joined(strokes: list[Contour], kind: str, options: SheetOptions, issues: li
     return made
 
 
-def _edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
+def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
     """Return the edge of the sheet (None if no layer has it), its holes, and its price."""
     if not sheets:
         return None, (), 0.0
@@ -143,17 +145,17 @@ def _edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline, ...],
     _check_simple(closed, shapes)
     depth = nesting(shapes)[0].tolist() if len(closed) == len(sheets) and not conflicts(shapes) else []
     if depth.count(0) != 1 or max(depth) > 1:
-        places = _at([m.path.start for m in sheets])
+        places = _at_places([m.path.start for m in sheets])
         raise PlanError(
             f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
             f"{len(closed)} closed and {count_of(len(sheets) - len(closed), 'open path')}, {places}"
         )
     edge = closed[depth.index(0)]
     holes = tuple(m.path for m, deep in zip(closed, depth, strict=True) if deep)
-    return edge.path, holes, _price(edge.name)
+    return edge.path, holes, _price_in_name(edge.name)
 
 
-def _price(name: str) -> float:
+def _price_in_name(name: str) -> float:
     """Return the price in the name of a sheet, such as ``3000x1500@180``; 0 for none."""
     _, found, text = name.rpartition("@")
     try:
@@ -166,9 +168,9 @@ def _price(name: str) -> float:
 def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
     """Return the edge of the sheet from a layer with the name of a sheet; None if its outlines are parts.
 
-    The edge encloses all other contours; a part that crosses it lies half off the sheet. An outline without contours
-    inside is a part. With some contours inside and others outside, it is ambiguous (`PlanError`), and a wrong guess
-    would cut each part on the wrong side of its line.
+    The edge encloses or crosses all other contours; a part that crosses the edge lies half off the sheet. An outline
+    without contours inside is a part. An outline with some contours inside and others outside is ambiguous
+    (`PlanError`): a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -188,7 +190,7 @@ def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
             fact = f"not around {count_of(len(beyond), 'contour')}" if beyond else "is one of several paths"
-            places = _at([m.path.start for m in (beyond or maybe)])
+            places = _at_places([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
                 f"layer {layer} is named as the edge of a sheet, and an outline on it lies around parts, but {fact}, "
@@ -198,15 +200,17 @@ def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]
     return None
 
 
-def _opened(opened: list[Contour], options: SheetOptions, issues: list[Issue]) -> tuple[list[Contour], list[Contour]]:
-    """Return open paths to cut and open paths to mark, by `options.open_paths`."""
+def _sort_open_paths(
+    opened: list[Contour], options: SheetOptions, issues: list[Issue]
+) -> tuple[list[Contour], list[Contour]]:
+    """Return the open paths to cut and the open paths to mark, as `options.open_paths` requires."""
     if not opened:
         return [], []
     paths = [m.path for m in opened]
-    places = _at([p.start for p in paths])
+    places = _at_places([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(_ends(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
+        first = "; ".join(_open_path_words(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, leave a "
             "layer out (--ignore-layers), or use --open-paths cut, mark or drop"
@@ -228,43 +232,48 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     if thin.any():
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
-        raise PlanError(f"{number} enclosing no area (a line there and back), {_at(places)}; repair the drawing")
+        raise PlanError(f"{number} enclosing no area (a line there and back), {_at_places(places)}; repair the drawing")
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
         number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError(f"{number} crossing or touching itself, {_at(places)}; repair the drawing")
+        raise PlanError(f"{number} crossing or touching itself, {_at_places(places)}; repair the drawing")
 
 
-def _once(closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the outlines without duplicates, and touching pairs; report duplicate, touching and tiny outlines."""
+def _without_duplicates(
+    closed: list[Contour], shapes: NDArray[Any], issues: list[Issue]
+) -> tuple[list[int], list[tuple[int, int]]]:
+    """Return the indices of the outlines without duplicates, and the pairs of touching outlines.
+
+    Duplicate, touching and tiny outlines are reported; overlapping outlines raise `PlanError`.
+    """
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
     if across:
         first = across[0]
-        a, b = (_named(closed[k]) for k in (first.first, first.second))
+        a, b = (_outline_words(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
         advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
-        where = _at([c.place for c in across])
+        where = _at_places([c.place for c in across])
         raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
         places = [closed[k].path.start for k in sorted(gone)]
-        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at(places)))
+        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at_places(places)))
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = f"{count_of(len(touching), 'pair')} of outlines touch each other, without room for the kerf"
-        issues.append(Issue("L423", message, _at([c.place for c in touching])))
+        issues.append(Issue("L423", message, _at_places([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
         message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
-        issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
+        issues.append(Issue("L213", message, _at_places([(e[0], e[1]) for e in tiny])))
     return kept, [(c.first, c.second) for c in touching]
 
 
 def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]) -> None:
-    """Raise `PlanError` for a part that falls into pieces, because its holes touch its outline or each other."""
+    """Raise `PlanError` for a part that falls into pieces because its holes touch its outline or each other."""
     if not touching:
         return
     inside = np.full((2, len(closed)), -1)
@@ -279,16 +288,17 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
-                f"the part with {_named(closed[part])} falls into {len(pieces)} pieces, the smallest {x1 - x0:.3g} × "
-                f"{y1 - y0:.3g} mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or each other; move them apart"
+                f"the part with {_outline_words(closed[part])} falls into {len(pieces)} pieces, the smallest "
+                f"{x1 - x0:.3g} × {y1 - y0:.3g} mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or "
+                "each other; move them apart"
             )
 
 
 def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]) -> list[int]:
-    """Return the outlines to cut; of the circles of a bore, `concentric` selects the smallest or largest (L302).
+    """Return the indices of the outlines to cut: of each bore, only its smallest or largest circle (`concentric`).
 
-    Countersinks, counterbores and threads are drawn as a circle around the hole. Cutting both would leave a hole that
-    is too wide.
+    Countersinks, counterbores and threads are drawn as a circle around the hole; cutting all circles would leave a hole
+    that is too wide. Circles left out are reported (L302).
     """
     every = list(range(len(closed)))
     if concentric == "all":
@@ -298,7 +308,10 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
         bore.sort(key=lambda k: abs(closed[k].path.area), reverse=concentric == "largest")
         gone += bore[1:]
     if gone:
-        circles, places = count_of(len(gone), "circle"), _at([shapely.centroid(shapes[k]).coords[0] for k in gone])
+        circles, places = (
+            count_of(len(gone), "circle"),
+            _at_places([shapely.centroid(shapes[k]).coords[0] for k in gone]),
+        )
         if concentric == "largest":
             words = f"{circles} inside a larger one with the same centre not cut (--concentric largest)"
             issues.append(Issue("L302", words, places))
@@ -342,7 +355,7 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
     return found
 
 
-def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
+def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
     """Return all contours in the order of the drawing, with depth, parent and part."""
     depth, parent = nesting(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
@@ -352,7 +365,7 @@ def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -
     depths = [*depth.tolist(), *(int(depth[h]) if h >= 0 else 0 for h in holder.tolist())]
     order = sorted(range(len(every)), key=lambda k: every[k].order)
     place = {k: at for at, k in enumerate(order)}
-    parts = _parts(closed, depths, parents, order)
+    parts = _part_numbers(closed, depths, parents, order)
     parts += [parts[h] if h >= 0 else 0 for h in parents[len(closed) :]]
     return tuple(
         replace(
@@ -365,13 +378,13 @@ def _placed(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -
     )
 
 
-def _parts(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part number of each closed contour, renumbered if the drawing's numbers contradict the nesting."""
-    said = [m.part for m in closed]
+def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
+    """Return the part number of each closed contour; parts are renumbered if the drawing contradicts the nesting."""
+    drawn = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
-    numbers = {k: said[k] for k in outlines}
+    numbers = {k: drawn[k] for k in outlines}
     agrees = 0 not in numbers.values() and len(set(numbers.values())) == len(outlines)
-    if not agrees or any(said[k] != said[parents[k]] for k in range(len(closed)) if depths[k] % 2):
+    if not agrees or any(drawn[k] != drawn[parents[k]] for k in range(len(closed)) if depths[k] % 2):
         numbers = {k: number for number, k in enumerate(outlines, 1)}
     return [numbers[k] if depths[k] % 2 == 0 else numbers[parents[k]] for k in range(len(closed))]
 
@@ -391,15 +404,15 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
         or_holes = " or in its holes" if holes else ""
         raise PlanError(
             f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
-            f"{_at([c.path.start for c in beyond])}; move it or use a larger sheet"
+            f"{_at_places([c.path.start for c in beyond])}; move it or use a larger sheet"
         )
 
 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Refuse outlines around parts on layers named for drawing frames, unless `options` list that layer for cutting.
+    """Raise `PlanError` for an outline around parts on a layer with the name of a drawing frame.
 
-    Cut as a part, a frame would turn the parts inside into holes. An outline around a single outline may be a part with
-    a window, so it only causes a warning (L422).
+    A frame that is cut as a part would turn the parts inside into holes. Layers that `options` select for cutting are
+    accepted. An outline around a single outline may be a part with a window, so it only causes a warning (L422).
     """
     chosen = matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
@@ -413,17 +426,17 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
         if len(within) > 1 or within[0] in inside:
             raise PlanError(
                 f"the name of layer {frame.layer} indicates a drawing frame, a text or a dimension, and an outline on "
-                f"it lies around others, {_at([frame.path.start])}; leave it out with --ignore-layers, or name the "
-                "layers to cut with --cut-layers"
+                f"it lies around others, {_at_places([frame.path.start])}; leave it out with --ignore-layers, or name "
+                "the layers to cut with --cut-layers"
             )
         words = (
             f"the outline on layer {frame.layer} is cut as a part, and the outline in it as its hole; if it is a "
             "drawing frame, leave it out with --ignore-layers"
         )
-        issues.append(Issue("L422", words, _at([frame.path.start])))
+        issues.append(Issue("L422", words, _at_places([frame.path.start])))
 
 
-def _look_for_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
+def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
     """Warn (L422) if a rectangle around most contours looks like the sheet and would be cut as a part."""
     outer = [c for c in contours if c.parent < 0 and c.path.closed]
     if outline is not None or not outer or len(contours) < 3:
@@ -439,24 +452,24 @@ def _look_for_frame(contours: Sequence[Contour], outline: Polyline | None, issue
     # A part may have a window with a smaller part in it; several such outlines are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = "everything" if not beyond else f"all but {count_of(beyond, 'contour')}"
-        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
+        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies around {what} and is "
         message += "cut as a part; if it is the sheet, use --sheet-layers"
         issues.append(Issue("L422", message))
 
 
-def _named(made: Contour) -> str:
+def _outline_words(made: Contour) -> str:
     x, y = made.path.start
     layer = f" on layer {made.layer}" if made.layer else ""
     return f"the outline that starts at ({x:g}, {y:g}){layer}"
 
 
-def _ends(made: Contour) -> str:
+def _open_path_words(made: Contour) -> str:
     (x0, y0), (x1, y1) = made.path.start, made.path.end
     layer = f" on layer {made.layer}" if made.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
 
 
-def _at(places: Sequence[Any]) -> str:
+def _at_places(places: Sequence[Any]) -> str:
     first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
     return f"at {first}" + (" …" if len(places) > 3 else "")
 
@@ -464,10 +477,10 @@ def _at(places: Sequence[Any]) -> str:
 # -- options --------------------------------------------------------------------------------------------------------
 
 
-def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Return a sheet without the round holes that `options` excludes; their number is reported (L205).
+def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
+    """Return a sheet without the round holes that the limits of the diameter exclude; their number is reported (L205).
 
-    Slots, windows, outlines of parts and marks of any size stay. `PlanError` if an excluded hole has contours inside,
+    Slots, windows, outlines of parts and marks of any size stay. `PlanError` if an excluded hole contains contours,
     which would then lie in the metal of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
@@ -513,7 +526,7 @@ def _start_of(contour: Contour) -> str:
 
 
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the size in `options`, and keep-out zones, float64[k, 4], mm.
+    """Return the sheet with the size in `options`, and with keep-out zones (float64[k, 4], mm).
 
     `OptionError` if the size is invalid; `PlanError` if a contour lies outside a sheet of that size.
     """
@@ -534,7 +547,7 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Parse a size such as ``3000x1500`` into width and height, mm; `OptionError` unless it is two positive numbers."""
+    """Return the width and height, mm, of a size such as ``3000x1500``; `OptionError` for other text."""
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:

@@ -15,15 +15,16 @@ from leafcut.geometry.arrays import Point, Points
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, apart_along
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed
+from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Shorter leads are tried until a contour has this number of starts, or starts at this share of its positions.
+#: Shorter leads are tried until a contour has this number of starts, and starts at this share of its positions.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
-#: Usual number of positions per contour; minimum and maximum spacing, mm; maximum and minimum number per contour.
+#: Usual number of start positions per contour; minimum and maximum spacing, mm; maximum and minimum number per contour.
 PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
+#: Maximum number of start positions on the sheet.
 MOST_NODES = 20_000
-#: Distance of a start in the air from the sheet, in addition to half a kerf, mm.
+#: Distance of a start beyond the sheet's edge from the sheet, in addition to half a kerf, mm.
 IN_THE_AIR = 5.0
 #: Directions of leads from the edge of the sheet: along the axes, as an operator would draw them.
 AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
@@ -103,10 +104,13 @@ def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
-    """Return the starts of a contour; an empty list if no lead fits."""
+    """Return the starts of a contour at up to `most` positions, or at more positions if no lead fits there.
+
+    The list is empty if no lead fits anywhere.
+    """
     path, rules = contour.path, contour.rules
     if not contour.has_leads:
-        # If the torch cannot pierce, an open cut has no lead to come from the edge of the sheet.
+        # If the torch cannot pierce, an open cut cannot start: it has no lead from the edge of the sheet.
         pierces = contour.kind == "cut" and not rules.data.can_pierce
         return [] if pierces else _plain_starts(number, contour, most)
     places = start_places(contour, most)
@@ -115,10 +119,10 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list
     if rules.lead_in.style == "none":
         return starts_without_lead(number, contour, [(at, way) for at in places for way in contour.directions])
     for finer in (1, 4):
-        dense = places if finer == 1 else _smooth(contour, _even_places(path.length, 4 * len(places)))
+        dense = places if finer == 1 else _smooth_places(contour, _even_places(path.length, 4 * len(places)))
         for splash in (True, False) if rules.kerf > 0.0 else (False,):
-            left_over = [(at, way) for way in contour.directions for at in dense]
-            starts = starts_with_leads(number, contour, scrap, left_over, leads_to_try(contour), splash)
+            tried = [(at, clockwise) for clockwise in contour.directions for at in dense]
+            starts = starts_with_leads(number, contour, scrap, tried, leads_to_try(contour), splash)
             if starts:
                 return starts
     return []
@@ -134,7 +138,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield the starts at those ends of an open cut where it can start."""
+    """Yield the starts of an open cut at each end where it can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -150,7 +154,7 @@ def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place
 
 
 def start_places(contour: CutContour, most: int) -> list[float]:
-    """Return start positions along a closed contour, mm: corners and positions between."""
+    """Return start positions along a closed contour, mm: its corners, and positions between them."""
     length, by_controller = contour.path.length, contour.rules.compensation == "controller"
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
@@ -159,12 +163,12 @@ def start_places(contour: CutContour, most: int) -> list[float]:
         corners = corners[:: math.ceil(len(corners) / most)]
     even = [at for at in _even_places(length, count) if not contour.in_loop(at)]
     if by_controller:
-        return _smooth(contour, even)
+        return _smooth_places(contour, even)
     near = 0.25 * length / count
     return sorted(corners + [at for at in even if all(apart_along(at, c, length) > near for c in corners)])
 
 
-def _smooth(contour: CutContour, places: list[float]) -> list[float]:
+def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
     """Return the positions at which a cut can start: no corners if the controller compensates."""
     if contour.rules.compensation != "controller":
         return places
@@ -180,7 +184,7 @@ def _even_places(length: float, count: int) -> list[float]:
 
 
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
-    """Return the leads to try, in order; None stands for the lead from the centre, first for small holes."""
+    """Return the lead-ins to try, in order. None stands for a lead from the centre of a hole, tried first if small."""
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
     if not contour.hole or rules.lead_in.run_in > 0.0:
@@ -196,14 +200,17 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return the starts with the first lead that fits at enough places; with `splash`, the pierce needs room."""
+    """Return starts at `places`: leads are tried in order until enough places have a start.
+
+    With `splash`, the area around the pierce must be free.
+    """
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
     for wanted in leads:
         tried = [wanted] * len(places) if wanted else leads_from_centre(contour, places)
         fits = lead_ins_fit(contour, scrap, tried, places, splash)
         starts += [
-            _start(number, contour, scrap, place, lead)
+            _start_with_lead(number, contour, scrap, place, lead)
             for place, lead, fit in zip(places, tried, fits, strict=True)
             if fit
         ]
@@ -244,20 +251,20 @@ def lead_ins_fit(
     by_size: dict[int, list[tuple[Points, list[int]]]] = {}
     for (lead, clockwise), group in groups.items():
         if lead.length > 0.0 and 0.0 < lead.angle < math.pi:
-            shape = placed(lead_shape(lead), at[group], travel[group], contour.scrap_left(clockwise))
+            shape = placed_leads(lead_shape(lead), at[group], travel[group], contour.scrap_left(clockwise))
             by_size.setdefault(shape.shape[1], []).append((shape, group))
     for members in by_size.values():
         points = np.concatenate([shape for shape, _ in members])
         row = np.concatenate([group for _, group in members])
-        ok = scrap.free(as_lines(points), contour)
-        ok &= scrap.leaves_once(points, contour)
+        ok = scrap.allows(as_lines(points), contour)
+        ok &= scrap.leave_own_kerf(points, contour)
         if splash:
-            ok &= scrap.clear(points[:, 0], scrap.rules.kerf)
+            ok &= scrap.is_clear(points[:, 0], scrap.rules.kerf)
         fits[row] = ok
     return fits
 
 
-def _start(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
+def _start_with_lead(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
     """Return the start with this lead-in and the longest lead-out that fits."""
     x, y = contour.lead_points(lead, *place)[0].tolist()
     out, leave = fitting_lead_out(contour, scrap, place)
@@ -272,19 +279,22 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
         for share in (1.0, 0.5, 0.25):
             out = replace(wanted, length=share * wanted.length)
             points = contour.lead_points(out, *end, out=True)[None]
-            if scrap.free(as_lines(points), contour)[0] and scrap.leaves_once(points[:, ::-1], contour)[0]:
+            if scrap.allows(as_lines(points), contour)[0] and scrap.leave_own_kerf(points[:, ::-1], contour)[0]:
                 x, y = points[0, -1].tolist()
                 return out, (x, y)
     return NO_LEAD, contour.path.point_at(end[0])
 
 
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
-    """Return the starts with leads from beyond the edge of the sheet (`PlanError` if unknown), which need no pierce."""
+    """Return the starts with leads from beyond the edge of the sheet, which need no pierce.
+
+    `PlanError` if the size of the sheet is not known.
+    """
     rules = contour.rules
     if scrap.sheet is None:
         raise PlanError(
             f"{rules.data.thickness:g} mm is above the pierce capacity: cuts start at the sheet's edge, but its size "
-            "is not known; give --sheet-size, or --pierce-delay to pierce all the same"
+            "is not known; give --sheet-size, or --pierce-delay to pierce anyway"
         )
     low_x, low_y, high_x, high_y = scrap.sheet.bounds
     reach = 2.0 * math.hypot(high_x - low_x, high_y - low_y)
@@ -300,7 +310,7 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence
             points = np.array([[entry, (x, y)]])
             lines = as_lines(points)
             if len(pieces) > 1 or not (
-                scrap.free(lines, contour, leaves_sheet=True)[0] and scrap.leaves_once(points, contour)[0]
+                scrap.allows(lines, contour, leaves_sheet=True)[0] and scrap.leave_own_kerf(points, contour)[0]
             ):
                 continue
             for clockwise in contour.directions:
@@ -322,7 +332,7 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start with the same leads at another position; None if they do not fit, or if not `wanted`."""
+    """Return a start with the same leads at another position; None if they do not fit, or if `wanted` rejects it."""
     if not contour.may_start(at):
         return None
     place, rules = (at, like.clockwise), contour.rules
@@ -336,7 +346,7 @@ def start_at(
     if not wanted(moved):
         return None
     if like.lead_in.style != "none" and contour.has_leads:
-        clear = bool(rules.kerf > 0.0 and scrap.clear(np.array([like.entry]), rules.kerf)[0])
+        clear = bool(rules.kerf > 0.0 and scrap.is_clear(np.array([like.entry]), rules.kerf)[0])
         if not lead_ins_fit(contour, scrap, [lead], [place], clear)[0]:
             return None
     if like.lead_out.style == "none":

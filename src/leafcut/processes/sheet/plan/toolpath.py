@@ -22,9 +22,10 @@ from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 SHORTEST = 1e-6
 #: Arcs with a shorter chord become lines, mm: just over two steps of an inch program with four decimals.
 SHORTEST_ARC = 0.006
-#: Closer points may be rounded to the same point, mm: the diagonal of one step of an inch program with four decimals.
+#: Points closer than this may be rounded to the same point, mm: the diagonal of one step of an inch program with four
+#: decimals.
 LEAST_STEP = 0.0037
-#: Speed word for torches: most controllers require it with M3.
+#: Spindle speed for torches: most controllers require S with M3.
 TORCH_ON = 1.0
 
 
@@ -32,12 +33,12 @@ TORCH_ON = 1.0
 class TorchSetup:
     """Cutting data, and the capabilities of a torch or beam and its controller.
 
-    `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` the height in machine
-    coordinates at the start and the end, mm, if known. `switches`: the controller can switch the torch off, and hold
-    its height, in motion; otherwise the head stops. `moves_z`: programs move Z; otherwise the head keeps its height
-    during travel. A marking tool is spindle 1. `tolerance` is the tolerance of rounded corners, mm (G64 P); 0: exact
-    corners. Without `probe`, the top of the sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is
-    tool 0); None: marks need no tool change.
+    `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` is the height at the start and
+    the end, mm in machine coordinates, if known. `switches`: the controller can switch the torch off, and hold its
+    height, in motion; otherwise the head stops. `moves_z`: programs move Z; otherwise the head keeps its height during
+    travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1. `tolerance`
+    is the tolerance of rounded corners, mm (G64 P); 0: exact corners. Without `probe`, the top of the sheet is at Z0.
+    `mark_tool` is the number of the marking tool (the torch is tool 0); None: marks need no tool change.
     """
 
     data: CutData
@@ -52,7 +53,7 @@ class TorchSetup:
     mark_tool: int | None = None
 
 
-def lay_cuts(
+def generate_cuts(
     cuts: Sequence[Cut],
     torch: TorchSetup,
     *,
@@ -63,8 +64,9 @@ def lay_cuts(
     """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
 
     `corners` has the corners of the travel move before each cut, by its position; the key of the final move is the
-    number of cuts. A head that keeps its height goes around `obstacles`; other heads cross them at the clearance
-    height. `PlanError` if the travel height is not above the pierce height, or no path leads around an obstacle.
+    number of cuts. A head that keeps its height goes around `obstacles`; a head that retracts crosses them at the
+    clearance height. `PlanError` if the clearance height is not above the pierce height, or no path leads around an
+    obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
@@ -90,7 +92,7 @@ def lay_cuts(
             _travel(builder, avoided, place)
         if number == 0 and safe_z is not None:
             builder.rapid(z=clearance)
-        _lay(builder, cut, torch)
+        _generate_cut(builder, cut, torch)
         rows.append(slice(first, len(builder)))
     _change_tool(builder, tool, 0)
     if end is not None:
@@ -129,14 +131,14 @@ def _pierces(cut: Cut) -> bool:
     return cut.pierce and cut.kind == "cut"
 
 
-def _lay(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Add the motion of one cut: touch off, light the torch, follow the path, retract."""
+def _generate_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
+    """Add the motion of one cut: touch off, switch the torch on, follow the path, retract."""
     pierces = _pierces(cut)
     if pierces and torch.probe is not None:
         builder.probe(-torch.probe.depth, feed=torch.probe.feed)
         builder.set_place(Kind.SHIFT, (*cut.path.start, -torch.probe.switch_offset), 0)
     hold = torch.switches and cut.small_hole
-    _light(builder, cut, torch, pierces=pierces, waits=pierces)
+    _light_torch(builder, cut, torch, pierces=pierces, waits=pierces)
     if hold:
         builder.height_control(False)
     if cut.compensation != 40:
@@ -153,7 +155,7 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
         builder.rapid(z=torch.clearance)
 
 
-def _light(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
+def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierces: bool, waits: bool) -> None:
     """Switch the torch on (at the pierce height if it pierces), wait, and move down to the cut height."""
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
@@ -184,7 +186,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
         if on != burning and torch.switches:
             builder.torch(on)
         elif on != burning and on:
-            _light(builder, cut, torch, pierces=False, waits=True)
+            _light_torch(builder, cut, torch, pierces=False, waits=True)
         elif on != burning:
             builder.spindle(0.0)
         burning = on
@@ -196,7 +198,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
     """Cut along an open path from its start, at one speed."""
-    for s in _writable(without_short_steps(path)):
+    for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:
             z = builder.position[2]
             builder.arc(s.bulge < 0.0, (*s.end, z), Arc((*s.center, z)), feed=feed)
@@ -205,7 +207,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Return an open path without inner segments so short that a program could round them to a point."""
+    """Return an open path without segments so short that a program could round them to a point."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path
@@ -220,8 +222,8 @@ def without_short_steps(path: Polyline) -> Polyline:
     return Polyline(np.array([*(kept or [(x, y, 0.0)]), (*path.end, 0.0)]))
 
 
-def _writable(path: Polyline) -> Iterator[Segment]:
-    """Yield the segments of a path, without arcs whose ends a program could round to the same point.
+def _writable_segments(path: Polyline) -> Iterator[Segment]:
+    """Yield the segments of a path; arcs whose ends a program could round to the same point are replaced.
 
     Short arcs become chords, with a deviation of less than half their length; nearly full circles become two arcs.
     """

@@ -1,4 +1,4 @@
-"""The proof of chains: runs of the torch that cut several contours, and the bridges between the contours."""
+"""Checks chains: runs of the torch that cut several contours, and the bridges between these contours."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ import shapely
 from shapely.ops import substring
 
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.laid_runs import MOST, Claim, LaidRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MOST, Claim, MatchedRuns, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 
 #: Step along bridges, in kerfs.
 STEP = 0.2
-#: Distance in kerfs within which a bridge leaves the kerfs at its start.
+#: A bridge leaves the kerfs at its start within this distance, in kerfs.
 LEAVES_WITHIN = 4.0
 #: Maximum overlap of consecutive stretches of a run, mm.
 OVERLAP = 0.2
 
 
-def check_chains(laid: LaidRuns) -> list[Difference]:
+def check_chains(laid: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut several contours.
 
     The contours must be cut completely, one after the other, as planned. A bridge must leave the kerf at its start and
-    enter no other kerf, where the arc would go out. No other run may cross it, and its scrap must still be attached.
+    enter no other kerf, where the arc would go out. No other run may cross the bridge, and its scrap must still be
+    attached.
     """
     cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt, list[Difference]()
     followed: list[list[Claim]] = [[] for _ in laid.runs]
     for claim in laid.claims:
         in_group = claim.run < len(cuts) and cuts[claim.run].group
-        if claim.followed > MOST * claim.target.way.length and not in_group:
+        if claim.followed > MOST * claim.target.centreline.length and not in_group:
             followed[claim.run].append(claim)
     tree = shapely.STRtree(lines)
     for number, own in enumerate(followed):
@@ -43,14 +44,16 @@ def check_chains(laid: LaidRuns) -> list[Difference]:
         if len(own) < 2 and len(planned) < 2:
             continue
         run, steps = laid.runs[number], sorted(own, key=lambda f: f.first)
-        found += _in_turn(run, steps, planned)
+        found += _order_faults(run, steps, planned)
         for before, after in itertools.pairwise(steps):
-            bridge = _stretch(run, before.last, after.first)
+            bridge = _stretch_of_run(run, before.last, after.first)
             if bridge is None:
                 continue
-            found += _leaves(run, before.last, bridge, kerf)
+            found += _own_kerf_faults(run, before.last, bridge, kerf)
             earlier = [f for k in range(number) for f in followed[k]]
-            found += _loose(run, [*earlier, *(f for f in own if f.last <= before.last + OVERLAP)], bridge)
+            found += _detached_scrap_faults(
+                run, [*earlier, *(f for f in own if f.last <= before.last + OVERLAP)], bridge
+            )
             for other in tree.query(bridge, predicate="dwithin", distance=kerf - 2.0 * TOLERANCE).tolist():
                 if other != number:
                     x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
@@ -59,7 +62,8 @@ def check_chains(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def _in_turn(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> list[Difference]:
+def _order_faults(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> list[Difference]:
+    """Return a fault if a run cuts other contours than planned, or starts one before the previous one is finished."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
@@ -67,18 +71,18 @@ def _in_turn(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> l
     for before, after in itertools.pairwise(steps):
         if before.last > after.first + OVERLAP:
             one, other = before.target.index + 1, after.target.index + 1
-            return [wrong("chain", f"contour {other} is begun before contour {one} is done", run.line)]
+            return [wrong("chain", f"contour {other} starts before contour {one} is finished", run.line)]
     return []
 
 
-def _stretch(run: TorchRun, begin: float, end: float) -> Any:
+def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
     """Return the path of a run between two distances along it, as a shapely line; None if it is empty."""
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 
-def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
-    """Return a difference if a bridge, `at` mm along its run, enters a kerf of the same run."""
-    done = _stretch(run, 0.0, at)
+def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
+    """Return a fault if a bridge, which starts `at` mm along its run, enters a kerf of the same run."""
+    done = _stretch_of_run(run, 0.0, at)
     if done is None:
         return []
     count = max(math.ceil(bridge.length / (STEP * kerf)), 4)
@@ -91,14 +95,15 @@ def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Differen
     if clear.all():
         return []
     point = points[int(np.argmin(clear))]
-    text = f"a bridge runs into a kerf of its own at {place(point.x, point.y)}: the arc would go out"
+    text = f"a bridge runs into its own kerf at {place(point.x, point.y)}: the arc would go out"
     return [wrong("chain", text, run.line)]
 
 
-def _loose(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
-    """Return a difference if a bridge crosses scrap or parts detached by the contours `done` before."""
+def _detached_scrap_faults(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
+    """Return a fault if a bridge crosses scrap or parts that the contours `done` before it have detached."""
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):
-            return [wrong("chain", f"a bridge crosses what contour {f.target.index + 1} has cut free", run.line)]
+            text = f"a bridge crosses scrap or a part that contour {f.target.index + 1} has detached"
+            return [wrong("chain", text, run.line)]
     return []

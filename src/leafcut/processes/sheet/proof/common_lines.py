@@ -1,4 +1,4 @@
-"""The proof of common lines: cut once, before the cut that detaches their parts, and without crossing other kerfs."""
+"""Checks common lines: cut once, before the cut that detaches their parts, and without crossing other kerfs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import shapely
 
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import CutMethod, method_of
-from leafcut.processes.sheet.proof.laid_runs import LaidRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
@@ -19,16 +19,16 @@ from leafcut.proof.difference import place
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Kerfs that coincide over a shorter length merely cross, in kerfs and in mm.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
-#: Tolerance of the end of a line at another line, mm.
+#: A line may meet an earlier line within this distance from its end, mm.
 AT_END = 0.1
 
 
-def check_common_lines(laid: LaidRuns) -> list[Difference]:
+def check_common_lines(laid: MatchedRuns) -> list[Difference]:
     """Return the faults of runs that cut a common line of two parts.
 
-    No other run may cut a stretch of a common line. Each line lies within the run around its group, and precedes it. If
-    the method needs metal, a line may meet an earlier line only at its end. The run around the group has the wanted
-    direction. Other checks prove that each part is cut completely.
+    No other run may cut a stretch of a common line. Each line must lie within the run around its group, and precede it.
+    If the method needs metal, a line may meet an earlier line only at its end. The run around the group must have the
+    requested direction. Other checks prove that each part is cut completely.
     """
     runs, lines, found = laid.runs, laid.burnt, list[Difference]()
     cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))
@@ -44,14 +44,14 @@ def check_common_lines(laid: LaidRuns) -> list[Difference]:
                 text = f"an edge of two parts is cut twice at {place(x, y)}"
                 found.append(wrong("cut twice", text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
-        found += _in_group(laid, group, [k for k in common if cuts[k].group == group])
+        found += _group_faults(laid, group, [k for k in common if cuts[k].group == group])
     if method_of(laid.plan.data.process) in NEED_METAL:
-        found += _crossed(laid, common)
+        found += _crossing_faults(laid, common)
     return found
 
 
-def _in_group(laid: LaidRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults in the order of a group, or in the run around it."""
+def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
+    """Yield the faults of a group of common lines: their order, their place, and the run around the group."""
     runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
@@ -63,10 +63,10 @@ def _in_group(laid: LaidRuns, group: int, own: Sequence[int]) -> Iterator[Differ
     body = max((shapely.Polygon(p.exterior) for p in swept), key=lambda p: p.area).buffer(TOLERANCE - 0.5 * kerf)
     for k in own:
         if k > last:
-            text = "a common line comes after the cut around its parts, which lets them go"
+            text = "a common line comes after the cut around its parts, which detaches them"
             yield wrong("out of order", text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
-            text = f"the common line begun at {place(*runs[k].start)} is not within its parts"
+            text = f"the common line that starts at {place(*runs[k].start)} is not within its parts"
             yield wrong("out of order", text, runs[k].line)
     asked = cuts[last].choice.direction
     if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
@@ -79,7 +79,7 @@ def _clockwise(run: TorchRun) -> bool:
     return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) < 0.0
 
 
-def _crossed(laid: LaidRuns, common: Sequence[int]) -> Iterator[Difference]:
+def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
     """Yield the common lines that cross the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
         met = laid.burnt[late].intersection(laid.burnt[early])

@@ -1,6 +1,6 @@
 """Compares a cutting program read back with the plan: the moves, and the state of the torch at each move.
 
-Actions of the controller itself are known here by rules independent of the writer.
+Actions that the controller takes itself follow rules of this file, which are independent of the writer.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from leafcut.units import MM_PER_INCH
 
 
 class _State(NamedTuple):
-    """State of the torch in a move, and events since the previous move."""
+    """State of the torch during a move, and events since the previous move."""
 
     #: 0: off; 1: cutting; 2: marking.
     beam: float = 0.0
@@ -54,7 +54,10 @@ _NAMES = (
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return the differences from the planned moves and torch states; actions of the controller are ignored."""
+    """Return the differences between the planned and the written moves and torch states.
+
+    Actions that the controller takes itself are ignored. `units` is the unit of the program, ``mm`` or ``inch``.
+    """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
@@ -62,8 +65,8 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     torch = dialect.torch
     if torch is None:
         return compare_motion(planned, written, tolerance)
-    moves, states = _Torch(dialect, torch, 2.0 * tolerance, planned=True).moves(planned)
-    read, found = _Torch(dialect, torch, 2.0 * tolerance, planned=False).moves(written)
+    moves, states = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=True).moves(planned)
+    read, found = _TorchTracker(dialect, torch, 2.0 * tolerance, planned=False).moves(written)
     if differences := compare_motion(moves, read, tolerance):
         return differences
     if len(states) != len(found):
@@ -73,8 +76,8 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     )
     wrong = np.abs(states - found) > room + 1e-9
     rows = np.flatnonzero(wrong.any(axis=1))
-    told = [_difference(read, states, found, wrong, int(row)) for row in rows[:100].tolist()]
-    return shorten(told, len(rows))
+    differences = [_difference(read, states, found, wrong, int(row)) for row in rows[:100].tolist()]
+    return shorten(differences, len(rows))
 
 
 def _difference(
@@ -89,34 +92,34 @@ def _difference(
     return Difference("torch", 0, int(read.line[row]), text)
 
 
-class _Torch:
-    """Tracks the torch along a path; for a `planned` path, actions of the controller itself are omitted."""
+class _TorchTracker:
+    """Tracks the state of the torch along a path; in a `planned` path, actions of the controller itself are ignored."""
 
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: As `_State.beam`, but an output or S0 may keep the torch off.
+        #: Value of `_State.beam` while the torch is not kept off (`dark`) by an output or S0.
         self.armed, self.dark = 0.0, False
         self.power = 0.0
-        #: Whether the torch has just been lit, so that a pierce delay may follow.
+        #: Whether the torch was just switched on, so that a pierce delay may follow.
         self.piercing = False
 
     def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
-        """Return the moves and other commands, and the `_State` at each, float64[n, 10].
+        """Return the moves and commands of a path, and the `_State` at each, float64[n, 10].
 
-        Straight moves no longer than `shortest` mm are omitted; their events count for the next move.
+        Straight moves of at most `shortest` mm are omitted; the events before them count for the next move.
         """
         rows, states = list[Motion](), list[_State]()
         last = [math.nan] * 3
         for given in path:
-            # Offsets are no part of a plan; `proof.torch.check_scribe` checks them.
+            # A plan contains no offsets; `proof.torch.check_scribe` checks them.
             if self._switch(given) or given.kind is Kind.OFFSET:
                 continue
             self.piercing &= given.kind not in MOTIONS
             if self.planned and not self.dialect.states_z and given.kind in (Kind.PROBE, Kind.SHIFT):
                 continue
             row = given if self.dialect.states_z else given._replace(end=(*given.end[:2], math.nan))
-            if row.kind in (Kind.RAPID, Kind.FEED) and self._stands(row, last):
+            if row.kind in (Kind.RAPID, Kind.FEED) and self._is_still(row, last):
                 continue
             if row.kind in MOTIONS:
                 last = [q if math.isnan(p) else p for p, q in zip(row.end, last, strict=True)]
@@ -130,11 +133,11 @@ class _Torch:
         moves = replace(Toolpath.of_motions(rows), arcs=tuple(arcs), cycles=path.cycles)
         return moves, np.array(states, dtype=np.float64).reshape(-1, len(_NAMES))
 
-    def _stands(self, row: Motion, last: list[float]) -> bool:
+    def _is_still(self, row: Motion, last: list[float]) -> bool:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Apply a row that only changes the state of the torch; return whether it does."""
+        """Apply a row that only changes the state of the torch; return false for any other row."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -180,10 +183,11 @@ class _Torch:
 
 
 def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
-    """Return the motion of a cutting program, whatever modal state an earlier program left active.
+    """Return the motion of a cutting program, for any modal state that an earlier program may have left active.
 
-    Feeds from the controller's material table follow the selected material. Material `material_number` is known: it has
-    the feed of the plan. `ReadError` if the controller does not accept the text, or the text selects another material.
+    Feeds from the controller's material table follow the selected material. Only material `material_number` is known:
+    it has the feed of the plan. `ReadError` if the controller does not accept the text, or the text selects another
+    material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

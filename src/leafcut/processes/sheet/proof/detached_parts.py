@@ -1,4 +1,4 @@
-"""Counts travel moves over detached parts in the program read back, for a head that stays down."""
+"""Counts the travel moves over detached parts in a program read back, for a head that stays down."""
 
 from __future__ import annotations
 
@@ -11,45 +11,46 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.arrays import Points
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.sheet.proof.laid_runs import LaidRuns
+from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import place
 
-#: Step along moves, mm; minimum depth of a move across a part to count as a crossing, mm.
+#: Step along moves, mm, and minimum depth of a move inside a part that counts as a crossing, mm.
 _STEP, _DEPTH = 0.5, 0.3
 #: Tolerance of the distance between head and part, mm: edges are chords, and the planner's chords differ.
 _LEEWAY = 0.2
 
 
-def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
-    """Return the moves over detached parts that the plan does not report; `nozzle` is the head's diameter, mm."""
-    told, close = laid.plan.crossings, laid.plan.close
-    if dialect.moves_z or told is None:
+def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
+    """Return a fault if more moves cross detached parts than the plan reports; `nozzle` is the head's diameter, mm."""
+    reported, close = laid.plan.crossings, laid.plan.close
+    if dialect.moves_z or reported is None:
         return []
     found = crossings(laid, path)
-    if len(found) > told:
+    if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
-        text = f"{count} over parts that are cut free, {told} reported; the first to {place(*where)}"
+        text = f"{count} over parts that are cut free, {reported} reported; the first to {place(*where)}"
         return [Difference("travel over a free part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
-    if len(near) > told + close:
+    if len(near) > reported + close:
         line, where = near[0]
         text = (
             f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {count_of(len(near), 'travel move')}, "
-            f"{told + close} reported; the first to {place(*where)}"
+            f"{reported + close} reported; the first to {place(*where)}"
         )
         return [Difference("travel over a free part", 0, line, text)]
     return []
 
 
-def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the program line and end point of each route between runs that crosses a detached part.
+def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+    """Return the program line and end point of the first crossing move of each route that crosses a detached part.
 
-    With a head `radius`, mm, routes that come within that radius of a part count too, except near their ends.
+    A route consists of the travel moves between two runs. With a head `radius`, mm, routes that come within that radius
+    of a part count too, except near their ends.
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
-    freed = _freed(laid)
+    freed = _detaching_runs(laid)
     if not freed:
         return []
     cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
@@ -75,20 +76,20 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
                 continue
             points = _along(a, b)
             away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
-            if any(_crosses(points, edges[k]) or _nears(points[away], edges[k], radius - _LEEWAY) for k in near):
+            if any(_crosses(points, edges[k]) or _comes_near(points[away], edges[k], radius - _LEEWAY) for k in near):
                 found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
                 break
     return found
 
 
-def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
-    """Return the runs and the outlines that they detach, float64[n, 2]; common lines detach no part."""
+def _detaching_runs(laid: MatchedRuns) -> list[tuple[int, Points]]:
+    """Return the runs that detach a part, and the outline of that part, float64[n, 2]; common lines detach no part."""
     common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
         for claim in laid.claims
         if _is_outline(claim.target)
-        and laid.frees(claim)
+        and laid.detaches(claim)
         and claim.run not in common
         and len(laid.runs[claim.run].lines()) == 1
     ]
@@ -105,21 +106,21 @@ def _along(a: Points, b: Points) -> Points:
 
 
 def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether a move goes deeper than `_DEPTH` into an edge."""
+    """Return whether sample points of a move lie deeper than `_DEPTH` inside a closed edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
     points = points[_inside(points, edge)]
     return bool((_distances(points, edge) > _DEPTH).any())
 
 
-def _nears(points: Points, edge: Points, distance: float) -> bool:
+def _comes_near(points: Points, edge: Points, distance: float) -> bool:
     low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
     points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
     return bool((_distances(points, edge) < distance).any())
 
 
 def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
-    """Return which points lie inside a closed edge: a ray to the right crosses it an odd number of times."""
+    """Return which points lie inside a closed edge: a ray to their right crosses it an odd number of times."""
     (x, y), (u, v) = edge[:-1].T, edge[1:].T
     px, py = points[:, :1], points[:, 1:]
     spans = (y > py) != (v > py)

@@ -1,7 +1,7 @@
-"""The proof of a cutting program: the effect of its text on the sheet, compared with the drawing.
+"""Checks a cutting program: compares the effect of its text on the sheet with the drawing.
 
-The proof uses no planning code. From the plan it takes only the user's request: feeds, directions, and the data of the
-chart.
+The check uses no planning code. From the plan it takes only what the user requested: feeds, directions, and the data of
+the chart.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.sheet.proof.chains import check_chains
 from leafcut.processes.sheet.proof.common_lines import check_common_lines
-from leafcut.processes.sheet.proof.detached_parts import check_freed
-from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, LaidRuns, wrong
-from leafcut.processes.sheet.proof.sheet_order import disordered, in_the_air, misplaced, turned
+from leafcut.processes.sheet.proof.detached_parts import check_detached_parts
+from leafcut.processes.sheet.proof.matched_runs import MOST, PIECE, Claim, CutRequest, MatchedRuns, wrong
+from leafcut.processes.sheet.proof.sheet_order import direction_faults, order_faults, pierce_faults, plan_faults
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
-from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of, torch_runs
+from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, torch_runs
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.envelope import check_envelope
 
@@ -38,9 +38,11 @@ SHORT = 0.1
 
 
 def check_sheet(
-    sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: Asked
+    sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: CutRequest
 ) -> list[Difference]:
-    """Return the faults of a cutting program, given its text and the `path` read back; an empty list is the proof.
+    """Return the faults of a cutting program, given its text and the `path` read back.
+
+    Without faults, the program is proved right:
 
     1. Each contour that the kerf fits is cut exactly once and completely, and marks are marked.
     2. No kerf touches the metal of a part, a clamp, or the air beyond the edge of the sheet.
@@ -55,14 +57,14 @@ def check_sheet(
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
     found = check_torch(path, runs, plan, text, dialect, asked)
-    laid = LaidRuns(runs, plan, sheet, dialect, asked)
+    laid = MatchedRuns(runs, plan, sheet, dialect, asked)
     for check in CHECKS:
         found += check(laid)
-    found += check_freed(laid, path, dialect, machine.nozzle_diameter)
+    found += check_detached_parts(laid, path, dialect, machine.nozzle_diameter)
     return shorten([*found, *check_envelope(path, machine)])
 
 
-def missing(laid: LaidRuns) -> list[Difference]:
+def uncut_contours(laid: MatchedRuns) -> list[Difference]:
     """Return the contours that are not cut, or not completely."""
     found = []
     for target in laid.targets:
@@ -71,7 +73,7 @@ def missing(laid: LaidRuns) -> list[Difference]:
             continue
         gaps = _gaps(laid, target, [laid.lines[c.run] for c in claims])
         what = "marked" if target.marks else "cut"
-        if sum(g.length for g in gaps) > MOST * target.way.length:
+        if sum(g.length for g in gaps) > MOST * target.centreline.length:
             found.append(wrong(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
             continue
         joints = 0 if target.marks or target.source.is_hole else laid.asked.joints
@@ -84,19 +86,19 @@ def missing(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the stretches of the path of a target that no run follows, except corners with a loop."""
+def _gaps(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
+    """Return the stretches of the path of a target that no run follows, except arcs around corners with a loop."""
     if not lines:
-        return [target.way]
+        return [target.centreline]
     burnt = shapely.union_all(lines)
-    left = target.way.difference(burnt.buffer(1.5 * TOLERANCE))
+    left = target.centreline.difference(burnt.buffer(1.5 * TOLERANCE))
     if target.shape is not None and len(pieces := shapely.get_parts(left)) > 1:
         left = shapely.line_merge(shapely.multilinestrings(pieces))
     return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(laid, target, g, burnt)]
 
 
-def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
-    """Return whether a stretch is the arc around a corner that kerfs reach from both sides."""
+def _at_corner(laid: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
+    """Return whether an uncut stretch is the arc around a corner that the kerfs reach anyway."""
     half = laid.asked.half
     if not len(target.corners):
         return False
@@ -110,13 +112,13 @@ def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
     )
 
 
-def repeated(laid: LaidRuns) -> list[Difference]:
+def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
     """Return the contours that are cut twice, and the runs that follow no contour."""
     found = []
     for claims in laid.of_target.values():
         target = claims[0].target
-        whole = [c for c in claims if c.followed > MOST * target.way.length and not laid.passes(c)]
-        if len(whole) > 1 or any(c.followed > TWICE * target.way.length for c in whole):
+        whole = [c for c in claims if c.followed > MOST * target.centreline.length and not laid.only_passes(c)]
+        if len(whole) > 1 or any(c.followed > TWICE * target.centreline.length for c in whole):
             lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
             text = f"{target.name} is cut more than once, from line {lines}"
             found.append(wrong("cut twice", text, laid.runs[whole[-1].run].line))
@@ -124,12 +126,12 @@ def repeated(laid: LaidRuns) -> list[Difference]:
     for number, run in enumerate(laid.runs):
         if number not in used:
             what = "marks" if laid.marks[number] else "cuts"
-            text = f"from {place(*run.start)} the torch {what} nothing that is drawn"
+            text = f"from {place(*run.start)} the torch {what} nothing in the drawing"
             found.append(wrong("cuts nothing", text, run.line))
     return found
 
 
-def gouges(laid: LaidRuns) -> list[Difference]:
+def gouges(laid: MatchedRuns) -> list[Difference]:
     """Return the parts that a kerf cuts into."""
     found = []
     metal = ShapeIndex(laid.parts)
@@ -148,10 +150,10 @@ def gouges(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def strays(laid: LaidRuns) -> list[Difference]:
-    """Return the kerfs that run into a clamp or off the sheet, except starts in the air."""
+def strays(laid: MatchedRuns) -> list[Difference]:
+    """Return the kerfs that run into a clamp or off the sheet, except starts beyond the sheet's edge."""
     found = []
-    half = 0.5 * laid.plan.data.kerf  # whatever the compensation
+    half = 0.5 * laid.plan.data.kerf  # with or without compensation
     for zone in laid.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
@@ -171,9 +173,9 @@ def strays(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def _outside(laid: LaidRuns, number: int, inside: Any) -> NDArray[np.float64]:
+def _outside(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
     """Return the points of a run off the sheet, except the lead of a start at the edge."""
-    middles, _, along = pieces_of(laid.runs[number], PIECE)
+    middles, _, along = burning_pieces(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):
         out &= along >= min((c.first for c in laid.claims if c.run == number), default=0.0)
@@ -186,15 +188,15 @@ def _line_of(runs: list[TorchRun], claims: list[Claim]) -> int:
 
 
 #: The checks of the runs against the sheet.
-CHECKS: tuple[Callable[[LaidRuns], list[Difference]], ...] = (
-    missing,
-    repeated,
+CHECKS: tuple[Callable[[MatchedRuns], list[Difference]], ...] = (
+    uncut_contours,
+    repeated_cuts,
     gouges,
     strays,
-    misplaced,
-    disordered,
-    in_the_air,
-    turned,
+    plan_faults,
+    order_faults,
+    pierce_faults,
+    direction_faults,
     check_chains,
     check_common_lines,
 )

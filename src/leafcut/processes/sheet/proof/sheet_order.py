@@ -1,4 +1,4 @@
-"""The proof of the order, pierces and directions of cuts."""
+"""Checks the order, the pierces and the directions of cuts."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import shapely
 
 from leafcut.errors import count_of
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.laid_runs import LaidRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.proof.difference import place
 
 
-def misplaced(laid: LaidRuns) -> list[Difference]:
-    """Return differences between the cuts and the plan: their number, and missing contours."""
+def plan_faults(laid: MatchedRuns) -> list[Difference]:
+    """Return a fault for another number of cuts than planned, and for each contour that the plan lacks."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
-        text = f"the torch goes on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
+        text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
         found.append(wrong("number of cuts", text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
@@ -28,7 +28,7 @@ def misplaced(laid: LaidRuns) -> list[Difference]:
     ]
 
 
-def disordered(laid: LaidRuns) -> list[Difference]:
+def order_faults(laid: MatchedRuns) -> list[Difference]:
     """Return the contours that are cut after a contour around them has detached them."""
     closed = [t for t in laid.targets if t.shape is not None]
     everything = list(laid.targets)
@@ -43,37 +43,42 @@ def disordered(laid: LaidRuns) -> list[Difference]:
         for number in sorted(inside):
             inner = everything[number]
             if inner.source.is_hole and around.source.is_hole and inner.source.part == around.source.part:
-                continue  # holes of a part are never nested; pieces of a divided hole may overlap in a short neck
-            late = _later(laid, inner, around) if inner.index != around.index else None
+                continue  # holes of a part are not nested, but pieces of a divided hole may overlap in a short neck
+            late = _run_after(laid, inner, around) if inner.index != around.index else None
             if late is not None:
-                text = f"{inner.name} comes after {around.name}, which cuts it loose"
+                text = f"{inner.name} comes after {around.name}, which detaches it"
                 found.append(wrong("out of order", text, laid.runs[late].line))
     return found
 
 
-def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
-    """Return the contours in notches that the kerf of an outline closes, without those `known` to lie inside."""
+def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
+    """Return the contours in notches that the kerf of an outline closes; contours inside it may be included.
+
+    `edges` is the index of the drawn lines of all targets. `known` are the contours known to lie inside.
+    """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
-    near = set(edges.query(shapely.box(*around.way.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist())
+    near = set(
+        edges.query(shapely.box(*around.centreline.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist()
+    )
     if all(laid.targets[number].index == around.index for number in near - known):
         return set()
-    burnt = shapely.Polygon(around.way.coords).buffer(reach)
+    burnt = shapely.Polygon(around.centreline.coords).buffer(reach)
     found: set[int] = set(edges.query(shapely.Polygon(burnt.exterior), predicate="contains").tolist())
     return found
 
 
-def _later(laid: LaidRuns, inner: Target, around: Target) -> int | None:
-    """Return a run of `inner` that does not end before `around` starts, or None."""
+def _run_after(laid: MatchedRuns, inner: Target, around: Target) -> int | None:
+    """Return the last run of the contour `inner` if it does not end before the contour `around` is cut, or None."""
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
         return None
     last = max(one, key=lambda c: (c.run, c.last))
-    first = min((c for c in other if laid.frees(c)), key=lambda c: (c.run, c.first), default=other[0])
+    first = min((c for c in other if laid.detaches(c)), key=lambda c: (c.run, c.first), default=other[0])
     return last.run if (last.run, last.last) > (first.run, first.first + TOLERANCE) else None
 
 
-def in_the_air(laid: LaidRuns) -> list[Difference]:
-    """Return the pierces without metal: in an earlier kerf, or in a detached part or slug."""
+def pierce_faults(laid: MatchedRuns) -> list[Difference]:
+    """Return the faults of pierces: in an earlier kerf, in a detached part or slug, or missing."""
     found = []
     starts = shapely.points([run.start for run in laid.runs])
     tree = shapely.STRtree(starts)
@@ -83,9 +88,9 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
             if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
                 text = f"the torch is lit at {place(*laid.runs[later].start)}, in the kerf of an earlier cut"
                 found.append(wrong("pierces in the air", text, laid.runs[later].line))
-    found += _unpierced(laid)
+    found += _unpierced_cuts(laid)
     for claim in laid.claims:
-        if claim.target.shape is None or not laid.frees(claim):
+        if claim.target.shape is None or not laid.detaches(claim):
             continue
         for later in tree.query(claim.target.shape, predicate="contains").tolist():
             if later > claim.run and all(c.run != later for c in laid.of_target[claim.target.index]):
@@ -97,8 +102,8 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def _unpierced(laid: LaidRuns) -> list[Difference]:
-    """Return the cuts without a pierce that do not start off the sheet."""
+def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
+    """Return a fault for each cut that starts on the sheet without a pierce."""
     sheet, half = laid.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):
@@ -110,7 +115,7 @@ def _unpierced(laid: LaidRuns) -> list[Difference]:
     return found
 
 
-def turned(laid: LaidRuns) -> list[Difference]:
+def direction_faults(laid: MatchedRuns) -> list[Difference]:
     """Return the contours that are cut in the wrong direction."""
     found = []
     for claim in laid.claims:
@@ -121,7 +126,7 @@ def turned(laid: LaidRuns) -> list[Difference]:
         if asked not in ("clockwise", "counter-clockwise"):
             continue
         if (asked == "clockwise") != claim.clockwise:
-            way = "clockwise" if claim.clockwise else "counter-clockwise"
-            text = f"{claim.target.name} is cut {way}, not {asked}"
+            actual = "clockwise" if claim.clockwise else "counter-clockwise"
+            text = f"{claim.target.name} is cut {actual}, not {asked}"
             found.append(wrong("direction", text, laid.runs[claim.run].line))
     return found

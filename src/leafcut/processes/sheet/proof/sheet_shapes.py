@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-For each contour, the centreline of the kerf; for each part, the metal that no kerf may touch; for divided holes and
-notches, a check that their pieces respect the drawing, and cover the whole area that the kerf reaches.
+They are the centreline of the kerf for each contour, and for each part the metal that no kerf may touch. The pieces of
+divided holes and notches must respect the drawing, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ SAME_PLACE = 1e-6
 class Target:
     """A contour that must be cut or marked.
 
-    `index` is that in `Sheet.contours`. `shape` is the polygon of a closed contour to cut, else None. `way` is the
-    centreline of the kerf: a ring, or the line itself for a mark or an open cut. At the `corners` of the drawn line,
-    float64[k, 2], the kerf may turn or loop. `may_stay`: a hole two kerfs wide within the tolerance may stay uncut,
-    since rounding decides whether a pierce fits.
+    `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to cut, else None; `edge` is
+    the drawn line. `centreline` is the centreline of the kerf: a ring, or the drawn line itself for a mark or an open
+    cut. At the `corners` of the drawn line, float64[k, 2], the kerf may turn or loop. `may_stay`: a hole two kerfs wide
+    within the tolerance may stay uncut, because rounding decides whether a pierce fits.
     """
 
     index: int
     source: Contour
     shape: Any
     edge: Any
-    way: Any
+    centreline: Any
     corners: NDArray[np.float64]
     may_stay: bool = False
 
@@ -75,7 +75,7 @@ def _polygon(one: Contour) -> Any:
 
 
 def _target(index: int, source: Contour, half: float) -> Target | None:
-    """Return the target of a contour; None if the kerf fills or divides a hole, or no pierce fits in it."""
+    """Return the target of a contour; None for a hole that the kerf fills or divides, or that no pierce fits."""
     points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.kind == "mark" or not source.path.closed:
@@ -95,9 +95,9 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 
 
 def _corners(path: Polyline) -> NDArray[np.float64]:
-    """Return the vertices of a closed path at which it turns, float64[k, 2].
+    """Return the vertices of a closed path at which it turns sharply, float64[k, 2].
 
-    At both ends, the angle between an arc and its chord is half of the arc's angle: 2 atan of the bulge.
+    At each end of an arc, the angle between the arc and its chord is half of the arc's angle: 2 atan of the bulge.
     """
     steps = np.roll(path.vertices[:, :2], -1, axis=0) - path.vertices[:, :2]
     real = np.hypot(*steps.T) > SAME_PLACE
@@ -109,7 +109,10 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 
 def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
-    """Return the metal of every part: its outline without its holes (chambers stay), shrunk by the tolerance."""
+    """Return the metal of each part as polygons shrunk by the tolerance, and the numbers of the parts.
+
+    The metal is the outline without its holes; chambers of notches are not removed.
+    """
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:
@@ -127,7 +130,7 @@ def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 
 
 def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
-    """Return the faults of divided holes and notches; `half` is from the centreline of the kerf to a part, mm."""
+    """Return the faults of divided holes and notches; `half` is the distance from the centreline to a part, mm."""
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):
         return []
@@ -136,12 +139,12 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     pieces = [_polygon(one) for one in (*(sheet.contours[k] for k in changed), *added) if not one.chamber]
     found = _check_chambers(drawn, [_polygon(one) for one in added if one.chamber], half)
     found += [
-        _divided(f"a divided contour is no hole, at {_middle(shape)}")
+        _divided_fault(f"a divided contour is no hole, at {_place_in(shape)}")
         for k, shape in holes.items()
         if not drawn.contours[k].is_hole
     ]
     found += [
-        _divided(f"a divided hole is cut beyond its edge, at {_middle(piece)}")
+        _divided_fault(f"a divided hole is cut beyond its edge, at {_place_in(piece)}")
         for piece in pieces
         if not any(hole.buffer(TOLERANCE).covers(piece) for hole in holes.values())
     ]
@@ -150,12 +153,12 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
         for reached in shapely.get_parts(hole.buffer(-half, quad_segs=QUARTER)):
             room = not reached.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(reached):
-                found.append(_divided(f"a piece of a divided hole is not cut, at {_middle(reached)}"))
+                found.append(_divided_fault(f"a piece of a divided hole is not cut, at {_place_in(reached)}"))
     return found
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return the faults of chambers: outside a notch, or not cut although other chambers of the outline are.
+    """Return the chambers that reach beyond their notch, or that stay uncut although others of their outline are cut.
 
     A chamber may stay uncut if no pierce fits, or if its kerf would enter another kerf.
     """
@@ -178,14 +181,14 @@ def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Diff
             alone = shapely.distance(ways[k], ways[:k] + ways[k + 1 :]).min() > 2.0 * half + 4.0 * TOLERANCE
             room = alone and not ring.buffer(-half - 2.0 * TOLERANCE).is_empty
             if room and not whole.covers(ring):
-                found.append(_divided(f"a chamber of a notch is not cut, at {_middle(ring)}"))
-    return found + [_divided(f"a chamber is cut beyond its notch, at {_middle(chamber)}") for chamber in lost]
+                found.append(_divided_fault(f"a chamber of a notch is not cut, at {_place_in(ring)}"))
+    return found + [_divided_fault(f"a chamber is cut beyond its notch, at {_place_in(chamber)}") for chamber in lost]
 
 
-def _middle(shape: Any) -> str:
+def _place_in(shape: Any) -> str:
     x, y = shape.representative_point().coords[0]
     return place(x, y)
 
 
-def _divided(text: str) -> Difference:
+def _divided_fault(text: str) -> Difference:
     return Difference("divided hole", 0, 0, text)

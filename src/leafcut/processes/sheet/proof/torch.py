@@ -1,4 +1,4 @@
-"""The proof of the torch: off during rapids and at the end, lit according to the chart, feeds as planned."""
+"""Checks the torch: off during rapids and at the end, switched on as the chart requires, feeds as planned."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Motion, Toolpath
-from leafcut.processes.sheet.proof.laid_runs import Asked
+from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
@@ -32,25 +32,31 @@ def check_torch(
     plan: CutPlan,
     text: str,
     dialect: Dialect,
-    asked: Asked,
+    asked: CutRequest,
 ) -> list[Difference]:
     """Return the faults of the torch in a program read back."""
     torch, heights, lowest = dialect.torch, dialect.states_z, asked.safe_height
     if lowest is None:
         lowest = max(plan.data.pierce_height, plan.data.cut_height)
-    found = [*_rapids(path, lowest if heights else None), *_material(path, text, plan, dialect, asked.material_number)]
+    found = [
+        *_rapid_faults(path, lowest if heights else None),
+        *_material_faults(path, text, plan, dialect, asked.material_number),
+    ]
     found += check_scribe(path, dialect)
     found += check_probing(path, runs, plan, asked.probe if heights else None)
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
         if cut.kind == "cut":
-            found += _lighting(run, cut, plan, heights, waits)
-        found += _feeds(run, cut)
+            found += _lighting_faults(run, cut, plan, heights, waits)
+        found += _feed_faults(run, cut)
     return found
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return the lightings with the wrong tool, or before its offset is active (with the next move in X and Y)."""
+    """Return a fault where the torch or scribe is switched on with the wrong tool, or before its offset is active.
+
+    An offset becomes active with the next move in X and Y.
+    """
     number = None if dialect.torch is None else dialect.torch.mark_tool
     if number is None:
         return []
@@ -69,7 +75,7 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
                 text = f"tool {tool} is chosen where tool {wanted} works"
                 found.append(Difference("scribe", 0, row.line, text))
             elif not placed:
-                text = f"tool {tool} was chosen, and has not gone to where it begins by its own offset"
+                text = f"tool {tool} is lit before it moves to its start with its own offset"
                 found.append(Difference("scribe", 0, row.line, text))
         elif row.kind is Kind.END and tool:
             found.append(Difference("scribe", 0, row.line, f"the program ends with tool {tool} instead of the torch"))
@@ -77,13 +83,13 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return the pierces without touching off, and other faults of probing; without `probe`, Z0 must not change."""
+    """Return the pierces without touching off, and the faults of probing moves; without `probe`, Z0 must not change."""
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
     for number, row in enumerate(path):
         if row.kind is Kind.PROBE:
             fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
-            found += _wrong_probe(row, path[number + 1] if fresh else row, lit, probe)
+            found += _probe_faults(row, path[number + 1] if fresh else row, lit, probe)
         elif row.kind is Kind.SHIFT and path[number - 1].kind is not Kind.PROBE and not math.isnan(row.end[2]):
             found.append(Difference("probe", 0, row.line, "Z0 is moved without a probe"))
         elif row.kind is Kind.SPINDLE:
@@ -95,7 +101,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
         return found
     pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
     return found + [
-        Difference("probe", 0, line, "the torch is lit where the sheet was not probed before")
+        Difference("probe", 0, line, "the torch is lit without probing the sheet first")
         for line in pierces
         if not lit_after.get(line, False)
     ]
@@ -105,10 +111,10 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
     return bool(run.lightings) and cut.pierce and cut.kind == "cut"
 
 
-def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probing move, and of the height set after it."""
+def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
+    """Return the faults of a probing move, and of the height set by the row `after` it."""
     if probe is None:
-        return [Difference("probe", 0, row.line, "the torch probes without being asked to")]
+        return [Difference("probe", 0, row.line, "the torch probes, although no probing was requested")]
     wrong = []
     if lit:
         wrong.append("it probes with the torch on")
@@ -121,8 +127,8 @@ def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> 
     return [Difference("probe", 0, row.line, text) for text in wrong]
 
 
-def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
-    """Return the rapids that are too low or have the torch on, and a torch left on at the end."""
+def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
+    """Return a fault for each rapid below `lowest` mm or with the torch on, and for a torch left on at the end."""
     found: list[Difference] = []
     lit = at_machine_height = False
     before = path.before
@@ -136,13 +142,13 @@ def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
             if row.kind is Kind.MACHINE or not math.isnan(row.end[2]):
                 at_machine_height = row.kind is Kind.MACHINE
             if lowest is not None and not at_machine_height:
-                found += _too_low(row, before[number], lowest)
+                found += _height_faults(row, before[number], lowest)
         elif row.kind is Kind.END and lit:
             found.append(Difference("torch on at the end", 0, row.line, "the program ends with the torch on"))
     return found
 
 
-def _too_low(row: Motion, before: np.ndarray, lowest: float) -> list[Difference]:
+def _height_faults(row: Motion, before: np.ndarray, lowest: float) -> list[Difference]:
     across = _goes_across(row, before)
     height = min(row.end[2], float(before[2]) if not math.isnan(before[2]) else row.end[2])
     if not across or height >= lowest - _ROOM:
@@ -156,7 +162,7 @@ def _goes_across(row: Motion, before: np.ndarray) -> bool:
     return any(not math.isnan(e) and e != b for e, b in zip(row.end[:2], before[:2].tolist(), strict=True))
 
 
-def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
+def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
     """Return the faults at the start of a cut: pierce height, pierce delay, cut height."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
@@ -176,7 +182,7 @@ def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool
     return found
 
 
-def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
+def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
     """Return the first difference between the written and the planned feed of a run."""
     starts = np.array([at for at, _ in cut.speeds])
     speeds = np.array([feed for _, feed in cut.speeds])
@@ -195,10 +201,10 @@ def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
     return [Difference("feed", 0, int(run.row_line[k]), text)]
 
 
-def _material(
+def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material selected or stated in the program, and of other controller settings."""
+    """Return the faults of the material that the program selects or states, and of other controller settings."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)
@@ -227,15 +233,15 @@ def _material(
     if selected:
         number, material = selected[0]
         return [Difference("material", 0, number, f"material {material} is selected; the program states its own")]
-    said = _COMMENT.search(text)
-    if said is None:
+    comment = _COMMENT.search(text)
+    if comment is None:
         return [Difference("material", 0, 0, "the program does not give the material to the controller, (o=0, …)")]
     if len(obeyed) != 1 or obeyed[0].line > first:
         line = obeyed[-1].line if obeyed else 0
         return [Difference("material", 0, line, "the material must be stated once, before the first cut")]
-    line = text.count("\n", 0, said.start()) + 1
+    line = text.count("\n", 0, comment.start()) + 1
     unit = MM_PER_INCH if _INCH.search(text) else 1.0
-    figures = {name: float(value) for name, value in _FIGURE.findall(said.group())}
+    figures = {name: float(value) for name, value in _FIGURE.findall(comment.group())}
     data = plan.data
     wanted = {
         "kw": (data.kerf / unit, 0.001),

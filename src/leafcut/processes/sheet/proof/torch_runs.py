@@ -20,7 +20,7 @@ _NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Lighting:
-    """One lighting of the torch: program line, height (mm, NaN if the program does not move Z), and delay (s)."""
+    """The torch is switched on: program line, height (mm, NaN if the program does not move Z), power, and delay (s)."""
 
     line: int
     height: float
@@ -31,10 +31,11 @@ class Lighting:
 
 @dataclass(frozen=True, eq=False)
 class TorchRun:
-    """One run, as chords.
+    """One run of the torch, as chords.
 
-    `points` are float64[n + 1, 2], mm; `burning` (torch on), `feed` (mm/s), `height` (mm above the sheet at the end)
-    and `row_line` have one value per chord. `line` is the program line at the start.
+    `points` are float64[n + 1, 2], mm. For each chord, `burning` is whether the torch is on, `feed` is in mm/s,
+    `height` is the height at its end, mm above the sheet, and `row_line` is the program line. `line` is the program
+    line at the start.
     """
 
     line: int
@@ -52,7 +53,7 @@ class TorchRun:
 
     @property
     def along(self) -> NDArray[np.float64]:
-        """Distance of every point from the start, float64[n + 1], mm."""
+        """Distance of each point from the start along the run, float64[n + 1], mm."""
         steps = np.hypot(*np.diff(self.points, axis=0).T)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -81,7 +82,7 @@ class _Collector:
 
     def close(self) -> None:
         if self.lightings or any(self.burning):
-            points, chord = compensated(np.array(self.points).reshape(-1, 2), np.array(self.side))
+            points, chord = compensated_path(np.array(self.points).reshape(-1, 2), np.array(self.side))
             self.runs.append(
                 TorchRun(
                     line=self.lightings[0].line if self.lightings else self.row_line[0],
@@ -105,7 +106,7 @@ class _Collector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Add a dwell; directly after a lighting, it is the pierce delay."""
+        """Add a dwell; directly after the torch is switched on, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -129,7 +130,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
     If the controller compensates (G41, G42), a run is the real path of the torch. `kerf` is twice the content of the
-    controller's offset register, mm; None: D is the kerf.
+    controller's offset register, mm; None: the D word states the kerf.
     """
     found, before = _Collector(), path.before
     for number, row in enumerate(path):
@@ -156,8 +157,13 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     return found.runs
 
 
-def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Divide the burning stretches of a run; return midpoints (float64[k, 2]), lengths and distances, mm."""
+def burning_pieces(
+    run: TorchRun, longest: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Divide the burning chords of a run into pieces of at most `longest` mm.
+
+    Return their midpoints (float64[k, 2]), lengths, and distances of the midpoints along the run, mm.
+    """
     begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
     at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
     count = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
@@ -171,10 +177,10 @@ def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArr
     )
 
 
-def compensated(
+def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under controller compensation, and the index of the source of each chord.
+    """Return the torch path under controller compensation, and for each of its chords the index of the original chord.
 
     `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Outer corners are rounded by an
     arc; at inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
@@ -185,21 +191,21 @@ def compensated(
         return points, chord
     places, whose = [points[0]], list[int]()
     for k in range(len(side)):
-        here = _beside(points, side, k)
+        here = _offset_points(points, side, k)
         places += here
         whose += [k] * len(here)
     return np.array(places), np.array(whose, dtype=np.int64)
 
 
-def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the offset points at the end of a chord; several around an outer corner."""
+def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
+    """Return the points of the torch path at the end of chord `k`; several points around an outer corner."""
     corner, aside = points[k + 1], side[k]
-    one = _left(points[k], corner)
+    one = _left_normal(points[k], corner)
     if not aside:
         return [corner]
     if k + 1 == len(side) or not side[k + 1]:
         return [corner + aside * one]
-    other = _left(corner, points[k + 2])
+    other = _left_normal(corner, points[k + 2])
     turn = math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other))
     if turn * aside >= 0.0:
         return [corner + aside * (one + other) / max(1.0 + float(one @ other), 1e-3)]
@@ -212,7 +218,7 @@ def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> l
     return [corner + aside * normal for normal in turned]
 
 
-def _left(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
     along = end - begin
     return np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), _NOTHING)
 

@@ -1,1 +1,1 @@
-"""What reports say and draw of a sheet."""
+"""Reports of a cut sheet: facts, tables and drawings."""

@@ -1,4 +1,4 @@
-"""Cycle time, cost and data of a cutting plan as plain values, and names of its cuts and parts."""
+"""Cycle time, cost and data of a cutting plan as plain values, and titles of its cuts and parts."""
 
 from __future__ import annotations
 
@@ -75,15 +75,15 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
             }
             for p in norm.parts
         ],
-        "pieces": _pieces(norm),
-        "before": _order(detail, 0),
-        "nearest": _order(detail, 1),
-        "after": _order(detail, 2),
+        "pieces": _times_by_name(norm),
+        "before": _times_of_order(detail, 0),
+        "nearest": _times_of_order(detail, 1),
+        "after": _times_of_order(detail, 2),
     }
 
 
-def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return time and cost per part name; unnamed parts are omitted."""
+def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
+    """Return the time and cost of each part name; parts without a name are omitted."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -101,7 +101,7 @@ def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
     ]
 
 
-def _order(detail: SheetDetail, which: int) -> dict[str, Any] | None:
+def _times_of_order(detail: SheetDetail, which: int) -> dict[str, Any] | None:
     norm = detail.norms[which]
     return None if norm is None else _times(norm.sheet)
 
@@ -122,7 +122,7 @@ def _times(times: CutTimes) -> dict[str, Any]:
 
 
 def size_words(mm: float) -> str:
-    """Return a kerf or a thickness with the digits that a gauge shows: ``0.237``, ``6``, ``25.4``."""
+    """Return a kerf or a thickness in mm with three significant digits: ``0.237``, ``6``, ``25.4``."""
     return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
 
 
@@ -132,12 +132,12 @@ def name_words(name: str) -> str:
 
 
 def cost_figure(cost: float, places: int) -> str:
-    """Return a cost with a number of decimals."""
+    """Return a cost with the given number of decimals and with thousands separators."""
     return f"{cost:,.{places}f}"
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kind of contour of a cut: ``hole``, ``outline``, ``mark``; of a chain ``4 holes, outline``."""
+    """Return the kinds of a cut's contours: ``hole``, ``outline`` or ``mark``, for a chain ``4 holes, outline``."""
     if cut.common:
         return "common line"
     names: Counter[str] = Counter()
@@ -149,7 +149,7 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
 
 
 def cut_name(plan: CutPlan, cut: Cut) -> str:
-    """Return ``part 3, hole``; of a chain ``parts 1, 2, hole, outline``."""
+    """Return the name of a cut: ``part 3, hole``, for a chain ``parts 1, 2, hole, outline``."""
     parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
     of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
     return of_part + contour_words(plan, cut)
@@ -195,7 +195,7 @@ def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    """Return an amount with three digits, ``0.084 kWh``."""
+    """Return an amount with three significant digits and its unit: ``0.084 kWh``."""
     if value is None:
         return NO_VALUE
     figure = f"{value:,.0f}" if value >= 100.0 else f"{value:#.3g}"

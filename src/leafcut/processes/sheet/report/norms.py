@@ -1,4 +1,4 @@
-"""Table of cycle time and consumption: one row per kind of part, one for the sheet, one for the batch."""
+"""Table of cycle times and consumption: a row for each kind of part, for the sheet, and for the batch."""
 
 from __future__ import annotations
 
@@ -57,17 +57,17 @@ def norm_rows(norm: CutMeasures) -> list[NormRow]:
     return [
         NormRow(
             "part",
-            own[0].name or _numbers(own),
+            own[0].name or _part_numbers(own),
             len(own),
             math.fsum(p.times.perimeter_mm for p in own),
             math.fsum(p.times.total_s for p in own),
-            _all(p.used for p in own),
+            _total(p.used for p in own),
         )
         for own in kinds.values()
     ]
 
 
-def _numbers(parts: Sequence[PartTimes]) -> str:
+def _part_numbers(parts: Sequence[PartTimes]) -> str:
     first = ", ".join(str(p.part) for p in parts[:_MOST_NUMBERS])
     return first if len(parts) <= _MOST_NUMBERS else f"{first} …"
 
@@ -82,7 +82,7 @@ def batch_row(norm: CutMeasures) -> NormRow:
     return NormRow("batch", "", norm.quantity, norm.batch.perimeter_mm, norm.batch.total_s, norm.batch_used)
 
 
-def _all(used: Iterable[Consumption]) -> Consumption:
+def _total(used: Iterable[Consumption]) -> Consumption:
     each = list(used)
 
     def whole(name: str) -> float | None:
@@ -120,9 +120,9 @@ def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
 
 
 def norms_text(plan: CutPlan) -> str:
-    """Return the table as CSV, with the material in each row."""
+    """Return the table as CSV text, with the cutting data in each row."""
     data = plan.data
-    told = {
+    cutting_data = {
         "process": data.process,
         "material": data.material,
         "thickness_mm": data.thickness,
@@ -132,12 +132,12 @@ def norms_text(plan: CutPlan) -> str:
     writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n", restval="")
     writer.writeheader()
     for row in norms_as_json(plan.measures):
-        writer.writerow({key: _cell(value) for key, value in (told | row).items()})
+        writer.writerow({key: _cell(value) for key, value in (cutting_data | row).items()})
     return text.getvalue()
 
 
 def _cell(value: Any) -> Any:
-    """Return a cell that no spreadsheet interprets as a formula: names in drawings and charts are untrusted."""
+    """Return a CSV cell that no spreadsheet interprets as a formula, because names in drawings are untrusted."""
     if value is None:
         return ""
     if isinstance(value, bool):

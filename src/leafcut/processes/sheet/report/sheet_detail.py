@@ -1,4 +1,4 @@
-"""Detail drawings of single cuts: kerf at its true width, lead-in and lead-out."""
+"""Detail drawings of single cuts, with the kerf at its true width, the lead-in and the lead-out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BoundingBox = tuple[float, float, float, float]
 
 #: Size of the window, user units.
 _WIDTH, _HEIGHT = 300.0, 190.0
-#: Half of the height of the window: in lead-ins, in kerfs, and its minimum, mm.
+#: Half of the height of the window: in lengths of the lead-in, in kerfs, and its minimum in mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
 #: Margin around the window within which a wide line may still be visible, user units.
@@ -43,7 +43,7 @@ class DetailView:
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Return points in mm, float64[…, 2], in user units, y down."""
+        """Convert points in mm, float64[…, 2], to user units with y down."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -57,11 +57,11 @@ class DetailView:
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
     def edge(self, path: Polyline) -> str:
-        """Return path data of a whole path, in steps."""
+        """Return the SVG path data of a whole path, in steps (`report.svg.STEPS`)."""
         return lines_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
-        """Return path data of the visible segments of a path, in steps."""
+        """Return the SVG path data of the visible segments of a path, in steps."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
@@ -72,8 +72,8 @@ class DetailView:
         return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def looked_at(plan: CutPlan) -> list[int]:
-    """Return the cuts with a detail: the first hole and the first outline that have a lead-in."""
+def detailed_cuts(plan: CutPlan) -> list[int]:
+    """Return the cuts to draw in detail: the first hole and the first outline with a lead-in."""
     found: dict[bool, int] = {}
     for number, cut in enumerate(plan.cuts):
         if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
@@ -81,18 +81,18 @@ def looked_at(plan: CutPlan) -> list[int]:
     return sorted(found.values())
 
 
-def detail(plan: CutPlan, number: int) -> dict[str, str]:
-    """Return the drawing of the start and end of a cut, and its caption."""
+def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
+    """Return the drawing of the start and end of a cut (``svg``), its ``caption``, and its lead lengths (``words``)."""
     cut = plan.cuts[number]
     half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
-    look = DetailView(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
+    view = DetailView(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
     window = f"window-look-{number}"
     edge = element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT)
-    near = [c for c in plan.cuts if c is not cut and look.shows(c.path.extents)]
+    near = [c for c in plan.cuts if c is not cut and view.shows(c.path.extents)]
     inside = (
-        _areas(look, plan.sheet),
-        *(_kerf(look, c, plan.data.kerf) for c in (*near, cut)),
-        _begin(look, plan, cut),
+        _part_areas(view, plan.sheet),
+        *(_kerf_band(view, c, plan.data.kerf) for c in (*near, cut)),
+        _start_marks(view, plan, cut),
     )
     words = f"Cut {number + 1}: {cut_name(plan, cut)}"
     svg = element(
@@ -101,7 +101,7 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
         element("clipPath", edge, id=window),
         element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT, class_="look"),
         element("g", *inside, clip_path=f"url(#{window})"),
-        _bar(look),
+        _scale_bar(view),
         viewBox=f"0 0 {_WIDTH:g} {_HEIGHT:g}",
         class_="drawing sheet closer",
         role="img",
@@ -110,7 +110,7 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return ``lead-in 6.0 mm, lead-out 4.0 mm``, and the length with the torch off."""
+    """Return the lengths of the leads, and the length with the torch off: ``lead-in 6.0 mm, lead-out 4.0 mm``."""
     after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
     words = [f"lead-in {length_words(cut.lead_in)}"]
     for kind, said in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
@@ -119,41 +119,41 @@ def _lead_words(cut: Cut) -> str:
     return ", ".join(words)
 
 
-def _areas(look: DetailView, sheet: Sheet) -> str:
-    """Return the visible parts, each as an area less its holes."""
+def _part_areas(view: DetailView, sheet: Sheet) -> str:
+    """Draw the visible parts, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
-            areas[c.part] = areas.get(c.part, "") + look.edge(c.path) + "z"
-    seen = {c.part for c in sheet.contours if look.shows(c.path.extents)}
+            areas[c.part] = areas.get(c.part, "") + view.edge(c.path) + "z"
+    seen = {c.part for c in sheet.contours if view.shows(c.path.extents)}
     return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
 
 
-def _kerf(look: DetailView, cut: Cut, kerf: float) -> str:
-    """Return a cut as a band of its true width, with its centreline."""
+def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
+    """Draw a cut as a band of its true width, with its centreline."""
     lines = []
     for kind, low, high in stretches(cut):
-        data = look.line(cut.path.piece(low, high))
+        data = view.line(cut.path.piece(low, high))
         if kind in ("kerf", "lead", "bridge"):
-            lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * look.scale * STEPS))
+            lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * view.scale * STEPS))
         lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
     return in_steps(*lines)
 
 
-def _begin(look: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Return the start of a cut, and arrow heads on its lead-in and just after it."""
-    x, y = look.place(np.array(cut.path.start)).tolist()
+def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
+    """Draw the start of a cut, and arrow heads on its lead-in and just after it."""
+    x, y = view.place(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
-        place, (dx, dy) = look.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
+        place, (dx, dy) = view.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
         heads.append(element("path", d=head((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow"))
-    radius = max(0.5 * plan.data.kerf * look.scale, _SMALLEST_DOT)
+    radius = max(0.5 * plan.data.kerf * view.scale, _SMALLEST_DOT)
     return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
 
 
-def _bar(look: DetailView) -> str:
-    step = nice_step(_WIDTH / look.scale, 6)
-    length = step * look.scale
+def _scale_bar(view: DetailView) -> str:
+    step = nice_step(_WIDTH / view.scale, 6)
+    length = step * view.scale
     bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")
     words = text(
         f"{tick_words(step, step)} mm", _WIDTH - 16 - length, _HEIGHT - 10, text_anchor="end", dy="0.34em", class_="on"

@@ -27,9 +27,9 @@ _CHORDS = 0.06
 #: Minimum width of a drawn kerf on sheets with many cuts, user units.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
-#: With more cuts, lines and dots are smaller, and rapids are coloured from first to last.
+#: With more cuts than this, lines and dots are smaller, and rapids are coloured from first to last.
 _FEW = 60
-#: Maximum number of labels; with more cuts, only every second, fifth, tenth … cut is numbered.
+#: Maximum number of labels. With more cuts, only each second, fifth, tenth … cut has a number.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 #: Minimum length of a cut with an arrow head, user units; position of the arrow, as a share of the length.
@@ -43,7 +43,7 @@ _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
 #: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: A last cut that starts this close to the end needs no number next to the word "end", user units.
+#: If the last cut starts within this distance of the end, the word "end" replaces its number, user units.
 _AT_ITS_END = 12.0
 
 
@@ -51,8 +51,8 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data shared by all drawings of a sheet.
 
-    `every` is the interval of the numbered cuts. `many`: rapids are coloured from first to last. `kerf` is a width in
-    user units; `true_kerf`: it is to scale.
+    `every` is the interval of the numbered cuts. `many`: rapids are coloured from first to last. `kerf` is the drawn
+    width of the kerf, user units; `true_kerf` is whether that width is to scale.
     """
 
     frame: Frame
@@ -70,7 +70,7 @@ class SheetScene:
 
 
 def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
-    """Return the scene for the plans of a sheet, with the issues about missing work; no sheet gives an empty window."""
+    """Return the scene for the plans of a sheet, with the issues about missing work."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.path.extents for c in sheet.contours]
@@ -98,14 +98,18 @@ def sheet_drawing(
     """
     frame = scene.frame
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
-    ways, arrow = _ways(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
+    ways, arrow = _travel_moves(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
     window = f"window-{name}"
-    moving = (_rapids(scene, ways), *(_cut(scene, plan, k) for k in range(len(plan.cuts))), _kerf_arrows(scene, plan))
+    moving = (
+        _rapids(scene, ways),
+        *(_cut_drawing(scene, plan, k) for k in range(len(plan.cuts))),
+        _kerf_arrows(scene, plan),
+    )
     inside = (
         drawn,
         missing_drawing(frame, scene.missing),
         element("g", *moving, arrow_heads(ways, arrow), clip_path=f"url(#{window})"),
-        *_order(scene, plan, ways),
+        *_order_marks(scene, plan, ways),
     )
     return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
 
@@ -119,7 +123,7 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Return the edge of the sheet, the clamps, and the area of each part less its holes."""
+    """Draw the edge of the sheet, the clamps, and the area of each part without its holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -175,9 +179,10 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return the stretches of the path of a cut: ("kerf", "lead", "bridge", "dark" or "mark", from, to), mm, in order.
+    """Return the stretches of the path of a cut in order: their kind, and the distances of their ends, mm.
 
-    Micro-joints, and overcuts without arc, are ``dark``. Corner loops in the scrap are drawn as leads.
+    Kinds are ``kerf``, ``lead``, ``bridge``, ``dark`` and ``mark``. Micro-joints, and overcuts with the torch off, are
+    ``dark``. Corner loops in the scrap count as leads.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
@@ -203,7 +208,7 @@ def _kind_at(cut: Cut, at: float) -> str:
     return "kerf"
 
 
-def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
+def _cut_drawing(scene: SheetScene, plan: CutPlan, number: int) -> str:
     cut, frame = plan.cuts[number], scene.frame
     data: dict[str, str] = {}
     for kind, low, high in stretches(cut):
@@ -228,7 +233,7 @@ def dot_class(cut: Cut) -> str:
 
 
 def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
-    """Return arrow heads that show the direction of longer cuts."""
+    """Draw arrow heads that show the direction of longer cuts."""
     heads = []
     for cut in plan.cuts:
         length = cut.lead_out - cut.lead_in
@@ -242,22 +247,22 @@ def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
 # -- the order -------------------------------------------------------------------------------------------------------
 
 
-def _ways(frame: Frame, plan: CutPlan) -> Points:
+def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
     """Return the travel moves between cuts in user units, float64[n, 2, 2]."""
     ways = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
     return frame.place(np.array(ways, dtype=np.float64).reshape(-1, 2, 2))
 
 
 def _rapids(scene: SheetScene, ways: Points) -> str:
-    """Return the travel moves as thin dashed lines; many moves are coloured from first to last."""
+    """Draw the travel moves as thin dashed lines; many moves are coloured from first to last."""
     if not scene.many:
         return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)
     return in_steps(*(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)))
 
 
-def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
-    """Return the marks of start and end, and the cut numbers that fit."""
+def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
+    """Draw the marks of the start and the end, and the numbers of cuts where they fit."""
     if not plan.cuts:
         return []
     frame = scene.frame

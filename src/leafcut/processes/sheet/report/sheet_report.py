@@ -1,4 +1,4 @@
-"""Facts and page of a sheet: its parts, its cuts, time and cost of a sheet and of the batch."""
+"""Facts and report page of a sheet: its parts and cuts, and the time and cost of a sheet and of the batch."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from leafcut.processes.sheet.report.cut_words import (
     size_words,
 )
 from leafcut.processes.sheet.report.norms import NormRow, batch_row, norm_rows, norms_text, sheet_row
-from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
+from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
 from leafcut.processes.sheet.report.sheet_drawing import (
     SheetScene,
     build_sheet_scene,
@@ -53,7 +53,7 @@ from leafcut.report.wording import (
 MOST_PART_ROWS = 500
 #: A table of more parts is scrolled on a screen.
 _LONG_TABLE = 24
-#: Shorter times outside all parts have no row, s.
+#: Times outside all parts that are shorter than this have no row, s.
 _LEAST_REST = 0.05
 _WHICH = ("before", "nearest", "after")
 
@@ -73,10 +73,14 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the three measures with lengths along the cuts, and between them in X and Y, without retracts."""
+        """Return the measures of the three orders, with lengths along the cuts, and between the cuts in X and Y."""
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
-        near = outcome.nearest if outcome.nearest is None or nearest is None else _of_sheet(outcome.nearest, nearest)
-        return _of_sheet(outcome.before, before), near, _of_sheet(outcome.after, after)
+        near = (
+            outcome.nearest
+            if outcome.nearest is None or nearest is None
+            else _with_sheet_lengths(outcome.nearest, nearest)
+        )
+        return _with_sheet_lengths(outcome.before, before), near, _with_sheet_lengths(outcome.after, after)
 
     def counts(self) -> list[Fact]:
         """Return the numbers of parts, contours, marks and pierces."""
@@ -122,7 +126,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return the proved gap of cuts and travel moves, for the starts that were tried."""
+        """Return the proved gap of the order to the optimum, which applies to the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -144,7 +148,7 @@ class SheetReport(PathReport[SheetDetail]):
         return None
 
     def tables(self) -> dict[str, Any]:
-        """Return the times of cutting, piercing and rapids, the parts, and the norms."""
+        """Return the tables of times by order, of parts, and of cycle times and consumption."""
         kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
@@ -153,11 +157,11 @@ class SheetReport(PathReport[SheetDetail]):
         return {"times": views.stacked(kinds, rows), "parts": parts_table(self.cuts), "norms": norms_table(self.cuts)}
 
     def norms(self) -> str:
-        """Return the table of norms."""
+        """Return the table of cycle times and consumption as CSV text."""
         return norms_text(self.cuts)
 
     def page(self) -> dict[str, Any]:
-        """Return drawings, orders, parts and cutting data."""
+        """Return the content of the report page: drawings, orders, parts and cutting data."""
         known, plan = self._plans(), self.cuts
         scene = build_sheet_scene(known, self.outcome.missing)
         return {
@@ -168,7 +172,7 @@ class SheetReport(PathReport[SheetDetail]):
             "sheet": {
                 "drawings": self._drawings(scene),
                 "wide": scene.frame.wide,
-                "details": [detail(plan, number) for number in looked_at(plan)],
+                "details": [cut_detail(plan, number) for number in detailed_cuts(plan)],
                 "legend": _legend(scene, known),
                 "orders": [
                     (f"{t.pierces:,}", length_words(t.rapid_mm), length_words(t.length_mm)) for _, t in self._times()
@@ -179,7 +183,7 @@ class SheetReport(PathReport[SheetDetail]):
         }
 
     def saved(self) -> PageRow:
-        """Return the headline figure and its text."""
+        """Return the headline of the report page: the time saved, with a sentence."""
         outcome, row = self.outcome, super().saved()
         if not outcome.before.time_s > 0.0:
             return {**row, "percent": "The program cuts nothing."}
@@ -197,9 +201,9 @@ class SheetReport(PathReport[SheetDetail]):
         return {**row, "percent": words}
 
     def drawing(self, which: Which) -> str:
-        """Return the cuts in an order on the sheet."""
+        """Return the drawing of the sheet with its cuts in an order, as SVG."""
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
-        return sheet_drawing(scene, self.plan(which), which, self._words(which), size=True)
+        return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
         """Return the plan of an order."""
@@ -225,22 +229,22 @@ class SheetReport(PathReport[SheetDetail]):
             plan = self.outcome.detail.plans[k]
             if plan is not None:
                 parts = "#sheet-parts" if rows else "=sheet-parts"
-                svg = sheet_drawing(scene, plan, _WHICH[k], self._words(_WHICH[k]), parts=parts)
+                svg = sheet_drawing(scene, plan, _WHICH[k], self._order_title(_WHICH[k]), parts=parts)
                 way = f"{length_words(plan.measures.sheet.rapid_mm)} between the cuts"
                 rows.append({"caption": captions[k], "way": way, "svg": svg})
         return rows
 
-    def _words(self, which: str) -> str:
+    def _order_title(self, which: str) -> str:
         orders = {"before": f"the {self.came_in}’s order", "nearest": "nearest-neighbour order"}
         return f"Cuts of {clean(self.outcome.part.name)} in {orders.get(which, 'leafcut’s order')}"
 
 
-def _of_sheet(measure: Measure, norm: CutMeasures) -> Measure:
+def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
     return replace(measure, travel_mm=norm.sheet.rapid_mm, cut_mm=norm.sheet.cut_mm)
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return ``sheet 900 × 1500 mm``, or the size of the cuts if the sheet size is unknown."""
+    """Return the size of the sheet, ``sheet 900 × 1500 mm``, or of the area of the cuts if the sheet is unknown."""
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
     if not boxes:
@@ -279,7 +283,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
 
 
 def parts_table(plan: CutPlan) -> PageRow:
-    """Return one row per part, and the sums under them."""
+    """Return the table of parts: a row for each part, and rows with the sums."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
@@ -337,7 +341,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 
 
 def norms_table(plan: CutPlan) -> PageRow:
-    """Return a row of time and consumption for each kind of part, and the sums under them."""
+    """Return the table of cycle times and consumption: a row for each kind of part, and rows with the sums."""
     norm, rates = plan.measures, plan.data.rates
     found = norm_rows(norm)
     rows = found[:MOST_PART_ROWS]
@@ -348,9 +352,9 @@ def norms_table(plan: CutPlan) -> PageRow:
     known = [amount != NO_VALUE for _, amount in of_sheet]
 
     def cells(row: NormRow) -> PageRow:
-        told = [amount for _, amount in compress(amounts(row.used, rates), known)]
+        shown = [amount for _, amount in compress(amounts(row.used, rates), known)]
         perimeter = length_words(row.total_perimeter)
-        return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": told}
+        return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": shown}
 
     return {
         "rows": [
@@ -374,7 +378,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data as (heading, text); each text is clear without its heading."""
+    """Return the cutting data as pairs (heading, text); each text can be understood without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
@@ -395,7 +399,7 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 
 def _data(plan: CutPlan) -> PageRow:
-    # A word or two, in some charts with the reason after a comma.
+    # Confidence is a word or two; in some charts, a comma and the reason follow.
     confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
     return {
         "rows": [(name, clean(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],

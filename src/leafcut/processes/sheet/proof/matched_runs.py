@@ -16,7 +16,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, metal_of, targets_of
-from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, pieces_of
+from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_pieces
 
 #: Maximum length of the pieces into which chords are divided, mm.
 PIECE = 1.0
@@ -25,13 +25,13 @@ MOST = 0.5
 
 
 @dataclass(frozen=True)
-class Asked:
-    """The user's request, in addition to the plan.
+class CutRequest:
+    """Requests of the user, in addition to the plan.
 
-    `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are maxima for the micro-joints of an
-    outline; `safe_height` is the minimum height of rapids, mm. `power` is that for cutting, and lower power means
-    marking; None: the largest in the program. `material_number` is that of the controller's table; None: the program
-    states the material.
+    `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
+    micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
+    lower power means marking; None: the largest power in the program. `material_number` is the number in the
+    controller's material table; None: the program states the material.
     """
 
     half: float
@@ -45,7 +45,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Claim:
-    """A run that follows the path of a target: the length, mm, and the first and last position along the run."""
+    """A run that follows the path of a target: the length followed, and the first and last position in the run, mm."""
 
     run: int
     target: Target
@@ -55,24 +55,24 @@ class Claim:
     clockwise: bool
 
 
-class LaidRuns:
+class MatchedRuns:
     """The runs of a program matched with the shapes of a sheet.
 
-    `targets` are contours to cut or mark, in the order of the sheet. `parts` is the metal of the finished parts, shrunk
-    by `TOLERANCE`. `sheet` is an area; None if unknown. `lines` are shapely lines along which each run burns.
-    `of_target` has the claims by index of the contour.
+    `targets` are the contours to cut or mark, in the order of the sheet. `parts` is the metal of the finished parts,
+    shrunk by `TOLERANCE`, and `numbers` their numbers. `sheet` is the area of the sheet; None if unknown. `lines` are
+    the shapely lines along which each run burns. `of_target` has the claims by index of the contour.
     """
 
-    def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: Asked) -> None:
+    def __init__(self, runs: list[TorchRun], plan: CutPlan, sheet: Sheet, dialect: Dialect, asked: CutRequest) -> None:
         self.runs, self.plan, self.asked = runs, plan, asked
         self.targets = targets_of(sheet, asked.half)
         self.parts, self.numbers = metal_of(sheet)
         rings = [path.flattened(FLATNESS) for path in sheet.paths]
         self.sheet = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
-        self.marks = _marking(runs, dialect, asked.power)
+        self.marks = _marking_runs(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
-        ways = np.array([t.way for t in self.targets], dtype=object)
+        ways = np.array([t.centreline for t in self.targets], dtype=object)
         self.pairs = shapely.STRtree(ways).query(self.lines, predicate="dwithin", distance=TOLERANCE).T.tolist()
         claims = [self._claim(run, self.targets[number]) for run, number in self.pairs]
         self.claims = [c for c in claims if c is not None and self.marks[c.run] == c.target.marks]
@@ -82,8 +82,8 @@ class LaidRuns:
 
     def _claim(self, number: int, target: Target) -> Claim | None:
         run = self.runs[number]
-        middles, lengths, along = pieces_of(run, PIECE)
-        near = shapely.dwithin(target.way, shapely.points(middles), TOLERANCE)
+        middles, lengths, along = burning_pieces(run, PIECE)
+        near = shapely.dwithin(target.centreline, shapely.points(middles), TOLERANCE)
         if not near.any():
             return None
         own = middles[near]
@@ -116,12 +116,12 @@ class LaidRuns:
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 
-    def frees(self, claim: Claim) -> bool:
-        """Return whether a run detaches a contour, instead of just following the edge of a part a kerf away."""
-        whole = claim.followed > MOST * claim.target.way.length and not self.passes(claim)
+    def detaches(self, claim: Claim) -> bool:
+        """Return whether a run cuts a contour and so detaches it, instead of only following it a kerf away."""
+        whole = claim.followed > MOST * claim.target.centreline.length and not self.only_passes(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
-    def passes(self, claim: Claim) -> bool:
+    def only_passes(self, claim: Claim) -> bool:
         """Return whether a run around other parts with common lines follows a contour that lies a kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
@@ -133,8 +133,8 @@ class LaidRuns:
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
-def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return which runs mark: with another spindle, or with less than cutting power."""
+def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
+    """Return which runs mark: with the spindle of the marking tool, or with less than cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
@@ -144,5 +144,5 @@ def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> lis
 
 
 def wrong(what: str, text: str, line: int) -> Difference:
-    """Return a difference that belongs to no single feature, with its program line."""
+    """Return a difference for a fault of the kind `what`, with its program line."""
     return Difference(what, 0, line, text)
