@@ -312,8 +312,8 @@ class _CutOptions1(TypedDict, total=False):
     compensation: Literal["geometry", "controller", "none", None]
     """Kerf compensation: in the path (geometry), by the controller (G41, G42), or none (default: geometry)."""
     direction: Literal["auto", "clockwise", "counter-clockwise", "free", None]
-    """Cutting direction of outlines; holes run the other way (default: auto: clockwise for plasma and oxyfuel,
-    else free).
+    """Cutting direction of outlines; holes run in the opposite direction (default: auto: clockwise for plasma and
+    oxyfuel, else free).
     """
     lead_in: Literal["auto", "line", "arc", "none", None]
     """Shape of the lead-in (default: auto: arc for plasma and oxyfuel, else line)."""
@@ -326,12 +326,12 @@ class _CutOptions1(TypedDict, total=False):
     lead_out_length: Quantity | None
     """Length of the lead-out (mm; default: as the lead-in, at least 6)."""
     overcut: Quantity | None
-    """Overcut past the start of a closed contour; with the torch off if the controller can (mm; default: 4 mm for
-    plasma holes, else 0).
+    """Overcut past the start of a closed contour; with the torch off if the controller can switch it in motion
+    (mm; default: 4 mm for plasma holes, else 0).
     """
     small_hole: Quantity | None
-    """Small holes, below this diameter, are cut slower, from near the centre, without a lead-out (mm; default: 32
-    mm for plasma, else 0).
+    """Holes below this diameter count as small: cut slower, from near the centre, without a lead-out (mm; default:
+    32 mm for plasma, else 0).
     """
     corner_loops: bool | None
     """Loop through the scrap at sharp outer corners, if there is room."""
@@ -346,8 +346,8 @@ class _CutOptions1(TypedDict, total=False):
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
     sweep: Literal["free", "x", "y", "-x", "-y", None]
-    """Cut parts in bands along an axis, in its direction or against it, to keep the rest of the sheet flat
-    (default: free).
+    """Cut parts in bands, one after the other in this direction, to keep the rest of the sheet flat (default:
+    free).
     """
     sheet_size: str | None
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else

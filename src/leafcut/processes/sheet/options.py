@@ -76,7 +76,7 @@ class CutOptions(OptionGroup):
     direction: str = option(
         "text",
         "auto",
-        "cutting direction of outlines; holes run the other way",
+        "cutting direction of outlines; holes run in the opposite direction",
         choices=("auto", "clockwise", "counter-clockwise", "free"),
         default_words="auto: clockwise for plasma and oxyfuel, else free",
     )
@@ -117,7 +117,7 @@ class CutOptions(OptionGroup):
     overcut: float | None = option(
         "quantity",
         None,
-        "overcut past the start of a closed contour; with the torch off if the controller can",
+        "overcut past the start of a closed contour; with the torch off if the controller can switch it in motion",
         unit="mm",
         minimum=0,
         maximum=100,
@@ -126,7 +126,7 @@ class CutOptions(OptionGroup):
     small_hole: float | None = option(
         "quantity",
         None,
-        "small holes, below this diameter, are cut slower, from near the centre, without a lead-out",
+        "holes below this diameter count as small: cut slower, from near the centre, without a lead-out",
         unit="mm",
         minimum=0,
         maximum=1000,
@@ -151,7 +151,7 @@ class CutOptions(OptionGroup):
     sweep: str = option(
         "text",
         "free",
-        "cut parts in bands along an axis, in its direction or against it, to keep the rest of the sheet flat",
+        "cut parts in bands, one after the other in this direction, to keep the rest of the sheet flat",
         choices=("free", "x", "y", "-x", "-y"),
     )
     sheet_size: str | None = option(
