@@ -1,4 +1,4 @@
-"""Schema numbers: format versions of documents (docs/schemas.md), and the versions that this leafcut reads."""
+"""Schema numbers: format versions of documents (docs/schemas.md), and the versions that leafcut reads."""
 
 from __future__ import annotations
 

@@ -74,7 +74,10 @@ def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats |
 
 
 def _chords_needed(sample: Floats, tolerance: float) -> Floats:
-    """Return the number of chords for each knot span, a power of two; the chord error falls with its square."""
+    """Return the number of chords for each knot span, a power of two.
+
+    The error of a chord falls with the square of their number.
+    """
     middles = 0.5 * (sample[:, :-2] + sample[:, 2:])
     # The height over two steps is four times that over one.
     height = np.hypot(*np.moveaxis(sample[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0

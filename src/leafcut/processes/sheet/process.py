@@ -192,7 +192,7 @@ class SheetCutting(Process):
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed contours."""
+        """Return the contours of the drawing, placed relative to the program's zero."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_contours
 

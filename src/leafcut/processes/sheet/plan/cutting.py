@@ -141,7 +141,7 @@ class CutSequence:
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence of the same cuts with other starts, in another order."""
+        """Return a sequence of the same cutting with the given starts in order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
@@ -186,7 +186,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
-    """Refuse kerfs that touch another part or a clamp, or whose centreline is off the sheet (`PlanError`)."""
+    """Raise `PlanError` for kerfs that touch another part or a clamp, or whose centreline is off the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []

@@ -80,7 +80,7 @@ def _clockwise(run: TorchRun) -> bool:
 
 
 def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
-    """Yield the common lines that cross the kerf of an earlier line, where the arc would go out."""
+    """Yield a fault for each common line that crosses the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
         met = laid.burnt[late].intersection(laid.burnt[early])
         end = shapely.Point(laid.runs[late].points[-1])

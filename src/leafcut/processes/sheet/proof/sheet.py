@@ -65,7 +65,7 @@ def check_sheet(
 
 
 def uncut_contours(laid: MatchedRuns) -> list[Difference]:
-    """Return the contours that are not cut, or not completely."""
+    """Return a fault for each contour that is not cut, or not completely."""
     found = []
     for target in laid.targets:
         claims = laid.of_target.get(target.index, [])
@@ -113,7 +113,7 @@ def _at_corner(laid: MatchedRuns, target: Target, gap: Any, burnt: Any) -> bool:
 
 
 def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
-    """Return the contours that are cut twice, and the runs that follow no contour."""
+    """Return a fault for each contour that is cut twice, and for each run that follows no contour."""
     found = []
     for claims in laid.of_target.values():
         target = claims[0].target
@@ -132,7 +132,7 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
 
 
 def gouges(laid: MatchedRuns) -> list[Difference]:
-    """Return the parts that a kerf cuts into."""
+    """Return a fault for each part that a kerf cuts into."""
     found = []
     metal = ShapeIndex(laid.parts)
     slits = {t.index: t.edge for t in laid.targets if t.shape is None and not t.marks}
@@ -151,7 +151,7 @@ def gouges(laid: MatchedRuns) -> list[Difference]:
 
 
 def strays(laid: MatchedRuns) -> list[Difference]:
-    """Return the kerfs that run into a clamp or off the sheet, except starts beyond the sheet's edge."""
+    """Return a fault for each kerf that runs into a clamp or off the sheet, except starts beyond the sheet's edge."""
     found = []
     half = 0.5 * laid.plan.data.kerf  # with or without compensation
     for zone in laid.zones:

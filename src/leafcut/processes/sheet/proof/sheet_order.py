@@ -29,7 +29,7 @@ def plan_faults(laid: MatchedRuns) -> list[Difference]:
 
 
 def order_faults(laid: MatchedRuns) -> list[Difference]:
-    """Return the contours that are cut after a contour around them has detached them."""
+    """Return a fault for each contour that is cut after a contour around it has detached it."""
     closed = [t for t in laid.targets if t.shape is not None]
     everything = list(laid.targets)
     edges = np.array([t.edge for t in everything], dtype=object)
@@ -52,9 +52,9 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
 
 
 def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
-    """Return the contours in notches that the kerf of an outline closes; contours inside it may be included.
+    """Return the contours inside an outline and in its notches that the kerf closes; empty if no other is near.
 
-    `edges` is the index of the drawn lines of all targets. `known` are the contours known to lie inside.
+    `edges` is the index of the drawn lines of all targets. `known` are the contours inside the outline.
     """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(
@@ -116,7 +116,7 @@ def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
 
 
 def direction_faults(laid: MatchedRuns) -> list[Difference]:
-    """Return the contours that are cut in the wrong direction."""
+    """Return a fault for each contour that is cut in the wrong direction."""
     found = []
     for claim in laid.claims:
         if claim.run >= len(laid.plan.cuts) or claim.target.shape is None:

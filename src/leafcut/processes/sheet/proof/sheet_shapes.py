@@ -158,7 +158,7 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
 
 
 def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Difference]:
-    """Return the chambers that reach beyond their notch, or that stay uncut although others of their outline are cut.
+    """Return a fault for each chamber that leaves its notch, or stays uncut although others of its outline are cut.
 
     A chamber may stay uncut if no pierce fits, or if its kerf would enter another kerf.
     """
