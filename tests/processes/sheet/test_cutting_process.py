@@ -127,7 +127,7 @@ def test_every_shipped_table_uses_the_rows_of_its_own_source_only() -> None:
 def test_another_power_than_the_machine_has_is_used_where_it_is_named_with_a_warning() -> None:
     process, issues = cut_process_of(load_machine("laser-table"), "laser_fiber_6kW")
     assert (process, [i.code for i in issues]) == ("laser_fiber_6kw", ["L413"])
-    assert "though laser-table has laser_fiber_3kw" in issues[0].message
+    assert "but laser-table has laser_fiber_3kw" in issues[0].message
 
 
 def test_a_flame_does_not_touch_the_sheet_to_find_it(plate: Path) -> None:

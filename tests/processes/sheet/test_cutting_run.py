@@ -119,7 +119,7 @@ def test_once_the_time_is_over_no_start_slides_and_no_order_is_sought_again(
     ticks = itertools.count()
     monkeypatch.setattr("leafcut.order.deadline.clock", lambda: float(next(ticks)))
     monkeypatch.setattr(
-        "leafcut.processes.sheet.plan.moved_starts._slid",
+        "leafcut.processes.sheet.plan.moved_starts._slide_start",
         lambda *_: pytest.fail("a start slid when the time was over"),
     )
     late = api.optimize(drawing, **FAST, time_limit="1s", bound=False)

@@ -18,7 +18,7 @@ from leafcut.processes.plan import Plan
 from leafcut.processes.settings import collect
 from leafcut.processes.sheet.passes import PASSES, cuts_of, keep_given, motion
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
-from leafcut.processes.sheet.spec import planned
+from leafcut.processes.sheet.spec import plan_sheet
 from leafcut.read.format import load
 
 
@@ -45,7 +45,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     file = tmp_path_factory.mktemp("passes") / "squares.dxf"
     document.saveas(file)
     settings = collect({"thickness": 6.0, "machine": "plasma-table", "heat_distance": 20.0, "algorithm": "nn"})
-    return planned(Job(settings, machine_of(settings), Deadline()), load(file))
+    return plan_sheet(Job(settings, machine_of(settings), Deadline()), load(file))
 
 
 def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_order(plan: Plan) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.sheet.proof.detached_parts import _distances, _inside, _nears
+from leafcut.processes.sheet.proof.detached_parts import _comes_near, _distances, _inside
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -24,5 +24,5 @@ def test_inside_and_distance_are_those_of_shapely(seed: int) -> None:
     exact = shapely.distance(shapely.LineString(edge), shapely.points(points))
     assert _distances(points, edge) == pytest.approx(exact)
     for point, away in zip(points[:40], exact[:40].tolist(), strict=True):
-        assert _nears(point[None], edge, away + 1e-6)
-        assert not _nears(point[None], edge, away - 1e-6)
+        assert _comes_near(point[None], edge, away + 1e-6)
+        assert not _comes_near(point[None], edge, away - 1e-6)

@@ -22,7 +22,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.registry import report_of
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, contour_words, cut_title, name_words, size_words
-from leafcut.processes.sheet.report.sheet_detail import detail, detailed_cuts
+from leafcut.processes.sheet.report.sheet_detail import cut_detail, detailed_cuts
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
@@ -327,13 +327,13 @@ def test_a_closer_look_shows_the_first_hole_and_the_first_outline_with_the_kerf_
     assert detailed_cuts(plan) == [0, 2]
     assert detailed_cuts(plan_of([MARK, SQUARE], 1.0)) == [1]
     assert detailed_cuts(plan_of([MARK], 1.0)) == []
-    look = detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
+    look = cut_detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
     # 1.6 lead-ins of 4 mm are half of 190 units: a kerf of 1 mm is 95 / 6.4 units wide.
     assert f'class="kerf band" stroke-width="{95.0 / 6.4 * STEPS:g}"' in look["svg"]
     assert look["svg"].count("<circle") == 1
     assert (look["caption"], look["words"]) == ("Cut 1: part 1, hole", "lead-in 4.0 mm, lead-out 4.0 mm")
     dark = replace(HOLE, torch_off_at=HOLE.lead_out + 1.0)
-    assert detail(plan_of([dark], 1.0), 0)["words"] == "lead-in 4.0 mm, lead-out 1.0 mm, 3.0 mm with the torch off"
+    assert cut_detail(plan_of([dark], 1.0), 0)["words"] == "lead-in 4.0 mm, lead-out 1.0 mm, 3.0 mm with the torch off"
 
 
 def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_outcome, empty_outcome):
