@@ -114,8 +114,8 @@ def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: py
     """With one strategy, as the others have tests of their own; every program is verified and written."""
     from leafcut.processes.pocket import strategies as pocket_strategies
 
-    few = tuple(way for way in pocket_strategies.WAYS if way.name == "contour")
-    monkeypatch.setattr(pocket_strategies, "WAYS", few)
+    few = tuple(way for way in pocket_strategies.STRATEGIES if way.name == "contour")
+    monkeypatch.setattr(pocket_strategies, "STRATEGIES", few)
     text = (ROOT / "docs" / "pockets.md").read_text(encoding="utf-8")
     commands = re.findall(r"^    leafcut (pocket examples/pocket\..+)$", text, flags=re.MULTILINE)
     assert len(commands) >= 5

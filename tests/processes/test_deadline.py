@@ -26,7 +26,7 @@ from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.strategies import WAYS, ClearingStrategy, SearchTime
+from leafcut.processes.pocket.strategies import STRATEGIES, ClearingStrategy, SearchTime
 from leafcut.processes.settings import collect
 from leafcut.processes.sheet import passes
 from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
@@ -201,7 +201,7 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     time, region = SearchTime(Deadline(10.0)), CentreRegion(shapely.box(0, 0, 9, 9), PocketRules(4.0, 2.0))
     time.to_come = 2
     for searches in (False, True, False, True):
-        way = ClearingStrategy("", path, "", searches=searches)
+        way = ClearingStrategy("", path, searches=searches)
         time.path(way, region, run)
     assert given[1] == given[3] == pytest.approx(5.0)
     assert given[0] == given[2] == run.deadline.seconds
@@ -253,6 +253,6 @@ def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(solving, "solve", spy)
     settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
     region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
-    (ants,) = (way for way in WAYS if way.name == "ants")
+    (ants,) = (way for way in STRATEGIES if way.name == "ants")
     ants.path(region, Job(settings, machine_of(settings), Deadline(5.0)), {})
     assert asked == [pytest.approx(5.0)]

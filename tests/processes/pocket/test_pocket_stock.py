@@ -12,7 +12,7 @@ import shapely
 
 import leafcut
 from leafcut.material.removal import removal
-from leafcut.processes.pocket.strategies import WAYS
+from leafcut.processes.pocket.strategies import STRATEGIES
 
 TOOL = 10.0
 #: Two levels of unequal depth: the comparison is of the second.
@@ -28,7 +28,7 @@ FLOOR = 44 * 36 - (4 - math.pi) * 7**2 - math.pi * 4**2
 
 
 @pytest.mark.parametrize(
-    "strategy", [pytest.param(way.name, marks=[pytest.mark.slow] * (way.name == "adaptive")) for way in WAYS]
+    "strategy", [pytest.param(way.name, marks=[pytest.mark.slow] * (way.name == "adaptive")) for way in STRATEGIES]
 )
 def test_height_field_and_polygons_remove_the_same_of_a_pocket(strategy: str, tmp_path: Path) -> None:
     """They differ by at most a cell along the edges; neither cuts beyond the walls, and both leave the same uncut."""

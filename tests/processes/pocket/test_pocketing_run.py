@@ -85,7 +85,7 @@ def test_the_holder_of_the_mill_stays_out_of_a_clamp_as_high_as_it(
 @pytest.fixture
 def contour_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep one strategy where the others do not matter."""
-    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "contour"))
+    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "contour"))
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +168,7 @@ def test_the_strategies_are_told_beside_each_other(outcome) -> None:
 
 
 def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name in ("contour", "ants")))
+    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name in ("contour", "ants")))
     for name in ("contour", "ants"):
         outcome = api.optimize(drawing, strategy=name, **FAST)
         assert outcome.detail.plans[0].result.strategy == name
@@ -323,7 +323,7 @@ def test_adaptive_refuses_stock_that_exceeds_the_engagement_limit_in_sharp_corne
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In a corner of 90° both walls engage the tool: by at least 90° if stock remains there."""
-    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "adaptive"))
+    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "adaptive"))
     (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 24, 20).wkt)
     with pytest.raises(PlanError, match="leave out --stock"):
         api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
@@ -345,16 +345,16 @@ def test_passes_wider_apart_than_the_step_over_are_never_written(
     drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Rings for 6 mm where 3 are asked for: the strategy is refused by its figures, and the proof by the text's."""
-    contour = next(w for w in room.WAYS if w.name == "contour")
+    contour = next(w for w in room.STRATEGIES if w.name == "contour")
 
     def wide(region: Any, run: Any, grids: Any) -> PocketPath:
         return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run, grids)
 
-    monkeypatch.setattr(room, "WAYS", (replace(contour, path=wide),))
+    monkeypatch.setattr(room, "STRATEGIES", (replace(contour, path=wide),))
     for strategy in ("best", "contour"):
         with pytest.raises(PlanError, match=r"contour:? has passes [\d.]+ mm apart, more than the step-over of 3 mm"):
             api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": strategy, "step_over": 0.3})
-    monkeypatch.setattr(pocketing, "_beyond", lambda *_: "")
+    monkeypatch.setattr(pocketing, "_limit_error", lambda *_: "")
     with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm are allowed"):
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", "step_over": 0.3})
     assert not (tmp_path / "p.ngc").exists()
@@ -431,7 +431,7 @@ def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(dra
 def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
     drawing: Path, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "connected"))
+    monkeypatch.setattr(room, "STRATEGIES", tuple(w for w in room.STRATEGIES if w.name == "connected"))
     short = api.optimize(drawing, **{**FAST, "strategy": "connected", "time_limit": "1ms"})
     found = short.detail.plans[0].result
     assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
@@ -481,13 +481,13 @@ def test_a_strategy_that_gouges_is_never_written(
     drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A path shifted by 0.1 mm is refused by name, and is not chosen."""
-    contour = next(w for w in room.WAYS if w.name == "contour")
+    contour = next(w for w in room.STRATEGIES if w.name == "contour")
 
     def shifted(region: Any, run: Any, grids: Any) -> PocketPath:
         path = contour.path(region, run, grids)
         return replace(path, pieces=tuple(replace(p, path=p.path.moved(0.1, 0.0)) for p in path.pieces))
 
-    monkeypatch.setattr(room, "WAYS", (replace(contour, path=shifted),))
+    monkeypatch.setattr(room, "STRATEGIES", (replace(contour, path=shifted),))
     with pytest.raises(VerifyError, match="gouge"):
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour"})
     with pytest.raises(PlanError, match="no strategy"):
@@ -583,9 +583,9 @@ def test_every_strategy_is_told_by_its_name_and_the_time_of_its_program(drawing:
             told.append(progress.trial)
 
     (plan,) = api.optimize(drawing, progress=tell, **{**FAST, "strategy": "best"}).detail.plans
-    assert [result.strategy for result in plan.results] == [way.name for way in room.WAYS]
+    assert [result.strategy for result in plan.results] == [way.name for way in room.STRATEGIES]
     # Those that do not search are tried first: before a search it is known how long it takes to look at a path.
-    searches = {way.name: way.searches for way in room.WAYS}
+    searches = {way.name: way.searches for way in room.STRATEGIES}
     tried = sorted(plan.results, key=lambda result: searches[result.strategy])
     assert [one.name for one in told] == [result.strategy for result in tried for _ in "ab"]  # begun, and done
     costs = [one.cost for one in told[1::2]]

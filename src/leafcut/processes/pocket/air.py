@@ -1,4 +1,4 @@
-"""Air cuts: stretches at depth without engagement become separate pieces at a higher feed."""
+"""Air cuts: stretches at depth where the tool cuts nothing become separate path sections with a higher feed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.material.removal import engaged_way
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.feeds import NOTHING, divided
+from leafcut.processes.pocket.feeds import MIN_LENGTH, divided
 
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
@@ -19,36 +19,36 @@ if TYPE_CHECKING:
 
 
 #: Minimum length of an air cut, tool diameters: on shorter ones the machine is hardly faster.
-SHORTEST = 0.5
-#: Distance of the higher feed from the material, tool diameters: a step of the measurement.
+MIN_AIR_CUT = 0.5
+#: Distance between the material and the start of the higher feed, tool diameters (one step of the measurement).
 MARGIN = 0.05
 
 
 def with_air(
     pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Divide each piece where the tool enters or leaves the material; parts in air get the kind ``air``.
+    """Divide each section of a path where the tool enters or leaves the material; parts in air get the kind ``air``.
 
-    `path` and `engaged` are the measurement of the pieces in their order. Finishing pieces and entries stay whole. The
-    divided pieces are measured again, because the proof will sample the written program at other points: a sliver
-    thinner than a step may lie between two samples of the first measurement.
+    `path` and `engaged` are the sampled sections and their engagement. Finishing sections and entries are not divided.
+    The result is measured again, because the proof samples the written program at other points: the first measurement
+    may have missed a sliver between two samples.
     """
-    stations, free = np.cumsum(path.step), _free(path, engaged, rules)
+    stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)
     rows = np.arange(len(pieces))
     ends = stations[np.searchsorted(path.piece, rows, side="right") - 1]
     starts = np.concatenate([[0.0], ends[:-1]])
     result = []
     for piece, start, end in zip(pieces, starts.tolist(), ends.tolist(), strict=True):
-        if piece.kind not in ("rough", "link") or end - start <= NOTHING:
+        if piece.kind not in ("rough", "link") or end - start <= MIN_LENGTH:
             result.append([piece])
             continue
         near = free[(free[:, 1] > start) & (free[:, 0] < end)]
         share = piece.path.length / (end - start)  # chords of arcs are shorter than these
-        result.append(_with_air(piece, (np.clip(near, start, end) - start) * share))
-    return _confirmed(pieces, result, rules)
+        result.append(_divided_at_air_cuts(piece, (np.clip(near, start, end) - start) * share))
+    return _without_false_air_cuts(pieces, result, rules)
 
 
-def _confirmed(
+def _without_false_air_cuts(
     pieces: Sequence[PocketPiece], divided: list[list[PocketPiece]], rules: PocketRules
 ) -> list[list[PocketPiece]]:
     parts = [part for pieces_of in divided for part in pieces_of]
@@ -66,8 +66,8 @@ def _confirmed(
     ]
 
 
-def _free(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
-    """Return the air cuts of a path, from station to station, float64[n, 2], mm."""
+def _air_cuts(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
+    """Return start and end of each air cut, measured along the path, float64[n, 2], mm."""
     stations = np.cumsum(path.step)
     # A step is in air if both its ends are, and no lift lies between them.
     step = (engaged.angle == 0.0) & np.isfinite(path.back[:, 0])
@@ -76,12 +76,12 @@ def _free(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
     first, last = edge[0::2], edge[1::2] - 1
     margin = MARGIN * rules.tool_diameter
     free = np.column_stack([stations[first] - path.step[first] + margin, stations[last] - margin])
-    long: Floats = free[free[:, 1] - free[:, 0] >= SHORTEST * rules.tool_diameter]
+    long: Floats = free[free[:, 1] - free[:, 0] >= MIN_AIR_CUT * rules.tool_diameter]
     return long
 
 
-def _with_air(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
-    """Divide a piece at the ends of air cuts, mm from its start."""
+def _divided_at_air_cuts(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
+    """Divide a section at its air cuts, whose starts and ends are in mm from the start of the section."""
     parts, at = [], 0.0
     for start, end in free.tolist():
         parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]

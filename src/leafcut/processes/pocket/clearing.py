@@ -1,4 +1,4 @@
-"""Choice of a strategy for each pocket: tries all, and takes the fewest retracts among near-optimal results."""
+"""Choice of a strategy for each pocket: tries all, and takes the one with the fewest retracts among the cheapest."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ NEARLY = 1.05
 
 @dataclass(frozen=True, eq=False)
 class ClearedPocket:
-    """A pocket cleared by every strategy. `clearings` maps strategies with a path to the cleared regions; `even` is
-    the same at a constant feed, if the feeds of `clearings` follow the load.
+    """A pocket cleared by every strategy. `clearings` maps each successful strategy to its cleared regions. `even` has
+    the same regions at a constant feed; they differ only if the feeds of `clearings` follow the load.
     """
 
     plan: PocketPlan
@@ -55,7 +55,7 @@ class ClearedPocket:
 
     @property
     def usual(self) -> list[Clearing]:
-        """The regions, cleared by the usual strategy of shops."""
+        """The regions, cleared by the strategy that most shops use."""
         return self.clearings[self.plan.usual.strategy]
 
 
@@ -75,7 +75,7 @@ class PocketWork:
 def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
     """Clear a pocket by the requested strategy, or by every strategy, and choose the best."""
     from leafcut.processes.pocket.plan.region import centre_regions
-    from leafcut.processes.pocket.strategies import WAYS
+    from leafcut.processes.pocket.strategies import STRATEGIES
 
     regions, issues = centre_regions(pocket, job.exact)
     roughed = centre_regions(pocket, job.rules)[0] if job.rules.stock > 0.0 else regions
@@ -84,13 +84,13 @@ def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) 
     even: dict[str, list[Clearing]] = {}
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
-    strategies = [strategy for strategy in WAYS if asked in ("best", strategy.name)]
+    strategies = [strategy for strategy in STRATEGIES if asked in ("best", strategy.name)]
     each = len(regions) * (len(job.part.pockets) - number)
     time.to_come = each * sum(strategy.searches for strategy in strategies)
     for rank, strategy in enumerate(sorted(strategies, key=lambda strategy: strategy.searches)):
         words, share = f"{several}{strategy.name}", (number + rank / len(strategies)) / len(job.part.pockets)
         job.run.report(words, share, Trial(words))
-        result, steady, fitted = _tried(job, number, strategy, regions, roughed, time)
+        result, steady, fitted = _try_strategy(job, number, strategy, regions, roughed, time)
         results_of[strategy.name] = result
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
@@ -98,14 +98,14 @@ def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) 
         if steady:
             clearings[strategy.name], even[strategy.name] = fitted, steady
     results = [results_of[strategy.name] for strategy in strategies]
-    chosen, levels = _chosen(job, pocket, results), job.levels[number]
+    chosen, levels = _choose_strategy(job, pocket, results), job.levels[number]
     in_floor = job.around[number] is not None
     results = with_reasons(job, results, results[chosen])
     plan = PocketPlan(pocket, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
     return ClearedPocket(plan, clearings, even), issues
 
 
-def _tried(
+def _try_strategy(
     job: PocketJob,
     number: int,
     strategy: ClearingStrategy,
@@ -113,7 +113,9 @@ def _tried(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result, and the regions at a constant feed and at load-dependent feeds; none if refused."""
+    """Return the result of a strategy, and its cleared regions at a constant feed and at load-dependent feeds. Both
+    lists are empty if the strategy is refused.
+    """
     from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
     from leafcut.processes.pocket.measures import measure_path
@@ -129,16 +131,17 @@ def _tried(
     measures = measure_path(job.part.pockets[number], path, job.exact, (steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
         divided = iter(with_air(path.pieces, steps, engaged, job.exact))
-        clearings = [_aired(clearing, divided) for clearing in clearings]
-    fitted, time_s = _fitted(job, clearings)
+        clearings = [_with_divided_pieces(clearing, divided) for clearing in clearings]
+    fitted, time_s = _with_fastest_feeds(job, clearings)
     return PocketResult(strategy.name, path, measures, program_s=time_s), clearings, fitted
 
 
-def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
-    """Return the regions with load-dependent feeds, if requested, and their time, s.
+def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
+    """Return the regions with load-dependent feeds, if requested, and the machine time, s.
 
-    Some machines stop after each move, and dividing a move changes its blending. So three variants are compared: feed
-    changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed down.
+    Dividing a move can cost time, because some machines stop after each move. So the fastest of three variants is
+    taken: feed changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed
+    down.
     """
     from leafcut.processes.pocket.feeds import with_feeds
 
@@ -150,7 +153,9 @@ def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], 
     for anywhere in (True, False):
         divided = [
             # Each region separately, since their order is not known yet.
-            _aired(c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere)))
+            _with_divided_pieces(
+                c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere))
+            )
             for c in clearings
         ]
         tried.append((divided, generated(job, divided).measure.time_s))
@@ -158,11 +163,11 @@ def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], 
     return min(tried if slower else [even, *tried], key=lambda one: one[1])
 
 
-def _along(strategy: str, middle: Points) -> PocketPath:
+def _slot_path(strategy: str, middle: Points) -> PocketPath:
     return PocketPath(strategy, (PocketPiece(as_polyline(middle)),))
 
 
-def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
+def _with_divided_pieces(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
     rough, walls = (
         None if path is None else replace(path, pieces=tuple(p for _ in path.pieces for p in next(divided)))
         for path in (clearing.rough, clearing.walls)
@@ -184,12 +189,12 @@ def _clearing(
 
     tolerance = job.rules.tolerance
     if region.middle is not None:
-        # A slot as wide as the tool has only one path.
-        along = _along(strategy.name, region.middle)
+        # In a slot as wide as the tool, only one path is possible.
+        along = _slot_path(strategy.name, region.middle)
         return Clearing(region, region.polygon, fitted(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
-        # If the stock leaves no room, the tool clears up to the wall.
+        # A region too narrow for stock is cleared up to the wall.
         return Clearing(region, region.polygon, fitted(time.path(strategy, region, job.run), tolerance), levels)
     rough = [fitted(time.path(strategy, r, job.run), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
@@ -197,9 +202,9 @@ def _clearing(
     return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
 
 
-def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
-    """Return the index of the requested strategy, or of the best strategy that clears the whole pocket. Raises
-    PlanError if the requested strategy is refused or exceeds a limit, or every strategy gouges.
+def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
+    """Return the index of the requested strategy, or else of the best strategy that clears the whole pocket. Raises
+    PlanError if the requested strategy is refused or exceeds a limit, or if every strategy gouges or exceeds a limit.
     """
     options = job.run.settings.of(PocketOptions)
     name = pocket.label
@@ -208,13 +213,15 @@ def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
         if requested is None or requested[1].path is None:
             why = "leafcut does not have it" if requested is None else requested[1].refused
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
-        if requested[1].measures is not None and (more := _beyond(job, requested[1].strategy, requested[1].measures)):
+        if requested[1].measures is not None and (
+            more := _limit_error(job, requested[1].strategy, requested[1].measures)
+        ):
             raise PlanError(f"{name}: {requested[1].strategy} {more}")
         return requested[0]
     known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
-    sound = [row for row in known if not row[2].gouge_mm2 and not _beyond(job, row[1].strategy, row[2])]
+    sound = [row for row in known if not row[2].gouge_mm2 and not _limit_error(job, row[1].strategy, row[2])]
     if not sound:
-        wrong = {k: _beyond(job, r.strategy, m) or "gouges" for k, r, m in known}
+        wrong = {k: _limit_error(job, r.strategy, m) or "gouges" for k, r, m in known}
         reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
         raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
     whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
@@ -228,13 +235,13 @@ def _chosen(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
 
 
 def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the time, s, or the path length, mm."""
+    """Return the time of the program, s, or the length of its path, mm, depending on the objective."""
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
 def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Return the results, with reasons why cheaper strategies than the written strategy were rejected."""
+    """Add to each result that is cheaper than the written one the reason why it was rejected."""
     best = written.measures
     if best is None:
         return results
@@ -255,7 +262,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
 
 
 def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return the exceeded limit, step-over or engagement; "" for none."""
+    """Describe the exceeded limit of step-over or engagement; "" if both are kept."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.keeps(measures.max_step_over):
         return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
@@ -268,8 +275,8 @@ def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
     )
 
 
-def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return the exceeded limit, and the remedy; "" for none."""
+def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Describe the exceeded limit of step-over or engagement with its remedy; "" if both are kept."""
     excess = _excess(job, strategy, measures)
     if not excess:
         return ""
@@ -281,7 +288,7 @@ def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
-    """Return the problem of the order of all regions."""
+    """Return the routing problem of ordering all regions."""
     from leafcut.timing.travel import travel_metric
 
     clearings = [c for regions in pockets for c in regions]
@@ -290,15 +297,15 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
         exit=np.array([c.end for c in clearings]),
         cluster=np.arange(len(clearings), dtype=np.int32),
         service=np.zeros(len(clearings)),
-        precedence=_before(job, pockets),
+        precedence=_precedence(job, pockets),
         metric=travel_metric(job.run.machine, job.run.settings.solve.objective),
         start=job.start,
         end=job.heights.end,
     )
 
 
-def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
-    """Return the precedence, int32[n, 2]: a pocket comes before the pockets in its floor."""
+def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
+    """Return the pairs of regions (earlier, later), int32[n, 2]: a pocket comes before the pockets in its floor."""
     last = np.cumsum([len(regions) for regions in pockets])
     rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]
     pairs = [
@@ -312,7 +319,7 @@ def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
 
 
 def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
-    """Return the motion that clears the regions in the given order."""
+    """Generate and time the motion that clears the regions in the given order."""
     from leafcut.processes.pocket.plan.toolpath import pocket_motion
     from leafcut.timing.toolpath import measure
 
@@ -335,8 +342,8 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the written program, and those of all strategies that clear every pocket, all with the order of regions
-    `nodes`; () for a single pocket.
+    """Return the figures of the written program (named "") and of each strategy that clears every pocket, all in the
+    order `nodes` of the regions; () for a single pocket.
     """
     if len(cleared) < 2:
         return ()

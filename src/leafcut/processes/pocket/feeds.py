@@ -1,4 +1,4 @@
-"""Feeds at depth that follow the engagement, for chips as thick as the tool data allow."""
+"""Feeds at depth that follow the engagement: each chip is as thick as the tool data allow."""
 
 from __future__ import annotations
 
@@ -16,43 +16,42 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: A feed also respects the limits within this distance before and after it, tool diameters.
+#: A feed keeps all limits within this distance along the path, tool diameters.
 AROUND = 0.25
-#: Ratio of successive feeds.
+#: Ratio between two successive values of the feed.
 STEP = 1.1
-#: Minimum increase of a feed, as a ratio to the tool's feed.
+#: Minimum raised feed, as a ratio to the tool's feed; smaller increases are dropped.
 LEAST = 1.05
 #: Minimum length of a stretch with its own feed, tool diameters.
 SHORTEST = 0.5
-#: Minimum gain of a faster stretch, s.
-WORTH = 0.05
-#: A feed changes at a vertex of the path if one is this near, tool diameters.
+#: Minimum saving of a faster stretch, s.
+MIN_SAVING = 0.05
+#: A feed change moves to a vertex of the path within this distance, tool diameters.
 SNAP = 0.1
-#: Cuts are planned wider by this margin, tolerances.
-WIDER = 2.0
-#: Shorter pieces are omitted, mm.
-NOTHING = 1e-3
+#: Safety margin of the cut width, in path tolerances.
+WIDTH_MARGIN = 2.0
+#: Minimum length of a path section, mm.
+MIN_LENGTH = 1e-3
 
 
 def with_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Divide each piece where its feed changes; each part gets its feed as a share of the tool's.
+    """Divide each section of a path where its feed changes; feeds are shares of the tool's feed.
 
-    The engagement is measured along the pieces in their order. A stretch is faster if its chips are thinner than in a
-    slot and the machine has room to speed up and slow down. It is slower if the cut needs more power than the spindle
-    has. Feeds change in steps of a tenth and respect limits nearby. Finishing pieces get no faster; air cuts and entry
-    loops keep their feeds. `acceleration`: of the machine in the plane, mm/s²; `anywhere`: False to change feeds at
-    vertices of the path only, without dividing moves.
+    A stretch is faster if its chips are thinner than in a slot and it is long enough to speed up and slow down. It is
+    slower if the cut needs more power than the spindle has. Feeds change in steps of 10 %. Finishing sections get no
+    faster; air cuts and entry loops keep their feeds. `acceleration` is that of the machine in the plane, mm/s². If
+    `anywhere` is false, feeds change only at vertices of the path, so no move is divided.
     """
     path, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
-    shares = _shares(pieces, path, _wider(path, engaged, rules), limits)
-    places = [_Places.of(piece, path, number) for number, piece in enumerate(pieces)]
+    shares = _shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
+    places = [_PieceSteps.of(piece, path, number) for number, piece in enumerate(pieces)]
     if not anywhere:
         for place in places:
             shares[place.steps] = place.least_by_segment(shares[place.steps])
     for stretch in _stretches(pieces, path):
-        shares[stretch] = _calm(shares[stretch], path.step[stretch], limits.feed, acceleration, rules)
+        shares[stretch] = _merge_short_stretches(shares[stretch], path.step[stretch], limits.feed, acceleration, rules)
     snap = SNAP * rules.tool_diameter if anywhere else math.inf
     return [
         [piece] if piece.kind == "air" else place.divided(piece, shares[place.steps], snap)
@@ -60,17 +59,17 @@ def with_feeds(
     ]
 
 
-def _wider(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Widen each cut by its uncertainty: the proof measures the rounded program, in which the direction at a vertex
-    may be the direction before it, after it, or between.
+def _widened_by_uncertainty(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
+    """Widen each cut by its uncertainty: the proof measures the rounded program, where the direction at a vertex may
+    differ by up to the turn there.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
     turn = np.minimum(np.maximum(np.append(turn, 0.0), np.append(0.0, turn)), STRAIGHT_ON)
     nearest = np.arccos(np.clip(engaged.chip, 0.0, 1.0)) - turn
-    beside = np.sin(np.maximum(nearest, 0.0)) - WIDER * rules.tolerance / rules.radius
+    beside = np.sin(np.maximum(nearest, 0.0)) - WIDTH_MARGIN * rules.tolerance / rules.radius
     chip = np.sqrt(1.0 - np.maximum(beside, 0.0) ** 2)
-    wider = engaged.width + rules.tool_diameter * np.sin(turn) + 2.0 * WIDER * rules.tolerance
+    wider = engaged.width + rules.tool_diameter * np.sin(turn) + 2.0 * WIDTH_MARGIN * rules.tolerance
     cuts = engaged.angle > 0.0
     return engaged._replace(
         chip=np.where(cuts, chip, 0.0), width=np.where(cuts, np.minimum(wider, rules.tool_diameter), 0.0)
@@ -78,7 +77,7 @@ def _wider(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
 
 
 def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the allowed feed of each step as a share of the tool's, in steps of `STEP` below the maximum."""
+    """Return the allowed feed at each step as a share of the tool's feed, rounded down to a value of the series."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
@@ -96,15 +95,17 @@ def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limi
 
 
 def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
-    """Return runs of steps without lift or air between them."""
+    """Return the runs of consecutive cutting steps, divided at retracts and air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
     rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
     return [stretch for stretch in rows if len(stretch) and not air[stretch[0]]]
 
 
-def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules) -> Floats:
-    """Merge stretches too short to save time into a neighbour."""
+def _merge_short_stretches(
+    shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
+) -> Floats:
+    """Lower the feed of each stretch that is too short to save time to the feed of its neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -117,16 +118,18 @@ def _calm(shares: Floats, length: Floats, feed: float, acceleration: float, rule
         for k, (share, distance) in enumerate(runs):
             beside = (runs[k - 1][0] if k else 1.0, runs[k + 1][0] if k + 1 < len(runs) else 1.0)
             lower = max((neighbour for neighbour in beside if neighbour < share), default=None)
-            if lower is not None and not _pays(share, lower, distance, feed, acceleration, rules):
+            if lower is not None and not _saves_time(share, lower, distance, feed, acceleration, rules):
                 runs[k][0], changed = lower, True
         runs, counts = _merged(runs, counts)
     return np.repeat([share for share, _ in runs], counts)
 
 
-def _pays(share: float, lower: float, distance: float, feed: float, acceleration: float, rules: PocketRules) -> bool:
+def _saves_time(
+    share: float, lower: float, distance: float, feed: float, acceleration: float, rules: PocketRules
+) -> bool:
     fast, slow = share * feed, lower * feed
     longest = max(SHORTEST * rules.tool_diameter, (fast * fast - slow * slow) / acceleration)
-    return distance >= longest and distance / slow - distance / fast >= WORTH
+    return distance >= longest and distance / slow - distance / fast >= MIN_SAVING
 
 
 def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
@@ -143,9 +146,9 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a piece into parts, each from its start, mm, with its kind and feed; short parts join a neighbour."""
+    """Divide a path section into parts (start in mm, kind, feed); parts shorter than `MIN_LENGTH` join a neighbour."""
     ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
-    kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > NOTHING]
+    kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > MIN_LENGTH]
     if len(kept) < 2:
         _, kind, feed = kept[0] if kept else min(parts, key=lambda part: part[2])
         return [PocketPiece(piece.path, kind, feed)]
@@ -156,14 +159,16 @@ def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> li
     ]
 
 
-class _Places:
-    """Stations of the steps of a piece, mm; `vertices` are ends of lines and arcs, `lifted`: starts with a descent."""
+class _PieceSteps:
+    """The sampled steps of a path section: their rows, the station of each end, mm, and the stations of the vertices of
+    the section, mm. `lifted` is whether the section starts with a descent.
+    """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
         self.steps, self.ends, self.vertices, self.lifted = steps, ends, vertices, lifted
 
     @classmethod
-    def of(cls, piece: PocketPiece, path: ToolWay, number: int) -> _Places:
+    def of(cls, piece: PocketPiece, path: ToolWay, number: int) -> _PieceSteps:
         first, last = np.searchsorted(path.piece, [number, number + 1])
         ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
@@ -182,7 +187,7 @@ class _Places:
 
     def divided(self, piece: PocketPiece, shares: Floats, snap: float) -> list[PocketPiece]:
         length = piece.path.length
-        if not len(shares) or not length > NOTHING:
+        if not len(shares) or not length > MIN_LENGTH:
             return [piece]
         if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
             # The tool may descend along a ring, so the ring stays whole.

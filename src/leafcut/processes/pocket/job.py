@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """A solid as read: triangles float64[n, 3, 3], mm; all pockets, and those to mill; and the placed solid with all
-    pockets filled (`before`).
+    """A solid as read: its surface as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to mill.
+    `before` is the solid on the machine with all pockets filled.
     """
 
     triangles: NDArray[np.float64]
@@ -41,8 +41,9 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """Data shared by all strategies. `around`: index of the pocket in whose floor each pocket lies, or None; `limits`:
-    None for a constant feed; `tops`: height of the material before milling, mm, 0 at the highest point of the part.
+    """Data shared by all strategies. `around` is the index of the pocket in whose floor each pocket lies, or None.
+    `limits` is None for a constant feed. `tops` is the height of the material over each pocket before milling, mm,
+    measured from the highest point of the part.
     """
 
     run: Job
@@ -76,7 +77,7 @@ class PocketJob:
 
     @property
     def rounding(self) -> float:
-        """Largest distance of the tool from a rounded corner, mm."""
+        """Largest distance of the tool from a corner that it rounds, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
 
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
@@ -95,7 +96,7 @@ class PocketMotion:
 
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that the program needs: position → height of the bottom, mm."""
+    """Return the holes that must be drilled first: position → height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -104,7 +105,7 @@ def holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raised(path: Toolpath, by: float) -> Toolpath:
-    """Return a toolpath without drilling cycles, moved up by some mm; machine positions stay."""
+    """Move a toolpath without drilling cycles up by `by` mm; machine positions do not change."""
     if not by:
         return path
     end = path.end.copy()

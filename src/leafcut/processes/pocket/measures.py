@@ -17,11 +17,9 @@ def measure_path(
 ) -> PocketMeasures:
     """Return the measures of a path over one level of a pocket.
 
-    Areas come from `removal`, engagement and step-over from `material.engagement` and `material.step_over`. Air is feed
-    without engagement. The first cut into full material counts as an engagement of half a turn. Pieces of the kind
-    ``entry`` do not count for engagement, air and step-over, because the tool clears them during its descent.
-    `engaged`: result of `engaged_way`, if known. Raises PlanError if the pocket's outline or islands cross themselves
-    or touch.
+    Air is feed without engagement. The first cut into full material counts as an engagement of half a turn. Entry loops
+    do not count for engagement, air and step-over, because the tool clears them during its descent. `engaged` is the
+    result of `engaged_way`, if known. Raises PlanError if the pocket's outline or islands cross themselves or touch.
     """
     removed = removal(pocket, path, rules)
     samples, (angle, width, _) = engaged_way(path, rules) if engaged is None else engaged

@@ -11,8 +11,8 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Cleared pockets. `programs` is for several pockets only; `pace` is None for a constant feed; `before` is the
-    material before the first cut if it is a solid with steps, not a block.
+    """Cleared pockets. `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the
+    material before the first cut if that is a solid with steps instead of a block.
     """
 
     plans: tuple[PocketPlan, ...]

@@ -110,7 +110,7 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return one stage with a task for each region of each pocket, cleared by the chosen strategy."""
+        """Clear each pocket by the best strategy; the plan has one stage with a task for each region."""
         import numpy as np
 
         from leafcut.model.plan import Stage
@@ -148,7 +148,7 @@ class Pocketing(Process):
         )
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion of the usual strategy of shops."""
+        """Return the motion of the strategy that most shops use, for comparison."""
         from leafcut.model.plan import Order, Stage
         from leafcut.processes.ordering import find_order
         from leafcut.processes.pocket.clearing import order_problem
@@ -163,7 +163,7 @@ class Pocketing(Process):
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion of an order of regions, for the chosen and for the usual strategies."""
+        """Return the motion for an order; region numbers count the chosen strategy's regions, then the usual one's."""
         from leafcut.model.plan import Candidate
         from leafcut.processes.pocket.clearing import generated
 
@@ -173,7 +173,7 @@ class Pocketing(Process):
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Compare the program with the motion, and simulate it: no gouges, and the whole pocket cleared."""
+        """Compare the program with the motion, and simulate it for gouges and uncut areas."""
         from leafcut.processes.pocket.proving import prove_pockets
 
         text = self.write(plan, given, best)
@@ -181,13 +181,13 @@ class Pocketing(Process):
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
-        """Return the holes that the program needs."""
+        """Return a header line for each hole that must be drilled first."""
         from leafcut.processes.pocket.proving import needed_holes
 
         return needed_holes(plan.work.job, best.detail.descents)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the regions in order; a single region needs no order, and so has no bound."""
+        """Return the ordered regions; a single region has neither an algorithm nor a lower bound."""
         from leafcut.model.outcome import OperationOutcome
 
         (solution,) = best.order.solutions

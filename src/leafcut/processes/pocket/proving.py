@@ -25,7 +25,7 @@ NAMED_PLACES = 3
 
 
 def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
-    """Return a line for each hole that must exist before the program runs."""
+    """Return a header line for each hole that must be drilled before the program runs."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
         f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
@@ -37,8 +37,8 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program by comparison and simulation; return it read back, its uncut areas and, with load-dependent
-    feeds, its chips. Raises VerifyError with the first difference, gouge or danger, and their number.
+    """Prove the program by comparison and simulation. Return the toolpath read back, warnings of uncut areas and, with
+    load-dependent feeds, the chips. Raises VerifyError with the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
@@ -118,7 +118,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
 
 
 def stops(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, although with stock it need not."""
+    """Return a note if the tool stops after every move, and stock on the walls would avoid the stops."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = (
@@ -129,7 +129,7 @@ def stops(job: PocketJob) -> list[Issue]:
 
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
-    """Return the entries that differ from the request, and the holes that must exist."""
+    """Report entries that differ from the request, and holes that must be drilled first."""
     changed = [d for d in descents if d.kind != d.asked]
     issues = []
     for kind in dict.fromkeys(d.kind for d in changed):

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
-    """Read the pockets; return the job, and issues. Raises ReadError, OptionError, PlanError or VerifyError."""
+    """Read the pockets, and return the milling job with its issues. Raises ReadError, OptionError, PlanError or
+    VerifyError.
+    """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
@@ -70,7 +72,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     limits = None
     if settings.of(FeedOptions).feeds:
-        limits, limit_issues = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
+        limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
         issues = [*issues, *limit_issues]
         data = replace(data, limits=limits)
     made_for = "" if part.pockets[0].top is None else placing_words(source.path, part, settings.read)
@@ -94,7 +96,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_dialect(words)
-    check_dialect_options(settings, run.machine, words)
+    check_dialect_options(settings, words)
     job = PocketJob(
         run,
         part,
@@ -111,13 +113,13 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
         made_for,
     )
     refuse_missing(settings, source, (*part.issues, *left))
-    refuse_too_large(check_envelope(_box(job), run.machine), part, settings)
-    return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
+    refuse_too_large(check_envelope(_extent_moves(job), run.machine), part, settings)
+    return job, [*part.issues, *left, *issues, *_lower_top_issues(part.pockets, tops)]
 
 
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
-    """Return the solid, and the height of the material of each pocket: None and zeros without --pocket-top surface.
-    Raises OptionError if the input is not a solid.
+    """Return the solid and the height of the material over each pocket, mm; None and zeros without --pocket-top
+    surface. Raises OptionError if the input is not a solid.
     """
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
@@ -137,7 +139,7 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
 
-def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
+def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
     lower = [k for k, top in enumerate(tops) if top < 0.0]
     if not lower:
         return []
@@ -163,7 +165,7 @@ def _library_mill(run: Job, depth: float | None) -> Tool | None:
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
-    """Return the material if it is named and its cutting force is known. Raises OptionError for an unreadable file."""
+    """Return the named material; None without a name or a known cutting force. Raises OptionError for a bad file."""
     from leafcut.read.work_materials import load_material
 
     named = settings.job.material
@@ -174,7 +176,7 @@ def _material(settings: Settings) -> WorkMaterial | None:
     except OptionError:
         if JobOptions.specs()["material"].names_file(named):
             raise
-        return None  # a name of the tables of cutting speeds
+        return None  # a material of the tables of cutting speeds
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
@@ -183,8 +185,8 @@ def _xy(point: tuple[float, ...] | None) -> Point | None:
     return None if point is None else (point[0], point[1])
 
 
-def _box(job: PocketJob) -> Toolpath:
-    """Return moves around the box of all pockets, from the clearance height to the floor."""
+def _extent_moves(job: PocketJob) -> Toolpath:
+    """Return moves across the box of each pocket, from the clearance height to the floor, to check machine limits."""
     builder = ToolpathBuilder()
     builder.rapid(z=job.heights.clearance)
     for one, levels in zip(job.part.pockets, job.levels, strict=True):
@@ -197,7 +199,7 @@ def _box(job: PocketJob) -> Toolpath:
     return raised(builder.build(), job.top)
 
 
-#: Smaller overlaps are left to the proof of the program, which knows the path, mm.
+#: Smaller overlaps with a zone are left to the proof, which knows the exact path, mm.
 ROUNDING = 0.05
 
 
@@ -209,9 +211,9 @@ def refuse_clamps(
     keep_out: Sequence[str],
     clearance: float,
 ) -> None:
-    """Refuse a pocket whose walls cannot be milled without meeting a keep-out zone. `floors`, `clearance`: heights of
-    the floors in the program, and of zones without a height, mm. Raises PlanError if a pocket is blocked; the message
-    names the pocket, the zone, and the missing length or distance.
+    """Refuse a pocket whose walls cannot be milled without hitting a keep-out zone. `floors` are the heights of the
+    floors, `clearance` is the height of zones without their own, mm. Raises PlanError with the pocket, the zone, and
+    the missing tool length or distance.
     """
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()

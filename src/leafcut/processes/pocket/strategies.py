@@ -24,13 +24,13 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Ring spacings, in step-overs: smaller spacings are tried if corners leave gaps above the step-over.
+#: Ring spacings to try, in step-overs; a smaller spacing closes gaps wider than the step-over in corners.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Grids ordered by one strategy and still needed by another: region → problem and its context.
+#: Grids that one strategy has built and another one will reuse: region → problem and its context.
 Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
-#: Returns the path of the tool's centre over one level of a region.
+#: A function that returns the path of the tool's centre over one level of a region.
 Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
@@ -39,8 +39,8 @@ def _planned(region: CentreRegion) -> CentreRegion:
 
 
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that finds points of a path, float64[n, 2], where passes are further apart than the step-over.
-    It examines the path with fitted arcs, as in the program: arcs move passes by a few thousandths of a millimetre.
+    """Return a function that finds the points of a path, float64[n, 2], where passes are further apart than the
+    step-over. It measures the path with fitted arcs, as in the program: they shift passes by a few micrometres.
     """
     from leafcut.material.step_over import TooWide
     from leafcut.processes.pocket.plan.arcs import fitted
@@ -127,30 +127,27 @@ def _grid(name: str) -> Strategy:
 
 @dataclass(frozen=True)
 class ClearingStrategy:
-    """A strategy, with a description."""
+    """A strategy that --strategy may select."""
 
     name: str
     path: Strategy
-    words: str
     #: Whether the strategy searches until the time limit.
     searches: bool = True
 
 
 #: All strategies, in the order of the report.
-WAYS = (
-    ClearingStrategy("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
-    ClearingStrategy("contour", _contour, "rings, linked from the inside out", searches=False),
-    ClearingStrategy("connected", _connected, "one connected path, never lifted"),
-    ClearingStrategy("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
-    ClearingStrategy("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
-    ClearingStrategy(
-        "adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls", searches=False
-    ),
+STRATEGIES = (
+    ClearingStrategy("zigzag", _zigzag),  # back-and-forth lines, then along the walls
+    ClearingStrategy("contour", _contour, searches=False),  # rings, linked from the inside out
+    ClearingStrategy("connected", _connected),  # one connected path, never lifted
+    ClearingStrategy("firefly", _grid("firefly")),  # a grid of points ordered by fireflies, then along the walls
+    ClearingStrategy("ants", _grid("ants")),  # a grid of points ordered by ants, then along the walls
+    ClearingStrategy("adaptive", _adaptive, searches=False),  # arcs with limited engagement, then along the walls
 )
 
 
 class SearchTime:
-    """Shares a deadline equally among the searches (`to_come`) of all pockets; a second strategy reuses the `grids`."""
+    """Shares a deadline equally among the `to_come` remaining searches of all pockets, and keeps `grids` for reuse."""
 
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1

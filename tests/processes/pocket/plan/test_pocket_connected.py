@@ -54,8 +54,8 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
         return 2.0 + 0.5 * np.sin(points[:, 0])
 
     ground = CoverageGrid(polygon, 0.5, 2.5, limit)
-    ground.beside(way, ~looked)  # known points change nothing
-    places = ground.beside(way, looked)
+    ground.points_near(way, ~looked)  # known points change nothing
+    places = ground.points_near(way, looked)
     piece, place = places.near(way)
     found = {(int(p), *places.points[k].round(6)) for p, k in zip(piece, place, strict=True) if looked[p]}
     low = np.array(polygon.bounds[:2])
@@ -70,7 +70,7 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
 def test_ground_that_would_have_too_many_places_has_them_further_apart() -> None:
     ground = CoverageGrid(shapely.box(0, 0, 1000, 1000), 0.01, 2.0, lambda points, pitch: np.full(len(points), 2.0))
     way = np.column_stack([np.linspace(100.0, 900.0, 1601), np.full(1601, 500.0)])
-    places = ground.beside(way, np.ones(1600, dtype=bool))
+    places = ground.points_near(way, np.ones(1600, dtype=bool))
     assert 20_000 < len(places.points) <= 200_000
     assert ground.pitch > 0.01
 

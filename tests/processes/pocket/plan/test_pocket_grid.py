@@ -20,7 +20,7 @@ from leafcut.processes.pocket.plan import grid as pocket_grid
 from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_path, grid_points, grid_problem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
-from leafcut.processes.pocket.strategies import WAYS, Grids
+from leafcut.processes.pocket.strategies import STRATEGIES, Grids
 from leafcut.processes.settings import collect
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -196,7 +196,7 @@ def test_two_strategies_on_one_region_make_its_grid_once(monkeypatch: pytest.Mon
     monkeypatch.setattr(pocket_grid, "RegionPaths", Counted)
     settings = collect({"preset": "fast", "threads": 1})
     run, shape = Job(settings, machine_of(settings), Deadline()), region(RING)
-    strategies = {way.name: way.path for way in WAYS}
+    strategies = {way.name: way.path for way in STRATEGIES}
     counts, paths = [], []
     grids: Grids = {}
     for name, where in [("firefly", shape), ("ants", shape), ("firefly", shape), ("ants", region(RING))]:

@@ -68,7 +68,7 @@ def test_one_way_goes_through_all_rings_at_depth_and_leaves_neither_the_region_n
     region = only_region(pocket)
     cut = rings(region)
     layout = RingLinks(region, cut)
-    ways = layout.ways(np.zeros((0, 2)))
+    ways = layout.paths(np.zeros((0, 2)))
     assert len(ways) == 1 + len(layout.apart) == 1
     line = shapely.LineString(ways[0])
     assert region.polygon.buffer(1e-3).covers(line)

@@ -1,10 +1,9 @@
 """Clearing with limited engagement: arcs along the medial axis.
 
-A spiral that starts from a helix clears the largest disc in the region of tool centres. From there, discs that touch
-the walls on both sides follow the medial axis into every branch and corner. An arc along its front clears each disc,
-from cleared area to cleared area, and the tool returns through the cleared area to the start of the next arc. The next
-disc is the most distant one whose arc keeps the engagement limit everywhere; the engagement is exact, because the
-cleared area is a union of discs (`fronts`).
+A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
+both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front,
+and returns through the cleared area to the start of the next arc. The next disc is the most distant disc whose arc
+keeps the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs (`fronts`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
@@ -30,19 +29,19 @@ from leafcut.processes.pocket.plan.fronts import Fronts
 from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Safety margin of the engagement limit, for the distance of its samples, rad.
+#: Safety margin of the engagement limit, rad: the engagement is sampled and may peak between two samples.
 MARGIN = math.radians(0.4)
-#: Radius of the entry helix, tool radii: no core remains.
+#: Radius of the entry helix, tool radii; below 1, so that no core remains.
 HELIX = 0.9
 #: Maximum cusp of arcs along a wall, left for the wall pass, mm, and as a share of the maximum cut width.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: Thinner cuts are left for the next arc, share of the maximum cut width.
+#: Cuts thinner than this share of the maximum cut width are left for the next arc.
 THIN = 0.03
 #: Maximum film in the tip of a corner, left for the wall pass, share of the tolerance.
 FILM = 0.6
-#: Bisection steps between a possible disc and a disc that is too far away.
+#: Number of bisections between a possible disc and a disc that is too far away.
 _HALVINGS = 5
-#: Factor of a step that turns out to be a little too long.
+#: Factor by which a step that turns out slightly too long is shortened.
 _BACK = 0.8
 #: Minimum step to a new disc, mm; below it, the limit cannot be kept.
 _STUCK = 1e-5
@@ -51,8 +50,8 @@ _STUCK = 1e-5
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    The engagement also stays below the engagement of a straight cut as wide as the step-over. Raises PlanError if no
-    limit is given, or the region is too narrow to keep it.
+    The engagement also stays below that of a straight cut as wide as the step-over. Raises PlanError if no limit is
+    given, or if the region is too narrow to keep it.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -60,24 +59,24 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
     edge = region.polygon.boundary
     shapely.prepare(edge)
-    work = _Work(region.rules, min(limit, region.rules.engagement, math.pi - 0.1) - MARGIN, edge)
-    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, work.bite), FILM * region.rules.tolerance)
-    work.open(axis)
-    work.grow(axis)
-    work.along_walls(region.rings)
-    return PocketPath("adaptive", tuple(work.pieces))
+    path = _AdaptivePath(region.rules, min(limit, region.rules.engagement, math.pi - 0.1) - MARGIN, edge)
+    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, path.bite), FILM * region.rules.tolerance)
+    path.open(axis)
+    path.grow(axis)
+    path.along_walls(region.rings)
+    return PocketPath("adaptive", tuple(path.pieces))
 
 
 @dataclass(frozen=True, eq=False)
-class _Spot:
-    """A point of the axis, float64[2], whose disc is cleared, and a disc that contains it."""
+class _ClearedPoint:
+    """A point of the axis, float64[2], whose disc is cleared, and the index of a cleared disc that contains it."""
 
     disc: int
     at: Floats
 
 
 @dataclass
-class _Work:
+class _AdaptivePath:
     rules: PocketRules
     limit: float
     #: Edge of the region, shapely, prepared.
@@ -100,7 +99,7 @@ class _Work:
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
     def open(self, axis: Axis) -> None:
-        """Clear the widest disc: down by a helix, outwards by a spiral."""
+        """Clear the widest disc: descend along a helix, then spiral outwards."""
         (x, y), radius = axis.xy[0].tolist(), float(axis.width[0])
         helix = min(HELIX * self.rules.radius, radius)
         if helix < 10.0 * self.rules.tolerance:
@@ -118,7 +117,7 @@ class _Work:
         self.at = self.pieces[-1].path.end
 
     def _spiral(self, first: float, last: float) -> Points:
-        """Return a spiral about (0, 0) with a last full circle, float64[n, 2].
+        """Return a spiral around (0, 0) that ends with a full circle, float64[n, 2]; radii in mm.
 
         A tool of radius r that widens a hole from r + ρ − w to r + ρ has the engagement φ with
         (r + ρ − w)² = ρ² + r² + 2ρr cos φ. The width w grows with ρ, so a growth of w(ρ) per turn cuts at most w(ρ).
@@ -144,29 +143,29 @@ class _Work:
 
     def grow(self, axis: Axis) -> None:
         children = axis.children()
-        spots = {0: _Spot(0, axis.xy[0])}
+        spots = {0: _ClearedPoint(0, axis.xy[0])}
         stack = [(child, 0) for child in reversed(children[0])]
         while stack:
             node, up = stack.pop()
             to_end = len(children[node]) != 1
-            spots[node] = self._walk(axis.xy[up], axis.xy[node], spots[up], to_end)
+            spots[node] = self._clear_along_edge(axis.xy[up], axis.xy[node], spots[up], to_end)
             stack += [(child, node) for child in reversed(children[node])]
 
-    def _walk(self, start: Floats, end: Floats, spot: _Spot, to_end: bool) -> _Spot:
-        """Clear discs from one point of the axis to the next, as needed; return the last disc."""
+    def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
+        """Clear discs between two neighbouring points of the axis, as few as possible; return the last disc."""
         good = 0.0
-        while not self._reaches(end, spot, to_end):
+        while not self._can_clear(end, spot, to_end):
             low, high = good, 1.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
+                low, high = (middle, high) if self._can_clear(start + middle * (end - start), spot) else (low, middle)
             for _ in range(_HALVINGS):  # finer sampling may reveal a peak
-                if self._reaches(start + low * (end - start), spot, True):
+                if self._can_clear(start + low * (end - start), spot, True):
                     at, on = start + low * (end - start), low
                     break
                 low = good + _BACK * (low - good)
             else:
-                at, on = self._nearer(start + low * (end - start), spot), good
+                at, on = self._closer_point(start + low * (end - start), spot), good
             cleared = self._clear(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
@@ -179,24 +178,24 @@ class _Work:
             spot, good = cleared, on
         return self._clear(end, spot) if to_end else spot
 
-    def _nearer(self, at: Floats, spot: _Spot) -> Floats:
-        """Return a point on the line to the last disc whose disc can be cleared next; the line lies in the region,
-        because a point outside would be nearer to the edge than to the last disc.
+    def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
+        """Move a point towards the last disc until its own disc can be cleared next. The line lies in the region: a
+        point outside would be nearer to the edge than to the last disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
             part *= 0.5
-            if self._reaches(spot.at + part * (at - spot.at), spot, True):
+            if self._can_clear(spot.at + part * (at - spot.at), spot, True):
                 break
         return spot.at + part * (at - spot.at)
 
     def _radius(self, at: Floats) -> float:
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
-    def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
-        """Return whether the disc at a point may be cleared next: within the limit, and without a large cusp."""
+    def _can_clear(self, at: Floats, spot: _ClearedPoint, sure: bool = False) -> bool:
+        """Return whether the disc at a point can be cleared next within the limit, and without leaving a large cusp."""
         (x, y), radius = at.tolist(), self._radius(at)
-        if not self._left(x, y, radius):
+        if not self._uncut_arcs(x, y, radius):
             return True
         cx, cy, before = self.fronts.discs[spot.disc].tolist()
         cusp = min(CUSP, CUSP_SHARE * self.bite)
@@ -206,14 +205,14 @@ class _Work:
             return False
         return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
 
-    def _left(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a disc to cut; none if only a film in the tip of a corner remains."""
+    def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+        """Return the arcs of a disc that are still to cut; none if only a film in the tip of a corner remains."""
         if radius < self.fine and self.fronts.holds(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
     def _allowed(self, radius: float) -> float:
-        """Return the engagement limit on a circle, rad: less on small circles, where remaining films count more.
+        """Return the engagement limit on a circle, rad; it is lower on small circles, where films count more.
 
         A film of thickness h in a hole of radius r + ρ has the effect of a film h (1 + r/ρ) at a straight edge.
         """
@@ -221,29 +220,29 @@ class _Work:
         film = self.fine * (1.0 + tool / max(radius, self.fine))
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
-    def _clear(self, at: Floats, spot: _Spot) -> _Spot:
+    def _clear(self, at: Floats, spot: _ClearedPoint) -> _ClearedPoint:
         (x, y), radius = at.tolist(), self._radius(at)
-        arcs = self._left(x, y, radius)
+        arcs = self._uncut_arcs(x, y, radius)
         if not arcs:
-            return _Spot(self.fronts.nearest(x, y), at)
+            return _ClearedPoint(self.fronts.nearest(x, y), at)
         for start, sweep in arcs:
             arc = _arc(x, y, radius, start, self.turn * sweep)
-            self._link(arc.start, self._touching(arc.start, spot.disc))
+            self._link(arc.start, self._disc_around(arc.start, spot.disc))
             self.pieces.append(PocketPiece(arc))
-            self.at, self.disc = arc.end, self._touching(arc.end, spot.disc)
+            self.at, self.disc = arc.end, self._disc_around(arc.end, spot.disc)
         self.disc = self.fronts.add(x, y, radius)
         self.parents.append(spot.disc)
-        return _Spot(self.disc, at)
+        return _ClearedPoint(self.disc, at)
 
-    def _touching(self, place: tuple[float, float], first: int) -> int:
-        """Return a disc that contains a position, preferably `first`."""
+    def _disc_around(self, place: tuple[float, float], first: int) -> int:
+        """Return the index of a disc that contains a position: `first` if possible."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link(self, to: tuple[float, float], disc: int) -> None:
         """Move through the cleared area to a position in a disc."""
         discs = self._discs_between(self.disc, disc)
-        places = [self.at, *(self._between(a, b) for a, b in pairwise(discs)), to]
+        places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
         while i < len(places) - 1:
             # The line from position k to position k + 1 lies in disc k of `discs`.
@@ -263,22 +262,22 @@ class _Work:
             longer.append(self.parents[longer[-1]])
         return up + down[-2::-1]
 
-    def _between(self, a: int, b: int) -> tuple[float, float]:
-        """Return the middle of the common part of two discs on the line of centres."""
+    def _lens_middle(self, a: int, b: int) -> tuple[float, float]:
+        """Return the middle of the overlap of two discs on the line between their centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
         return (ax + middle * (bx - ax), ay + middle * (by - ay))
 
     def along_walls(self, rings: list[Points]) -> None:
-        walls = [self._begun(ring if self.turn > 0 else ring[::-1]) for ring in rings]
+        walls = [self._started_at_least_material(ring if self.turn > 0 else ring[::-1]) for ring in rings]
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
             first = (float(wall[0, 0]), float(wall[0, 1]))
             self._link(first, self.fronts.nearest(*first))
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
-    def _begun(self, ring: Points) -> Points:
+    def _started_at_least_material(self, ring: Points) -> Points:
         """Return a closed ring that starts where the least material remains, not at a corner."""
         edges = np.roll(ring, -1, axis=0) - ring
         count = np.maximum(np.hypot(edges[:, 0], edges[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Arc fitting: few lines and arcs instead of many chords, for short programs and even feeds."""
+"""Arc fitting: few lines and arcs replace many chords, for short programs and a steady feed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
-#: Share of the tolerance for fitting; the rest is for the chords of walls and for rounding.
+#: Share of the tolerance for arc fitting; the rest covers the chords of walls and rounding.
 FITTED_PART = 0.5
-#: Nearer points are merged, mm: the decimals of a program hardly distinguish them.
+#: Points within this distance are merged, mm: the decimals of a program hardly distinguish them.
 NEAREST = 0.005
 
 
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
-    """Return the path with arcs fitted within half of `tolerance` (mm); arcs and the ends of pieces stay."""
+    """Fit arcs to the chords of a path within half of `tolerance`, mm; existing arcs and section ends do not change."""
     return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
 
 
@@ -29,22 +29,22 @@ def _fitted(path: Polyline, tolerance: float) -> Polyline:
     pieces, at = [], 0
     for i in [*arcs, path.n_segments]:
         if i > at:
-            pieces.append(_lines(path.vertices[at : i + 1, :2], tolerance))
+            pieces.append(_fit_points(path.vertices[at : i + 1, :2], tolerance))
         if i < path.n_segments:
             pieces.append(Polyline(np.array([path.vertices[i], [*path.vertices[i + 1, :2], 0.0]])))
         at = i + 1
     return joined(*pieces) if pieces else path
 
 
-def _lines(points: Points, tolerance: float) -> Polyline:
-    points = _apart(points)
+def _fit_points(points: Points, tolerance: float) -> Polyline:
+    points = _without_repeats(points)
     if len(points) < 3:
         return Polyline.of_points(points)
     return without_huge_arcs(fit_arcs(points, FITTED_PART * tolerance), FITTED_PART * tolerance)
 
 
-def _apart(points: Points) -> Points:
-    """Drop repeated points, but not the first and the last."""
+def _without_repeats(points: Points) -> Points:
+    """Drop repeated points, but keep the first and the last."""
     first, *middle, last = points.tolist()
     kept = [first]
     for point in middle:

@@ -1,4 +1,4 @@
-"""leafcut's own strategy for pockets: one connected path without retracts."""
+"""The strategy `connected`: one path over all rings of a region without retracts."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.ring_links import RingLinks
 from leafcut.processes.pocket.plan.rings import never, rings
-from leafcut.processes.pocket.plan.shorten import GROUND_PITCH, chamfer, fine, shorten
+from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer, fine, shorten
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
-#: Tolerance of half the step-over for the pitch of sample points, step-overs.
+#: Tolerance for the spacing of sample points, step-overs, added to half the step-over.
 LEEWAY = 0.0035
 #: Maximum number of corrections of a path whose passes are too far apart.
 CORRECTIONS = 4
-#: Safety margin of chamfers for the distance of sample points, tool radii.
+#: Safety margin of chamfers for the spacing of sample points, tool radii.
 SPARE = 0.03
 #: Maximum distance of a sample point from the path, step-overs.
 LONGEST_LIMIT = 1.25
 #: Maximum length of a segment in the spatial index, step-overs: long segments have large boxes.
 LONGEST_LOOKED = 4.0
-#: Returns whether the search must stop.
+#: A function that returns whether the search must stop.
 Stopped = Callable[[], bool]
 #: Maximum number of nested rings.
 MOST_LEVELS = 400
-#: Maximum distance of a segment that runs along a wall, mm.
+#: A segment within this distance of a wall runs along it, mm.
 ALONG = 1e-5
 
 
@@ -45,18 +45,19 @@ def best(
 ) -> PocketPath:
     """Return one connected path over a region: rings with the cheapest joints, then shortened.
 
-    No point is further from the path than half the step-over, except where the rings themselves leave points further
-    away: in their corners, and where the two sides of an innermost ring meet.
+    Each point is within half a step-over of the path, except where the rings themselves leave wider gaps: in their
+    corners, and where the two sides of an innermost ring meet.
 
     Parameters
     ----------
     too_wide
-        Returns the positions of a path, float64[n, 2], where passes are further apart than the step-over. There the
-        rings are not shortened, and joints are moved.
+        Returns the positions of a path, float64[n, 2], where passes are further apart than the step-over. Near these
+        positions, the rings are not shortened, and joints are moved.
     stopped
-        Returns whether the search must stop. The path then clears everything, but may be longer, or wider somewhere.
+        Returns whether the search must stop. The path then still clears everything, but it may be longer, or passes may
+        be too far apart.
 
-    Raises PlanError for more than `MOST_LEVELS` nested rings.
+    Raises PlanError for `MOST_LEVELS` or more nested rings.
     """
     # The tolerances of chords and sample points must not add up to more than the step-over.
     region = replace(region, rules=region.rules.planned)
@@ -70,7 +71,7 @@ def best(
     candidates: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
-        paths = layout.ways(kept)
+        paths = layout.paths(kept)
         path = _shortened(region, paths, np.array(layout.links).reshape(-1, 2), kept, stopped)
         if candidates and stopped():
             break
@@ -84,16 +85,16 @@ def best(
 
 def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
     rules = region.rules
-    ground, allowed = _ground(region, paths), region.polygon.buffer(1e-7)
-    paths = [shorten(path, ground, region, allowed, kept, stopped) for path in paths]
-    cleared = CoverageGrid(region.polygon, GROUND_PITCH * rules.radius, rules.radius, partial(_cleared, rules.radius))
+    coverage, allowed = _coverage_grid(region, paths), region.polygon.buffer(1e-7)
+    paths = [shorten(path, coverage, region, allowed, kept, stopped) for path in paths]
+    cleared = CoverageGrid(region.polygon, SAMPLE_SPACING * rules.radius, rules.radius, partial(_cleared, rules.radius))
     paths = [chamfer(path, cleared, region, allowed, np.vstack([links, kept]), stopped) for path in paths]
     paths = with_spurs(paths, region.polygon, rules)
     return PocketPath("best", tuple(piece for path in paths for piece in _pieces(region, path)))
 
 
 def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall: passes along walls without stock are finishing passes."""
+    """Divide a path where it reaches or leaves a wall: without stock, passes along walls are finishing passes."""
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -101,8 +102,10 @@ def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
     return [PocketPiece(as_polyline(path[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
 
 
-def _ground(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
-    """Return sample points with a limit of half the step-over, or their distance from `paths` if larger."""
+def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
+    """Return sample points of the region; the limit of each is half the step-over, or its present distance from `paths`
+    if that is larger.
+    """
     step = region.rules.step_over
     short = [fine(path, LONGEST_LOOKED * step) for path in paths]
     steps: Any = shapely.linestrings(np.concatenate([segments(path) for path in short]))
@@ -115,9 +118,9 @@ def _ground(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
         limits: Points = np.minimum(step * (np.maximum(0.5, away) + LEEWAY), LONGEST_LIMIT * step)
         return limits
 
-    return CoverageGrid(region.polygon, GROUND_PITCH * region.rules.radius, LONGEST_LIMIT * step, limit)
+    return CoverageGrid(region.polygon, SAMPLE_SPACING * region.rules.radius, LONGEST_LIMIT * step, limit)
 
 
 def _cleared(radius: float, points: Points, pitch: float) -> Points:
-    """Return the distances from sample points within which a path clears the area around them as well."""
-    return np.full(len(points), max(radius - SPARE * pitch / GROUND_PITCH, 0.0))
+    """Return the limit of each sample point, mm: a path this near clears the sample point and the area around it."""
+    return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

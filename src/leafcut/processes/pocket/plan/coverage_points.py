@@ -1,4 +1,4 @@
-"""Sample points of a pocket's area with the maximum distance of the path from each, made on demand."""
+"""Sample points of a pocket's area, generated on demand, each with the maximum allowed distance of the path."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import pieces_near
 
-#: Returns the limits, float64[n], mm, of sample points, float64[n, 2], with a pitch, mm.
+#: A function of sample points, float64[n, 2], and their spacing, mm, that returns their limits, float64[n], mm.
 Limit = Callable[[Points, float], Points]
 
-#: Maximum number of sample points in use, for bounded time and memory.
+#: Maximum number of sample points in use, which bounds time and memory.
 MOST_PLACES = 200_000
-#: Number of cells per longest limit.
+#: Number of grid cells along the largest limit.
 CELLS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Sample points float64[n, 2], the maximum distance of the path from each, mm, and the segments near them."""
+    """Sample points, float64[n, 2], the maximum allowed distance of the path from each, mm (`limits`), and the indices
+    of the path's segments near them (`pieces`).
+    """
 
     points: Points
     limits: Points
@@ -39,14 +41,15 @@ class CoveragePoints:
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (segment, sample point) within the limit, sorted by segment."""
+        """Return the pairs (segment, sample point) that are within the limit, sorted by segment."""
         piece, place = pieces_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 
 class CoverageGrid:
-    """A square grid of sample points (`pitch` mm, more if there would be too many) inside the polygon of tool centres;
-    only requested cells are stored. `limit` returns the limits of points, of at most `longest` mm.
+    """A square grid of sample points inside the polygon of tool centres. The spacing is `pitch` mm, or more to keep the
+    number of points bounded. Only requested cells are stored. `limit` returns the limits of points, at most `longest`
+    mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -62,20 +65,22 @@ class CoverageGrid:
         self.points, self.limits = np.zeros((0, 2)), np.zeros(0)
         self.first = np.zeros(1, np.int64)
 
-    def beside(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the points that may be within the limit of selected segments, bool[n − 1], which must be short."""
+    def points_near(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
+        """Return the sample points that may be within their limits of the `selected` segments, bool[n − 1]. The
+        segments must be short.
+        """
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:
             self._set(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
             wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
-        self._learn(np.setdiff1d(wanted, self.cells, assume_unique=True))
+        self._add_cells(np.setdiff1d(wanted, self.cells, assume_unique=True))
         k = np.searchsorted(self.cells, wanted)
         rows = _spans(self.first[k], self.first[k + 1])
         near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
-    def _learn(self, cells: Indices) -> None:
+    def _add_cells(self, cells: Indices) -> None:
         inside = np.arange(self.side**2)
         column, row = self.grid.columns_and_rows(cells)
         x = (column[:, None] * self.side + inside % self.side).ravel()

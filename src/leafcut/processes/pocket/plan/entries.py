@@ -13,9 +13,9 @@ from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.pocket.plan.rules import MillingData
 
-#: Start of a ramp or helix above the material, mm.
+#: Height above the material at which a ramp or helix starts, mm.
 ABOVE = 0.5
-#: Candidate radii of a helix, shares of the tool radius: below 1, or a core remains.
+#: Candidate radii of a helix, shares of the tool radius; at 1 or more, a core would remain.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
 #: Number of candidate directions from the start of a path to the centre of a helix.
 HELIX_DIRECTIONS = 24
@@ -23,19 +23,19 @@ HELIX_DIRECTIONS = 24
 MOST_LEGS = 24
 #: Maximum number of turns along a loop; on smaller loops the tool plunges.
 MOST_LOOPS = 400
-#: Shorter arcs are written as lines, mm: after rounding, their direction would be ambiguous.
+#: Minimum length of an arc, mm; shorter arcs become lines, because rounding makes their direction ambiguous.
 SHORTEST_ARC = 0.01
-#: Shorter moves are omitted, mm.
+#: Minimum length of a move, mm; shorter moves are omitted.
 SHORTEST = 1e-6
-#: Entries that are tried for each requested entry.
-_IN_PLACE_OF = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
-#: Rounding of positions on the boundary of a region, mm.
+#: For each requested entry, the entries to try, in order.
+_FALLBACKS = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
+#: Tolerance of positions on the boundary of a region, mm.
 TOUCH = 1e-6
 
 
 @dataclass(frozen=True)
 class Descent:
-    """An entry move between two heights, mm; its `kind` may differ from the requested kind (`asked`)."""
+    """An entry move from height `top` to `bottom`, mm; its `kind` may differ from the requested kind (`asked`)."""
 
     kind: str
     asked: str
@@ -44,7 +44,7 @@ class Descent:
     bottom: float
 
 
-def come_down(
+def enter_level(
     builder: ToolpathBuilder,
     path: Polyline,
     top: float,
@@ -54,30 +54,29 @@ def come_down(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool from the start of `path`, at or above `top`, to `bottom` at the same position.
+    """Lower the tool at the start of `path` from at or above `top` (the material, mm) to `bottom`, mm.
 
-    A ramp goes forth and back along the path and ends at its start. If the path starts with a `ring` that is shorter
-    than the ramp, the tool circles along it. A helix turns beside the path, inside `allowed` (shapely geometry of tool
-    centres). If neither fits, the tool plunges. `ring` is the first piece of the path if it is closed;
-    `top` is the height of the material, mm.
+    A ramp runs back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
+    shorter than the ramp, the tool descends in turns along the ring. A helix turns beside the path, inside `allowed`
+    (shapely geometry of tool centres). If neither fits, the tool plunges.
     """
     start, asked = path.start, data.entry
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
-    turns = 0 if ring is None else _round(ring.length, high - bottom, data.entry_angle)
+    turns = 0 if ring is None else _turns_instead_of_ramp(ring.length, high - bottom, data.entry_angle)
     legs = _legs(path, high - bottom, data.entry_angle)
     ramps = legs is not None or turns > 0
     # The search for a helix is slow, so it runs only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
     circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if wanted else None
     possible = {"ramp": ramps, "helix": circle is not None}
-    kind = next((k for k in _IN_PLACE_OF[asked] if possible[k]), "plunge" if asked in possible else asked)
+    kind = next((k for k in _FALLBACKS[asked] if possible[k]), "plunge" if asked in possible else asked)
     feed = data.ramp_feed(top - bottom)
     if kind == "helix" and circle is not None:
         _helix(builder, start, circle, (high, bottom), data.entry_angle, feed, climb)
     elif kind == "ramp" and ring is not None and turns:
-        _wind(builder, ring, turns, (high, bottom), feed)
+        _follow_turns(builder, ring, turns, (high, bottom), feed)
     elif kind == "ramp" and legs is not None:
         _ramp(builder, path, legs, (high, bottom), feed)
     else:
@@ -85,22 +84,26 @@ def come_down(
     return Descent(kind, asked, start, high, bottom)
 
 
-def wind_down(
+def descend_along_loop(
     builder: ToolpathBuilder, loop: Polyline, top: float, bottom: float, data: MillingData, allowed: Any, climb: bool
 ) -> Descent:
-    """Lower the tool along a closed loop in as many turns as needed; without ramps, as `come_down` does."""
+    """Lower the tool along a closed loop in as many turns as needed. If the requested entry is neither ramp nor helix,
+    or the loop is too short, enter like `enter_level`.
+    """
     turns = _turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
-        return come_down(builder, loop, top, bottom, data, allowed, climb)
+        return enter_level(builder, loop, top, bottom, data, allowed, climb)
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
     feed = data.ramp_feed(top - bottom)
-    _wind(builder, loop, turns, (high, bottom), feed)
+    _follow_turns(builder, loop, turns, (high, bottom), feed)
     return Descent("helix", "helix", loop.start, high, bottom)
 
 
-def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[float, float], feed: float) -> None:
+def _follow_turns(
+    builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[float, float], feed: float
+) -> None:
     high, low = heights
     for turn in range(turns):
         start, end = (high + (low - high) * (turn + k) / turns for k in (0, 1))
@@ -108,13 +111,13 @@ def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[f
 
 
 def _turns(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns; 0 if the loop is too short."""
+    """Return the number of turns for a descent by `drop` mm at the ramp angle; 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
 
 
-def _round(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns; 0 if the ring is longer than the ramp or too short."""
+def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
+    """Return the number of turns along a ring that is shorter than the ramp; 0 if it is longer, or too short."""
     turns = _turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
@@ -147,7 +150,7 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return centre and radius of the widest circle through `start` that lies in the allowed region, or None."""
+    """Return centre and radius, mm, of the widest helix through `start` inside the allowed region, or None."""
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
     for part in HELIX_RADII:
@@ -169,7 +172,7 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Descend in half circles; counter-clockwise inside a hole, the material is on the right of the tool."""
+    """Descend in half circles, counter-clockwise for conventional milling: the material is on the tool's right."""
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
@@ -183,7 +186,7 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open path; with `heights`, from the first height to the second at a constant slope."""
+    """Cut along an open path, level or, with `heights` (start, end), at a constant slope."""
     length, gone = path.length, 0.0
     level = builder.position[2]
     for index, s in enumerate(path.segments()):

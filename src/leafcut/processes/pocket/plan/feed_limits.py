@@ -12,7 +12,7 @@ from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.model.feed_limits import FEED_INCREASE, FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import FILM, PocketLevels, PocketRules
+from leafcut.model.pocket import FILM, PocketLevels
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
@@ -27,20 +27,19 @@ SLOWEST = 0.25
 def feed_limits(
     settings: Settings,
     machine: Machine,
-    rules: PocketRules,
     levels: Sequence[PocketLevels],
     data: MillingData,
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the limits of feeds, and issues about limits that are unknown. Raises OptionError if feed or speed of the
-    tool is not given; PlanError if the spindle has much less power than the first cut needs.
+    """Return the limits of feeds, and issues about unknown limits. Raises OptionError if the feed or speed of the tool
+    is not given; PlanError if the spindle has much less power than the first cut needs.
     """
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
     tool = data.tool
     highest = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
-    # One tool cuts all pockets, so the deepest level counts.
+    # One tool cuts all pockets, so the highest level step counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     limits = FeedLimits(tool.diameter, tool.feed, tool.spindle_rpm, highest, depth, finish, FILM * tool.diameter)
@@ -100,7 +99,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return the cutting power at the tool's speed, W; None if it is unknown."""
+    """Return the spindle's power at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

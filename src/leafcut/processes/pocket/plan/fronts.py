@@ -1,4 +1,4 @@
-"""Area cleared by tool centres in discs, and the exact engagement of a tool that moves around one more disc."""
+"""Cleared area as a union of discs of tool centres, and the exact engagement of the tool on the edge of a new disc."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from leafcut.geometry.arrays import Floats
 
-#: Maximum number of discs that count for an engagement, the nearest; fewer discs overestimate it.
+#: Number of nearest discs from which an engagement is computed; the omitted discs could only reduce it.
 _NEAREST = 96
-#: Samples of the engagement on an arc: distance in tool radii, and maximum number.
+#: Samples of the engagement on an arc: spacing in tool radii, and maximum number.
 _APART, _MOST = 0.1, 160
-#: The same for a safe result: cusps of earlier arcs make short peaks.
+#: The same for a safe result: finer, because cusps of earlier arcs cause short peaks.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
 #: Rounding tolerance of points on the edge of a disc, mm.
@@ -20,7 +20,9 @@ _SLACK = 1e-6
 
 
 class Fronts:
-    """Discs that a tool has cleared, in order; `turn` is 1 for counter-clockwise arcs, -1 for clockwise ones."""
+    """Discs cleared so far, in order. `turn` is 1 for counter-clockwise arcs, -1 for clockwise arcs. `fine` and `thin`
+    are the film, mm, and the width of a straight cut, mm, that are not worth cutting.
+    """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
         self.tool = tool_radius
@@ -43,13 +45,13 @@ class Fronts:
         return self.count - 1
 
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a circle outside all discs, as start and sweep (rad, in the sense of `turn`), except
-        within `fine` mm of the discs, or within the equivalent of a straight cut `thin` mm wide.
+        """Return the arcs of a circle that lie outside all discs, as start angle and sweep, rad, in the direction of
+        `turn`. Arcs within `fine` mm of the discs, or thinner than a straight cut of `thin` mm, are omitted.
         """
         return self._arcs(x, y, radius, self.discs)
 
     def holds(self, x: float, y: float, radius: float, but: float) -> bool:
-        """Return whether an existing disc contains this disc, except for a film `but` mm thick."""
+        """Return whether a cleared disc contains this disc, except for a film of `but` mm."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
 
@@ -101,7 +103,7 @@ class Fronts:
         return float(self._engaged(x, y, radius, angle, discs).max())
 
     def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad: the front edge outside the cleared area."""
+        """Return the engagement at points of a circle, float64[k], rad: the tool's front edge outside cleared area."""
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
         distance = np.hypot(dx, dy)
@@ -123,7 +125,7 @@ class Fronts:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the disc that contains a point most deeply, or else the nearest disc."""
+        """Return the index of the disc that contains a point most deeply, or else of the nearest disc."""
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
@@ -137,7 +139,7 @@ class Fronts:
         return gaps
 
     def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether a straight move lies in the union of some discs."""
+        """Return whether the straight move from `a` to `b` lies in the union of the discs with these indices."""
         discs = self._discs[which]
         move = np.array(b) - a
         length = float(np.hypot(*move))

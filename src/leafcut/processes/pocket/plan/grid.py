@@ -1,12 +1,12 @@
 """Clearing along a square grid of points: the points, the routing problem, and the path.
 
-Source: the published system for pockets by a discrete firefly algorithm has the grid, the distance of its points
-(0.5 D < DP < 0.7 D), and separate paths for roughing and finishing. Its points are pixels of a picture. Differs: our
-points lie on the exact region, and the finishing pass follows the walls, not points.
+Source: the published pocketing method with a discrete firefly algorithm uses such a grid with a point spacing DP
+between 0.5 D and 0.7 D (D: tool diameter), and separate paths for roughing and finishing. Its points are pixels of a
+picture. Differs: these points lie in the exact region, and the finishing pass follows the walls instead of points.
 
-Nothing remains uncut: every position is within DP/√2 of a point of the unbounded grid. If that
-point is in the region, the tool visits it; if not, the boundary lies between the two, and the finishing pass follows
-the boundary. With stock, this pass keeps that distance from the walls, and another pass finishes them (`walls`).
+Nothing remains uncut: every position is within DP/√2 of a point of the unbounded grid. If that point is in the region,
+the tool visits it. If not, the boundary lies between the two, and the finishing pass follows the boundary. With stock,
+this pass runs at the stock's distance from the walls, and another pass finishes them (`walls`).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from leafcut.processes.pocket.plan.track import Ring
 #: Usual and minimum distance between points, tool diameters; closer points would clear the same area twice. The centre
 #: of four points is 0.71 distances away, so it is cleared if points are less than 0.7 diameters apart.
 USUAL, NEAREST = 0.6, 0.5
-#: Maximum number of points: the costs of all pairs are stored, 8 bytes each, and paths from the boundary to each point.
+#: Maximum number of points, which bounds memory: the costs of all pairs are stored, 8 bytes each.
 MOST_POINTS = 3000
 #: Number of offsets of the grid to try along each axis, and angles to try, rad.
 OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
@@ -78,7 +78,7 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """Data of a grid's problem that `grid_path` needs."""
+    """Data that `grid_path` needs to convert an order of points into a path."""
 
     region: CentreRegion
     grid: Grid
@@ -87,8 +87,8 @@ class GridContext:
 
 
 def checked_pitch(rules: PocketRules) -> float:
-    """Return the distance between the points of a grid, mm. Raises PlanError if the step-over does not allow points
-    more than 0.5 tool diameters apart.
+    """Return the spacing of the points of a grid, mm. Raises PlanError if the step-over requires a spacing of 0.5 tool
+    diameters or less.
     """
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
@@ -102,11 +102,11 @@ def checked_pitch(rules: PocketRules) -> float:
 def grid_points(
     region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
 ) -> Grid:
-    """Return the grid with its origin at the corner of the region's box, moved by `offset` mm and rotated by `angle`.
+    """Return the grid that starts at the corner of the region's box, moved by `offset` mm and rotated by `angle` rad.
 
-    Points outside by no more than the tolerance are moved onto the boundary; `grown` is the region grown by the
-    tolerance, if known. Raises PlanError if the distance is not allowed, or the grid has more than `MOST_POINTS`
-    points.
+    Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region grown by the
+    tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than
+    `MOST_POINTS` points.
     """
     pitch, rules = checked_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
@@ -151,8 +151,8 @@ def _refuse(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion) -> Grid:
-    """Return the grid with the smallest lower bound of its path, of several offsets and angles; a single point for a
-    region too small for any.
+    """Try several offsets and angles, and return the grid with the smallest lower bound of its path. A region too small
+    for any grid gets a single point.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -172,8 +172,9 @@ def grid_problem(
     *,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
-    """Return the problem of visiting all points of a grid, and the context for `grid_path`. Costs are lengths of the
-    shortest paths inside the region, mm, or of a retract if that is less. Raises PlanError like `grid_points`.
+    """Return the routing problem of visiting all points of a grid, and the context for `grid_path`. The cost between
+    two points is the length of the shortest path inside the region, mm, or of a retract if that is cheaper. Raises
+    PlanError like `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
@@ -186,8 +187,8 @@ def grid_problem(
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
-    """Return the path over the points in an order int32[n], then along every wall in the milling direction. The order
-    may be reversed for cheaper links; the tool retracts if the path inside the region costs more.
+    """Return the path over the points in the order int32[n], then along every wall in the milling direction. The order
+    is reversed if that makes the links to the walls cheaper. The tool retracts where that is cheaper than a link.
     """
     nodes = [int(k) for k in order]
     rough = _over_points(context, nodes)
@@ -198,8 +199,8 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 
 
 def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
-    """Return the pieces over the points: straight if allowed, with retracts if cheaper, but not on both sides of a
-    point, because the tool only cuts while it moves.
+    """Return the path sections over the points. The tool moves straight where possible, and retracts where that is
+    cheaper, but not both before and after a point, because it cuts only while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -224,7 +225,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
 
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Return the cost of links, mm, and the pieces from a position along every wall, the nearest first."""
+    """Return the cost of the links, mm, and the path sections from a node along every wall, each time the nearest."""
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []
@@ -252,7 +253,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the nearest wall as a loop, float64[k, 2]; climb: outer walls counter-clockwise, islands clockwise."""
+    """Return the nearest wall as a loop, float64[k, 2]; for climb milling, outer walls are counter-clockwise."""
     rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
     start = ring.station_of(place)

@@ -1,4 +1,4 @@
-"""The medial axis of a region: points with more than one nearest wall, as a tree rooted at the widest point."""
+"""The medial axis of a region (points with several nearest walls) as a tree rooted at the widest point."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ _MOST = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """The axis as a tree: points float64[n, 2], the root (the widest point) first, every other point after its parent;
-    `width` is the distance from the edge of the region, float64[n], mm; `parent` is -1 for the root.
+    """The axis as a tree. Its points, float64[n, 2], start with the root, the widest point; every other point comes
+    after its parent. `width` is the distance from the edge of the region, float64[n], mm. `parent` has the index of
+    each parent, -1 for the root.
     """
 
     xy: Points
@@ -46,7 +47,7 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """Return the axis of a polygon: edges of the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
     Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
-    into corners between chords are removed: their discs exceed the disc of the fork by less than the tolerance.
+    whose discs exceed the disc at their fork by less than the tolerance are removed: they lead to vertices of chords.
 
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
@@ -80,7 +81,9 @@ def _sampled(polygon: Any, spacing: float) -> Points:
 
 
 def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the points in the order of the widest spanning tree, and the indices of their parents in this order."""
+    """Return the points in the order in which the widest spanning tree reaches them, and the indices of their parents
+    in this order.
+    """
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
         near[a].append(b)
@@ -124,7 +127,7 @@ def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _pruned(axis: Axis, tolerance: float) -> Axis:
-    """Remove the branches whose discs lie in the disc of their fork, within the tolerance."""
+    """Remove the branches whose discs lie in the disc at their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

@@ -15,19 +15,19 @@ from leafcut.geometry.regions import polygons, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Smaller unreachable areas are not reported, share of the tool's area: corners of pixels.
+#: Unreachable areas below this share of the tool's area are not reported, for example corners of pixels.
 SMALL = 0.001
 #: Number of unreachable areas that are reported one by one.
 NAMED_PLACES = 4
-#: Thinner films along walls are differences between chords, tolerances.
+#: Films along walls up to this many tolerances come from chords and are ignored.
 _THIN = 2.0
-#: A corner holds no circle of this share of its mouth's width; a passage does.
+#: An area is a corner, not a passage, if its largest circle is at most this share of the width of its mouth.
 _AS_WIDE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """A region of allowed tool centres: shapely Polygon of chords, mm, at least radius and stock away from walls."""
+    """A region of allowed tool centres, away from walls by tool radius and stock: shapely Polygon, mm."""
 
     polygon: Any
     rules: PocketRules
@@ -48,17 +48,19 @@ class CentreRegion:
 
     @property
     def rings(self) -> list[Points]:
-        """Outer boundary (counter-clockwise), then boundaries of islands (clockwise), open, float64[n, 2]."""
+        """Outer boundary, counter-clockwise, then boundaries of islands, clockwise: float64[n, 2] without the closing
+        point.
+        """
         whole = shapely.geometry.polygon.orient(self.polygon)
         return [np.asarray(ring.coords)[:-1, :2] for ring in (whole.exterior, *whole.interiors)]
 
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """An area of a pocket that the tool cannot clear: shapely geometry, its area in mm², a point in it.
+    """An area of a pocket that the tool cannot clear: shapely geometry, its area, mm², and a point in it.
 
-    A `corner` opens to the cleared area in one mouth and narrows from there. Any other area is cut off: a passage, or
-    a part behind an entrance that is too narrow.
+    A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: a passage, or an
+    area behind an entrance that is too narrow for the tool.
     """
 
     shape: Any
@@ -80,14 +82,14 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
             f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller "
             "--tool-diameter"
         )
-    issues = _issues(pocket.label, unreached(shape, rules), rules)
+    issues = _unreached_issues(pocket.label, unreached(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
 
 
 def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
     """Return the areas of a pocket that the tool cannot clear, without tiny ones, the largest first."""
-    ground, thin = reachable(shape, rules), _THIN * rules.tolerance
-    rest, near = shape.difference(ground), ground.buffer(thin)
+    reached, thin = reachable(shape, rules), _THIN * rules.tolerance
+    rest, near = shape.difference(reached), reached.buffer(thin)
     places = []
     for piece in polygons(rest.buffer(-thin).buffer(thin).intersection(rest)):
         if piece.area >= SMALL * math.pi * rules.radius**2:
@@ -97,7 +99,7 @@ def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
 
 
 def _is_corner(piece: Any, near: Any, thin: float) -> bool:
-    """Return whether an uncleared area is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
+    """Return whether an unreachable area is a corner: it has one mouth, and no circle as wide as the mouth fits in it.
 
     Between straight walls at an angle of 2α, the mouth is 2 r cos α wide, and the largest circle behind it has the
     radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, half of it at 40°. Between parallel walls,
@@ -116,33 +118,36 @@ def _lines(shape: Any) -> list[Any]:
     return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "LineString"]
 
 
-def _issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
+def _unreached_issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
         Issue(
             "L701",
-            f"{name}: {_where(place)} is cut off: {tool} cannot enter it",
+            f"{name}: {_area_and_place(place)} is cut off: {tool} cannot enter it",
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
     ]
     if rest := off[NAMED_PLACES:]:
         work = MissingWork("place", len(rest), tuple(place.place for place in rest))
-        issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}", missing=work))
+        issues.append(
+            Issue("L701", f"{name}: {_count_and_area(rest, 'more place')} are cut off for {tool}", missing=work)
+        )
     if corners:
-        words = f"{_sum(corners, 'corner')}, cannot be reached by {tool}; the largest, {_where(corners[0])}"
+        largest = _area_and_place(corners[0])
+        words = f"{_count_and_area(corners, 'corner')}, cannot be reached by {tool}; the largest, {largest}"
         if len(corners) == 1:
-            words = f"a corner, {_where(corners[0])}, cannot be reached by {tool}"
+            words = f"a corner, {largest}, cannot be reached by {tool}"
         issues.append(Issue("L701", f"{name}: {words}", severity=Severity.NOTE))
     return issues
 
 
-def _sum(places: list[Unreached], what: str) -> str:
+def _count_and_area(places: list[Unreached], what: str) -> str:
     return f"{len(places)} {what}{'s' * (len(places) > 1)}, {sum(u.area for u in places):.3g} mm² in all"
 
 
-def _where(place: Unreached) -> str:
+def _area_and_place(place: Unreached) -> str:
     return f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})"
 
 

@@ -1,5 +1,7 @@
-"""Straight moves and shortest paths inside a region of tool centres. Nodes are the points to visit and points on the
-boundary; close nodes are connected by a straight move, neighbours on the boundary along it.
+"""Straight moves and shortest paths inside a region of tool centres.
+
+The nodes are the points to visit and points on the boundary. Close nodes are connected by straight moves, neighbours on
+the boundary also by the path along it.
 """
 
 from __future__ import annotations
@@ -27,9 +29,9 @@ SEGMENTS_AT_ONCE = 50_000
 
 
 class RegionPaths:
-    """Allowed moves between points of a region, and the shortest paths along them. `places` has the points, then the
-    nodes on the boundary, float64[n + m, 2], mm; `rings` has the nodes of each ring in order, as indices of
-    `places`.
+    """Allowed moves between points of a region, and the shortest paths along them. `places` has the points to visit,
+    then the nodes on the boundary, float64[n + m, 2], mm. `rings` has the nodes of each boundary ring in order, as
+    indices of `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -72,7 +74,7 @@ class RegionPaths:
         self._target, self._cost = target[order], costs[order]
 
     def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
-        """Return whether each straight move from float64[k, 2] to float64[k, 2] stays inside the region."""
+        """Return, for each straight move from `start` to `end`, float64[k, 2], whether it stays inside the region."""
         inside = np.zeros(len(start), dtype=np.bool_)
         for k in range(0, len(start), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -80,8 +82,8 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n]; inf without a path. Rows are
-        relaxed by the rows of their neighbours in sweeps across the plane until they converge.
+        """Return the lengths of the shortest paths between all points, float64[n, n], mm; inf without a path. The
+        matrix is relaxed row by row, in sweeps across the plane, until it converges.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)
@@ -105,7 +107,7 @@ class RegionPaths:
         return both
 
     def to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
-        """Return the nearest of several nodes, and the corners of the path to it, pulled tight, or None."""
+        """Return the nearest node of `ends` by path length, and the corners of the straightened path to it, or None."""
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._pulled_tight(self._corners(nodes)))
 
@@ -127,7 +129,7 @@ class RegionPaths:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
     def _pulled_tight(self, corners: Points) -> Points:
-        """From each corner, go straight to the farthest visible one."""
+        """Straighten a path: from each corner, go to the farthest corner in line of sight."""
         kept, at = [0], 0
         while at < len(corners) - 1:
             rest = corners[at + 1 :]

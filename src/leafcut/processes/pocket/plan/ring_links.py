@@ -1,4 +1,4 @@
-"""Joints between rings, so that a single path covers all rings without a retract."""
+"""Joints between rings, which connect all rings to a single path without retracts."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import NEAR, never
 from leafcut.processes.pocket.plan.track import Ring
 
-#: Distance of candidate joints along a ring, step-overs.
+#: Spacing of candidate joints along a ring, step-overs.
 STATION_STEP = 0.25
-#: Rings are side by side if this share of the smaller one is near the other.
+#: Two rings are side by side if this share of the smaller ring is near the other ring.
 LONG = 0.3
 #: Maximum number of spines to try.
 MOST_SPINES = 12
-#: Maximum number of joints of two rings to try after the first possible joint.
+#: Maximum number of further joints of two rings to try after the first possible joint.
 MOST_LOOKS = 60
 #: Share of a gap that may be omitted if only one of two rings has a gap.
 ONE_SIDED = 1.0
-#: Joints of the tree are sought among rings within this distance, step-overs, then among all rings.
+#: Rings within this distance, step-overs, are joined first; if that does not connect all rings, any may be joined.
 FAR = 2.5
-#: Shorter rings have no gap, step-overs.
+#: Minimum length of a ring with a gap, step-overs.
 TINY = 3.0
-#: Cost of a turn inside the gap of a joint, step-overs per radian: keeps gaps out of corners.
+#: Cost of a turn inside the gap of a joint, step-overs per radian; it keeps gaps out of corners.
 TURN_PENALTY = 0.3
-#: Joints within this distance of avoided positions, step-overs, get this penalty, step-overs.
+#: Joints within the first distance of avoided positions get the second as a penalty, both in step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A detour from one ring (`parent`) around another (`child`). The path leaves each ring half its gap before the
-    station and returns half the gap after it.
+    """A detour from one ring (`parent`) along another ring (`child`). The path leaves the parent half its gap before
+    the station and returns half the gap after it; the child is left open by its own gap. Lengths in mm.
     """
 
     parent: int
@@ -49,9 +49,9 @@ class Joint:
     child_gap: float
 
 
-class _Options(NamedTuple):
-    """Candidate joints of two rings, the shortest first: extra length, float64[n]; stations and gaps of parent and
-    child, float64[n, 2] each; mm.
+class _JointOptions(NamedTuple):
+    """Candidate joints of two rings, the cheapest first: extra path length, float64[n], and the stations and gaps of
+    parent and child, float64[n, 2], all in mm.
     """
 
     costs: Points
@@ -59,8 +59,8 @@ class _Options(NamedTuple):
     gaps: Points
 
 
-def _beside(a: Ring, b: Ring, step_over: float) -> bool:
-    """Return whether two rings run side by side over a long stretch, so that they may be joined anywhere."""
+def _side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
+    """Return whether two rings of different levels run side by side over a long stretch."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -70,10 +70,10 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return paths through the tree, from an inner ring to outer ones side by side, the most promising first."""
+    """Return chains of rings in the tree, side by side from the inside out, the most promising first."""
     inner: dict[int, list[int]] = {}
     for a, b in edges:
-        if _beside(cut[a], cut[b], step_over):
+        if _side_by_side(cut[a], cut[b], step_over):
             low, high = (a, b) if cut[a].level < cut[b].level else (b, a)
             inner.setdefault(low, []).append(high)
     candidates: list[list[int]] = []
@@ -90,7 +90,7 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return the children of each ring: the part of the tree beside the spine."""
+    """Return the children of each ring when the tree is rooted at the rings of the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
@@ -107,8 +107,8 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of joined rings: the minimum spanning tree of joints (Kruskal 1956). The line between the
-    nearest points of two groups is free: along a wall that blocks it, another ring would be nearer.
+    """Return the pairs of rings to join: the minimum spanning tree of joints (Kruskal 1956). The line between the
+    nearest points of two joined groups crosses no wall, because a ring along that wall would be nearer.
     """
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
@@ -143,7 +143,9 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints of all rings, the stretches that they occupy, and the path; after `stopped`, the first possible ones."""
+    """Joints of all rings, the stretches that they occupy, and the resulting path. Once `stopped` returns true, the
+    first possible joints are taken.
+    """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
         self.region, self.cut, self.stopped = region, cut, stopped
@@ -153,7 +155,7 @@ class RingLinks:
         shapely.prepare(self.allowed)
         self.spine, self.spans = self._best_spine()
         self.children = children_of(self.spine, self.edges, len(cut))
-        self.options: dict[tuple[int, int], _Options] = {}
+        self.options: dict[tuple[int, int], _JointOptions] = {}
         self._clear()
 
     def _clear(self) -> None:
@@ -163,26 +165,26 @@ class RingLinks:
         self.links: list[Points] = []
 
     def gap(self, ring: int) -> float:
-        """Return the length of a ring that a joint may omit: 0 for walls and tiny rings."""
+        """Return the length of a ring that a joint may leave out, mm: 0 for walls and tiny rings."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
-    def ways(self, avoided: Points) -> list[Points]:
-        """Return the path through all rings, float64[n, 2], away from `avoided`, then rings without a free joint."""
+    def paths(self, avoided: Points) -> list[Points]:
+        """Return the joined path, float64[n, 2], with joints away from `avoided`, then the rings without a joint."""
         self._clear()
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.spine, self.spans, strict=True):
             self.taken[ring].append((end, start + self.cut[ring].length))
         self._place_children()
-        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
+        paths = [np.vstack([self._around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
         for one, after, (_, end), (start, _) in zip(
             self.spine, self.spine[1:], self.spans, self.spans[1:], strict=False
         ):
             self.links += [self.cut[one].at(end), self.cut[after].at(start)]
-        return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
+        return paths + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine with the largest saving, and the stations where each of its rings starts and ends."""
+        """Return the spine with the largest saving, and the stations at which the path enters and leaves each ring."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
@@ -210,7 +212,7 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of the link from the end of a ring to the next ring of the spine, and the station there."""
+        """Return the cost of the cheapest link to the next ring of the spine, mm, and its station on that ring."""
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
@@ -222,7 +224,7 @@ class RingLinks:
         return costs[best] - self.gap(ring), options[best]
 
     def _link(self, a: Points, b: Points) -> float:
-        """Return the length of a straight link; infinite if it is not free."""
+        """Return the length of a straight link, mm; infinite if it leaves the region."""
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
@@ -236,11 +238,11 @@ class RingLinks:
             else:
                 self.joints[ring].append(joint)
                 self.links.append(self.cut[child].at(joint.child_station))
-                self._take(ring, joint.parent_station, joint.parent_gap)
-                self._take(child, joint.child_station, joint.child_gap)
+                self._occupy(ring, joint.parent_station, joint.parent_gap)
+                self._occupy(child, joint.child_station, joint.child_gap)
             left += [(child, further) for further in reversed(self.children[child])]
 
-    def _take(self, ring: int, station: float, gap: float) -> None:
+    def _occupy(self, ring: int, station: float, gap: float) -> None:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
@@ -254,12 +256,12 @@ class RingLinks:
                 break
             tried += best[1] is not None
             joint = Joint(parent, child, *options.stations[k], *options.gaps[k])
-            more = self._more(joint)
+            more = self._penalty(joint)
             if cost + more < best[0] - 1e-9:
                 best = (cost + more, joint)
         return best[1]
 
-    def _options(self, parent: int, child: int) -> _Options:
+    def _options(self, parent: int, child: int) -> _JointOptions:
         a, b = self.cut[parent], self.cut[child]
         stations = self._stations(parent, child)
         costs, all_gaps = [], []
@@ -275,10 +277,10 @@ class RingLinks:
                 break
         cost = np.concatenate(costs)
         order = np.argsort(cost, kind="stable")
-        return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
+        return _JointOptions(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
-        """Return pairs of stations (parent, child) where two rings are near, float64[n, 2]."""
+        """Return pairs of stations (parent, child) where two rings are close to each other, float64[n, 2], mm."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
@@ -290,8 +292,10 @@ class RingLinks:
         both: Points = np.vstack(pairs)
         return both
 
-    def _more(self, joint: Joint) -> float:
-        """Return the penalty of a joint for turns in its gaps; infinite if the joint is not possible."""
+    def _penalty(self, joint: Joint) -> float:
+        """Return the penalty of a joint for turns in its gaps and for avoided positions, mm; infinite if it is
+        impossible.
+        """
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
         if not self._is_free(joint.parent, joint.parent_station, ha):

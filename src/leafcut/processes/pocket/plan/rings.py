@@ -20,8 +20,8 @@ LINK_STEPS = 2.0
 
 
 def rings(region: CentreRegion) -> list[Ring]:
-    """Return the rings that clear a region, from the walls inwards; the material along walls is on the right of the
-    tool for climb milling with a clockwise spindle, on its left for conventional milling.
+    """Return the rings that clear a region, from the walls inwards. Walls are on the right of the tool for climb
+    milling with a clockwise spindle, on its left for conventional milling.
     """
     cut: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon
@@ -41,7 +41,7 @@ def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 
 def contour(region: CentreRegion) -> PocketPath:
-    """Return closed rings from the inside out, the nearest next, linked at depth if the link is free."""
+    """Return closed rings from the inside out, each time the nearest, linked at depth where the link is clear."""
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
@@ -63,28 +63,30 @@ def contour(region: CentreRegion) -> PocketPath:
 
 
 class LinkedPath:
-    """A path of successive pieces, linked at depth if the straight link is short and free, to `end`, float64[2]."""
+    """A path to which sections are added; each is linked at depth to `end`, float64[2], if the straight link is short
+    and stays in the region.
+    """
 
     def __init__(self, region: CentreRegion, start: Points) -> None:
         self.region, self.end = region, start
         self.pieces: list[PocketPiece] = []
 
     def go(self, path: Points, kind: str) -> None:
-        """Append a path, with a link to it if possible."""
+        """Append a path section, with a link to it if that is short and stays in the region."""
         link = shapely.LineString([self.end, path[0]])
-        if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
+        if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and is_free(self.region, link):
             self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
         self.pieces.append(PocketPiece(as_polyline(path), kind))
         self.end = path[-1]
 
 
 def never() -> bool:
-    """Return False: the search is not stopped."""
+    """Return False: the default for a search that is never stopped."""
     return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
-    """Return the kind of a ring: along a wall without stock, it finishes."""
+    """Return ``finish`` for a ring along a wall without stock, else ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 
@@ -93,6 +95,6 @@ def _first_place(cut: list[Ring]) -> Points:
     return first
 
 
-def free(region: CentreRegion, line: Any) -> bool:
+def is_free(region: CentreRegion, line: Any) -> bool:
     """Return whether a line stays in the region of tool centres, except for rounding at its ends."""
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

@@ -21,8 +21,8 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_moves import check_spindle_heights
 
-#: Path tolerance, mm, and as a share of the step-over, since close passes need a finer tolerance.
-TOLERANCE, TRUE = 0.01, 0.05
+#: Path tolerance: maximum, mm, and as a share of the step-over, because close passes need a finer tolerance.
+TOLERANCE, TOLERANCE_SHARE = 0.01, 0.05
 
 #: Default step-over, share of the diameter.
 STEP_OVER = 0.6
@@ -54,7 +54,7 @@ class MillingData:
     limits: FeedLimits | None = None
 
     def ramp_feed(self, depth: float) -> float:
-        """Return the feed along the slope of a ramp or helix that ends `depth` mm below the uncut level, mm/s."""
+        """Return the feed along a ramp or helix into a level `depth` mm high, mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
@@ -67,8 +67,8 @@ class MillingData:
 def rules_of(
     options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return the rules for clearing a level; `step_over` is a share of the diameter. Raises OptionError if the diameter
-    of the tool is missing, the stock is wider than the step-over, or `adaptive` has no limit.
+    """Return the rules for clearing a level; `step_over` is a share of the diameter. Raises OptionError if the tool's
+    diameter is missing, if the stock is wider than the step-over, or if `adaptive` has no engagement limit.
     """
     if diameter is None:
         raise OptionError(
@@ -87,7 +87,7 @@ def rules_of(
         step_over=widest,
         stock=options.stock,
         climb=options.milling == "climb",
-        tolerance=min(tolerance, TRUE * widest),
+        tolerance=min(tolerance, TOLERANCE_SHARE * widest),
         max_engagement=options.max_engagement,
     )
 
@@ -102,9 +102,9 @@ def levels_of(
 ) -> PocketLevels:
     """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
 
-    `begin`: height of the material, mm; negative in the floor of another pocket. `thickness`, `beyond`: thickness of
-    the plate, and break-through below it, mm. Raises OptionError if the pocket is deeper than plate and break-through,
-    or has too many levels.
+    `begin` is the height of the material, mm; it is negative in the floor of another pocket. `thickness` is that of the
+    plate, and `beyond` the break-through below it, mm. Raises OptionError if the pocket is deeper than plate and
+    break-through, or if it has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -121,15 +121,15 @@ def levels_of(
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
     """Return the pockets to mill with their depths, and issues about the other pockets.
 
-    All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depth, and `depth` selects among
-    them. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a drawing have no depth;
-    PlanError if no pocket of a solid is wider than the tool and has the requested depth.
+    All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depths, and `depth` selects the
+    pockets to mill. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a drawing
+    have no depth; PlanError if no pocket of a solid is wider than the tool and has the requested depth.
     """
     if not any(pocket.depth is not None for pocket in part.pockets):
         if depth is None:
             raise OptionError("a pocket needs its depth; give --depth")
         return replace(part, pockets=tuple(replace(pocket, depth=depth) for pocket in part.pockets)), []
-    issues = _openings(part, diameter)
+    issues = _opening_issues(part, diameter)
     wide = [pocket for pocket in part.pockets if not _is_hole(pocket, diameter)]
     if holes := len(part.pockets) - len(wide):
         words = f"{count_of(holes, 'round pocket')} no wider than the tool, not milled: drill them"
@@ -137,7 +137,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     if not wide:
         raise PlanError(f"{part.name}: no pocket is wider than the tool; choose a smaller --tool-diameter")
     chosen = wide if depth is None else [pocket for pocket in wide if abs((pocket.depth or 0.0) - depth) <= SAME_HEIGHT]
-    there = _depths(wide)
+    there = _depth_summary(wide)
     if not chosen:
         raise PlanError(
             f"{part.name}: no pocket is --depth {depth:g} mm deep; there are {there}; leave --depth out to mill "
@@ -152,7 +152,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
     return replace(part, pockets=tuple(chosen)), issues
 
 
-def _openings(part: Part, diameter: float | None) -> list[Issue]:
+def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
     narrow = [
         opening for opening in part.openings if diameter is not None and opening.diameter <= diameter + SAME_HEIGHT
     ]
@@ -172,14 +172,14 @@ def _openings(part: Part, diameter: float | None) -> list[Issue]:
     return issues
 
 
-def _depths(pockets: Sequence[Pocket]) -> str:
-    """Return ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+def _depth_summary(pockets: Sequence[Pocket]) -> str:
+    """Return the depths with the number of pockets of each: ``6 mm (1 pocket), 8 mm (2 pockets)``."""
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
 def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return for each pocket the index of the deepest pocket in whose floor it lies, or None."""
+    """Return, for each pocket, the index of the deepest pocket whose floor contains it, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):
@@ -200,7 +200,7 @@ def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
 
 
 def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]:
-    """Return the heights of the finishing passes, in steps of at most two diameters; the last is at full depth."""
+    """Return the heights of the finishing passes, mm, in steps of at most two diameters down to the full depth."""
     depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
     return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
@@ -213,8 +213,9 @@ def milling_data(
     machine: Machine,
     mill: Tool | None = None,
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill (`mill` of a library, or an assumed one) with its feeds, and issues about assumptions. Raises
-    PlanError if the machine has no spindle, heights contradict each other, or speed or feed are out of its range.
+    """Return the end mill with its feeds, and issues about assumptions. `mill` is from a library; without it, an end
+    mill is assumed. Raises PlanError if the machine has no spindle, if heights contradict each other, or if the speed
+    or feed is out of the machine's range.
     """
     check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)
@@ -225,9 +226,9 @@ def milling_data(
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the maximum distance of the tool from a corner if the next move starts while the tool still brakes, mm.
+    """Return the maximum distance of the tool from a corner, mm, if the next move starts while the tool still brakes.
 
-    With acceleration a, braking and starting take v / a, and half way each move is v² / 8a from the corner. The tool
-    passes a turn by θ at a distance of 2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    With acceleration a and velocity v, braking and speeding up both take v / a. Halfway through, the tool is v² / 8a
+    from the corner on each move. It passes a turn by θ at a distance of 2 sin(θ / 2) v² / 8a, at most v² / 4a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))

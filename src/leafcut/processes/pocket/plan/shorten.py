@@ -1,4 +1,4 @@
-"""Shorten a path over a pocket where its other passes clear the same area."""
+"""Shortening of a path over a pocket where its other passes clear the same area."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: A stretch between two points of the path, and its replacement.
+#: First and last point of a stretch of the path, and the curve that replaces it.
 Edit = tuple[int, int, Points]
 
-#: Distance of sample points of the area, tool radii.
-GROUND_PITCH = 0.11
+#: Spacing of the sample points of the area, tool radii.
+SAMPLE_SPACING = 0.11
 #: Maximum length of a segment of the path, tool radii.
 PIECE = 0.2
 #: Candidate lengths of a replaced stretch on each side of a bend, tool radii.
@@ -27,23 +27,23 @@ REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Candidate lengths of a chamfer on each side of a corner, tool radii.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
 #: Maximum distance of passes that a chamfer must consider, step-overs.
-LOOKED = 3.0
-#: Passes whose directions differ by less run side by side, rad; others meet in a corner.
+PASS_SEARCH_RADIUS = 3.0
+#: Passes run side by side if their directions differ by less than this, rad; other passes meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Tolerance of the step-over for chords and rounding, share of the step-over.
+#: Tolerance of the step-over for chords and rounding, as a share.
 SLACK = 0.004
 #: Maximum number of rounds over all bends.
 PASSES = 6
 #: Minimum turn of a bend over a tool radius, rad.
 BEND = 0.6
 #: Minimum saving of a replacement, tool radii.
-WORTH = 0.01
+MIN_SAVING = 0.01
 #: Number of chords of a replacement curve.
 CURVE = 8
 
 
 def fine(path: Points, longest: float) -> Points:
-    """Return the path with extra points, so that no segment is longer than `longest`, float64[n, 2]."""
+    """Add points to a path until no segment is longer than `longest` mm; return float64[n, 2]."""
     step = np.hypot(*np.diff(path, axis=0).T)
     path = path[np.concatenate([[True], step > 1e-9])]
     step = np.hypot(*np.diff(path, axis=0).T)
@@ -56,41 +56,42 @@ def fine(path: Points, longest: float) -> Points:
 
 
 def shorten(
-    path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
+    path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long and stays within the limits of all sample points; unchanged within a
-    radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path is valid but not the shortest.
+    """Return a path that is at most as long and still keeps the limits of all sample points. It does not change within
+    a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path is valid, but may be longer
+    than necessary.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
         if stopped():
             break
-        bends = _Bends(fine(path, PIECE * radius), ground, region.rules, allowed, changed)
-        near = _near_some(bends.path, kept, radius)
+        bends = _Bends(fine(path, PIECE * radius), coverage, region.rules, allowed, changed)
+        near = _near_any(bends.path, kept, radius)
         bends.done |= near[:-1] | near[1:]
         bends.trim()
-        bends.look(stopped)
+        bends.shorten_all(stopped)
         shorter = bends.rebuilt(bends.edits)
         spared = _length(path) - _length(shorter)
         path, changed = shorter, bends.changed()
-        if spared < WORTH * radius:
+        if spared < MIN_SAVING * radius:
             break
     return path
 
 
 def chamfer(
-    path: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
+    path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path with chamfers on sharp corners, except near the points `links`, float64[n, 2]."""
+    """Chamfer the sharp corners of a path, except near the points `links`, float64[n, 2]."""
     if stopped():
         return path
-    corners = _Corners(fine(path, PIECE * region.rules.radius), ground, region.rules, allowed)
-    corners.done |= _near_some(corners.path, links, region.rules.radius)[:-1]
-    corners.look(stopped)
+    corners = _Corners(fine(path, PIECE * region.rules.radius), coverage, region.rules, allowed)
+    corners.done |= _near_any(corners.path, links, region.rules.radius)[:-1]
+    corners.shorten_all(stopped)
     return corners.rebuilt(corners.edits)
 
 
-def _near_some(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
+def _near_any(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
     near = np.zeros(len(path), dtype=bool)
     spots: Any = shapely.points(places)
     near[shapely.STRtree(spots).query(shapely.points(path), predicate="dwithin", distance=distance)[0]] = True
@@ -102,13 +103,13 @@ def _length(path: Points) -> float:
 
 
 class _Bends:
-    """One round over all bends of a path, or only over bends that the positions `changed`, float64[n, 2], affect."""
+    """One round over the bends of a path: all, or only the bends near the positions `changed`, float64[n, 2]."""
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
 
     def __init__(
-        self, path: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any, changed: Points | None = None
+        self, path: Points, coverage: CoverageGrid, rules: PocketRules, allowed: Any, changed: Points | None = None
     ) -> None:
         self.path, self.allowed = path, allowed
         self.radius, self.step = rules.radius, rules.step_over
@@ -116,17 +117,17 @@ class _Bends:
         self.bends = self._bends(self.least)
         if changed is not None:
             # A bend's stretch, nearby sample points, and other passes that may clear them.
-            reach = self.reaches[0] * self.radius + 2.0 * ground.longest
-            near = _near_some(path[self.bends], changed, reach)
+            reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
+            near = _near_any(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
         selected = self._selected()
-        self.places = ground.beside(path, selected)
+        self.places = coverage.points_near(path, selected)
         self.geoms = self.places.geoms
         self.tree = shapely.STRtree(self.geoms)
         piece, self.point = self.places.near(path)
         self.first = np.searchsorted(piece, np.arange(len(path)))
         self.count = np.bincount(self.point, minlength=len(self.geoms))
-        # Segments along walls stay, and segments without sample points.
+        # Segments along walls and segments without sample points do not change.
         self.fixed = ~selected
         rows = np.flatnonzero(selected)
         edge = allowed.boundary
@@ -146,7 +147,7 @@ class _Bends:
         selected: NDArray[np.bool_] = np.cumsum(change)[: len(self.path) - 1] > 0
         return selected
 
-    def look(self, stopped: Callable[[], bool]) -> None:
+    def shorten_all(self, stopped: Callable[[], bool]) -> None:
         """Shorten the stretch around each bend, until `stopped`."""
         for i in self.bends:
             if stopped():
@@ -154,6 +155,7 @@ class _Bends:
             self._try(i)
 
     def trim(self) -> None:
+        """Drop segments at both ends of the path that clear nothing."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
@@ -188,7 +190,7 @@ class _Bends:
             if not a < i < b or self.walls[b] - self.walls[a] or self.done[a:b].any():
                 continue
             curve = self._curve(a, i, b)
-            if curve is None or self.station[b] - self.station[a] - _length(curve) < WORTH * self.radius:
+            if curve is None or self.station[b] - self.station[a] - _length(curve) < MIN_SAVING * self.radius:
                 continue
             if self._covered(a, b, curve) and self._inside(curve):
                 self._remove(a, b)
@@ -249,12 +251,12 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _Corners(_Bends):
-    """One round over all sharp corners of a path; passes that diverge by more than `SIDE_BY_SIDE` have no step-over."""
+    """One round over all sharp corners of a path. The step-over applies only to passes side by side."""
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
-    def __init__(self, path: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
-        super().__init__(path, ground, rules, allowed)
+    def __init__(self, path: Points, coverage: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
+        super().__init__(path, coverage, rules, allowed)
         points: Any = shapely.points(path)
         self.points = shapely.STRtree(points)
         #: Chamfers by the point of the path at which they start.
@@ -274,18 +276,18 @@ class _Corners(_Bends):
         for side in (self.path[a + 1] - p, q - p, r - q, r - self.path[b - 1]):
             if side @ chord > math.cos(SIDE_BY_SIDE) * math.hypot(*side) * math.hypot(*chord):
                 return None
-        return np.array([p, r]) if self._near(a, i, b) else None
+        return np.array([p, r]) if self._next_passes_close(a, i, b) else None
 
-    def _near(self, a: int, i: int, b: int) -> bool:
-        """Return whether the next passes beside a chamfer are within the step-over.
+    def _next_passes_close(self, a: int, i: int, b: int) -> bool:
+        """Return whether the passes next to a chamfer are within the step-over.
 
-        The largest disc that touches the chamfer and contains no part of the path touches the next pass. Passes that
-        diverge from the chamfer do not count.
+        Each neighbour is found as the pass that the largest disc on the chamfer without any other pass inside touches.
+        Passes that diverge from the chamfer do not count.
         """
         p, q, r = self.path[a], self.path[i], self.path[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
         normal *= math.copysign(1.0, (q - p) @ normal)
-        reach = LOOKED * self.step
+        reach = PASS_SEARCH_RADIUS * self.step
         rows = np.sort(self.points.query(shapely.box(*(q - reach), *(q + reach))))
         rows = rows[np.abs(self.path[rows] - q).max(axis=1, initial=0.0) < reach]
         chamfers = [self.chamfers[row] for row in rows.tolist() if row in self.chamfers]

@@ -1,4 +1,4 @@
-"""Spurs: short moves from a pass and back that clear material which the passes leave between them."""
+"""Spurs: short moves away from a pass and back, which clear material that remains between passes."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.track import Track
 
-#: Smaller uncut areas are ignored, share of the tool's area: they come from the chords of rings.
+#: Uncut areas below this share of the tool's area are ignored: they come from the chords of rings.
 SPECK = 1e-5
-#: Extra length of a spur, tool radii: it clears more, so fewer spurs are needed.
+#: Extra length of a spur, tool radii; a longer spur clears more, so fewer spurs are needed.
 DEEPER = 0.1
-#: Maximum distance of passes from an uncut area, tool radii; a pass is within two of it.
+#: Maximum distance between an uncut area and the pass from which its spur starts, tool radii.
 FAR = 4.0
-#: Rounding of a spur along the edge of the region, mm.
+#: Rounding tolerance of a spur along the edge of the region, mm.
 ROUNDING = 1e-6
 #: Maximum number of spurs for an area.
 MOST = 60
 
 
-def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
-    """Return the polygons of `ground` further than the tool radius from all passes (shapely lines)."""
+def uncut(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
+    """Return the polygons of `floor` that are further than the tool radius from all passes (shapely lines)."""
     quarters = quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
-    return _worth(ground.difference(cleared), rules)
+    return _significant_parts(floor.difference(cleared), rules)
 
 
-def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
-    """Return paths that clear all of `ground`, with spurs from the nearest pass straight towards uncut areas and back,
-    until nothing remains. A spur that would leave `ground` starts from the next pass.
+def with_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
+    """Add spurs to paths until they clear all of `floor`. A spur runs straight from the nearest pass to an uncut area
+    and back; if it would leave `floor`, it starts from the next nearest pass.
     """
-    room = ground.buffer(ROUNDING)
+    room = floor.buffer(ROUNDING)
     shapely.prepare(room)
     lines = [shapely.LineString(path) for path in paths]
     tracks = [Track(path) for path in paths]
     spurs: list[list[tuple[float, Points]]] = [[] for _ in paths]
     tree = shapely.STRtree(lines)
-    for place in uncut(ground, lines, rules):
+    for place in uncut(floor, lines, rules):
         near = tree.query(place, predicate="dwithin", distance=FAR * rules.radius)
         near = near[np.argsort(shapely.distance(place, np.array(lines)[near]), kind="stable")]
         left = [place]
@@ -55,16 +55,16 @@ def with_spurs(paths: list[Points], ground: Any, rules: PocketRules) -> list[Poi
                 break
             spurs[k].append((station, tip))
             disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
-            left = [part for some in left for part in _worth(some.difference(disc), rules)]
-    return [_spliced(track, found) for track, found in zip(tracks, spurs, strict=True)]
+            left = [part for some in left for part in _significant_parts(some.difference(disc), rules)]
+    return [_with_spurs_at(track, found) for track, found in zip(tracks, spurs, strict=True)]
 
 
-def _worth(shape: Any, rules: PocketRules) -> list[Any]:
+def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
 def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
-    """Return the station and the tip of a spur to the most distant point; None if it leaves `room` (shapely)."""
+    """Return station and tip of a spur towards the most distant uncut point; None if it leaves `room` (shapely)."""
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))
@@ -74,7 +74,7 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
     return (station, tip) if room.covers(shapely.LineString([base, tip])) else None
 
 
-def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:
+def _with_spurs_at(track: Track, spurs: list[tuple[float, Points]]) -> Points:
     points, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)

@@ -1,4 +1,4 @@
-"""Top of the material of a solid's pockets: the highest point of the surface over and around each."""
+"""Height of the material over each pocket of a solid: the highest point of the surface over and around the pocket."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 
 from leafcut.model.pocket import Pocket
 
-#: Triangles with a smaller projected area are vertical, mm²; another triangle shares their upper edge.
+#: Triangles with a smaller projected area, mm², are vertical and skipped; a neighbour shares their upper edge.
 _UPRIGHT = 1e-9
 
 
 def stock_tops(
     pockets: Sequence[Pocket], of_solid: Sequence[Pocket], triangles: NDArray[np.float64], radius: float
 ) -> list[float]:
-    """Return the height of the material of each pocket before milling, mm: 0 at the top, negative below.
+    """Return the height of the material over each pocket before milling, mm, relative to the pocket's top and never
+    above it.
 
-    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket in another
-    pocket is filled up to the rim of the outer one, whether that is milled or not. `triangles`, float64[n, 3, 3], mm.
+    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket inside another
+    pocket counts as filled up to the rim of the outer one, whether that is milled or not. `triangles` is the surface,
+    float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -34,7 +36,7 @@ def stock_tops(
 
 
 def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
-    """Return the surface of a solid with all pockets filled up to their `stock_tops`, float64[n, 3, 3]."""
+    """Fill all pockets of a solid up to their `stock_tops`; return the surface, float64[n, 3, 3], mm."""
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):
         flat = shapely.get_parts(shapely.constrained_delaunay_triangles(pocket.region(filled=True)))
@@ -44,7 +46,7 @@ def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Seq
 
 
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
-    """Return the greatest height of a surface over an area, mm; −∞ if no part of it is over the area."""
+    """Return the maximum height of a surface over an area, mm; −∞ if no triangle is over the area."""
     x0, y0, x1, y1 = area.bounds
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
@@ -62,7 +64,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners with their heights on the plane of the triangle, float64[n, 3]."""
+    """Return the corners of a 2D shape with their heights on the plane of a triangle, float64[n, 3]."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

@@ -1,4 +1,4 @@
-"""The end mill for a pocket: from the tool library, or assumed with conservative cutting data."""
+"""The end mill for a pocket: from the tool library, or assumed with cautious cutting data."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _NAMES = {
     "aluminum": "aluminium",
     "plastics": "plastic",
 }
-#: Feed per tooth: share of the diameter, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters
-#: (Iscar, solid end mills, recommended cutting parameters); 0.05 mm of a mill of 10 mm.
+#: Feed per tooth: share of the diameter, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters, up to
+#: 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
-#: A spindle whose range is off the right speed by more than `MOST_OFF` breaks or burns the tool and is refused. An
-#: assumed speed above `FAST` times the right one is a warning.
+#: A spindle is refused if all its speeds differ from the suitable speed by more than the factor `MOST_OFF`: the tool
+#: would break or burn. An assumed speed above `FAST` times the suitable speed is a warning.
 MOST_OFF, FAST = 2.0, 1.5
 #: Assumed number of teeth (slot mills have two).
 TEETH = 2
@@ -40,9 +40,11 @@ TEETH = 2
 def library_mill(
     library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
 ) -> Tool:
-    """Return the end mill of a library: by number, else by the diameter `asked`, mm, else its only one. Raises
-    OptionError if the library lacks the requested tool, or has several and none was requested; PlanError if the library
-    has no end mill, or the requested tool is no end mill, has another diameter, or is too short.
+    """Return the end mill of a library: by number, else by the diameter `asked`, mm, else the only end mill.
+
+    Raises OptionError if the library lacks the requested number, or has several end mills and none was requested.
+    Raises PlanError if the library has no end mill, or if the tool is of another kind, has another diameter, or is too
+    short.
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
@@ -94,9 +96,9 @@ def with_data(
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and issues about assumptions.
 
-    Options come first, then the library, then tables for high-speed steel mills in the material. Raises PlanError if
-    speed or feed is out of the range of the machine, or no speed is given and the spindle cannot turn at a suitable
-    one.
+    The data come from options, else from the library, else from tables for high-speed steel mills in the material.
+    Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the spindle cannot
+    turn at a suitable speed.
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
@@ -130,7 +132,7 @@ def with_data(
         "--spindle-speed"
     )
     if too_fast:
-        # The feed was assumed for a material that does not stand the requested speed.
+        # The requested speed is too high for the material for which the feed was assumed.
         lowest = f", but the spindle of {machine.name} turns at least {rpm:.0f}"
         words += f"; {careful:.0f} rpm would be suitable{' for that' if asked_rpm else lowest}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]

@@ -1,4 +1,4 @@
-"""The motion of a program from the paths over one level: levels, entries, links, retracts and finishing passes."""
+"""Motion of a pocketing program, generated from paths over one level: entries, links, retracts, finishing passes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from leafcut.material.removal import cleared_area, steps_near
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
+from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, descend_along_loop, enter_level, follow
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
@@ -29,15 +29,15 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Maximum number of moves of a program.
 MOST_MOVES = 3_000_000
-#: Significant digits of a feed that differs from the tool's, in mm/min.
+#: Number of significant digits of a feed that differs from the tool's feed, in mm/min.
 DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Clearing:
-    """One region of a pocket with the path that clears one level of it. `region` has the tool centres that the
-    finished walls allow, `allowed` those of roughing (shapely geometry). `walls` is the finishing pass if roughing
-    leaves stock, else None.
+    """One region of a pocket with the path that clears one level. `region` has the tool centres that the finished walls
+    allow, `allowed` the tool centres of roughing (shapely geometry). `walls` is the finishing pass if roughing leaves
+    stock, else None.
     """
 
     region: CentreRegion
@@ -67,8 +67,8 @@ class Clearing:
 class PocketHeights:
     """Heights and positions of a program, mm.
 
-    `zones`, float64[k, 4], are keep-out zones above the retract height, crossed at the clearance height only. They are
-    grown by the overhang of a shank or holder that is below their height during a rapid at the retract height.
+    `zones`, float64[k, 4], are keep-out zones higher than the retract height, so the tool crosses them at the clearance
+    height only. They are grown by the overhang of a shank or holder that would hit them at the retract height.
     """
 
     clearance: float
@@ -92,12 +92,15 @@ def pocket_motion(
     """Return the motion of the whole program, and all entries into material.
 
     Each region is cleared level by level, from the top. Then its walls are finished if roughing left stock: at full
-    depth, in steps of two diameters in deeper pockets, or level by level if roughing left more than `FILM`, as in a
-    passage too narrow for tool and stock. Between levels, the tool stays down if the next path starts near the end of
-    the last and the straight move is free. Between pieces, it rises to the R plane or to the clearance height. Rapids
-    below the surface end a little above the floor that is already cut. `corner_tolerance`: P of G64, mm; 0 for none.
-    `rounded`: whether roughing rounds corners as the acceleration requires (G64); all other moves stop (G61). Raises
-    PlanError if the program would have more than `MOST_MOVES` moves.
+    depth, in deeper pockets in steps of two diameters. If roughing left more than `FILM`, as in a passage too narrow
+    for tool and stock, the walls are finished level by level.
+
+    Between levels, the tool stays down if the straight move to the next path is clear and quicker than a retract.
+    Otherwise it rises to the R plane or to the clearance height. Rapids below the surface end slightly above the floor
+    that is already cut.
+
+    `corner_tolerance` is P of G64, mm; 0 for none. If `rounded`, roughing blends corners as far as the acceleration
+    requires (G64), and all other moves stop exactly (G61). Raises PlanError for more than `MOST_MOVES` moves.
     """
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
@@ -127,10 +130,10 @@ class _PocketMotion:
 
     def clear(self, clearing: Clearing) -> None:
         shapely.prepare(clearing.allowed)
-        levels, ground = clearing.levels, ClearedArea(clearing.region.rules)
+        levels, cleared = clearing.levels, ClearedArea(clearing.region.rules)
         top = levels.begin
         runs = _runs(clearing.rough)
-        opened = [ground.after(run.path) for run in runs]
+        opened = [cleared.add_run(run.path) for run in runs]
         for z in levels.levels:
             for number, run in enumerate(runs):
                 # The tool always retracts between pockets.
@@ -139,15 +142,15 @@ class _PocketMotion:
                 self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
-            self._walls(clearing, clearing.walls, ground)
+            self._walls(clearing, clearing.walls, cleared)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath, ground: ClearedArea) -> None:
+    def _walls(self, clearing: Clearing, walls: PocketPath, cleared: ClearedArea) -> None:
         radius, levels = clearing.region.rules.radius, clearing.levels
         top = levels.begin
-        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(cleared.area())
         thin = left.buffer(-FILM * radius).is_empty
         runs = _runs(walls)
-        opened = [ground.after(run.path) for run in runs]
+        opened = [cleared.add_run(run.path) for run in runs]
         for z in finishing_levels(levels, 2.0 * radius) if thin else levels.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
@@ -155,7 +158,9 @@ class _PocketMotion:
             top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
-        """Move to the start of a run: at depth `at` if the move through `allowed` is free and quicker, else lifted."""
+        """Move to the start of a run of feed moves down to height `z`: at height `at` if the move through `allowed` is
+        clear and quicker, else with a retract.
+        """
         builder = self.builder
         x, y, now = builder.position
         if self.down and math.dist((x, y), place) <= SAME_PLACE and now >= z - TOUCH:
@@ -169,7 +174,7 @@ class _PocketMotion:
             builder.rapid(z=self.heights.retract)
 
     def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
-        """Return whether the straight move at depth is free, and not slower than a retract."""
+        """Return whether the straight move at depth stays in the region, and is not slower than a retract."""
         distance = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
@@ -199,7 +204,7 @@ class _PocketMotion:
         *,
         walls: bool = False,
     ) -> None:
-        """Descend to z, in air if the position is cleared, else into the material below `top`; follow the run."""
+        """Descend to height `z`, with an entry move if the material below `top` is not cleared; then follow the run."""
         builder, data = self.builder, self.data
         floor = z if opened is Opened.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
@@ -213,10 +218,10 @@ class _PocketMotion:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
                 if run.entered:
-                    descent = wind_down(builder, run.first, top, z, data, allowed, climb)
+                    descent = descend_along_loop(builder, run.first, top, z, data, allowed, climb)
                 else:
                     ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
-                    descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
+                    descent = enter_level(builder, run.path, top, z, data, allowed, climb, ring)
                 self.descents.append(descent)
         self.down = True
         if self.rounded and not walls:
@@ -238,7 +243,7 @@ class _PocketMotion:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """Pieces that the tool follows without a retract, and all of them as one open polyline."""
+    """Path sections that the tool follows without a retract, and all of them joined to one open polyline."""
 
     pieces: tuple[PocketPiece, ...]
     path: Polyline
@@ -266,7 +271,7 @@ def _runs(path: PocketPath) -> list[_FeedRun]:
 
 
 def fed(share: float, feed: float) -> float:
-    """Return a share of a tool's feed, mm/s, as written: rounded down to `DIGITS` digits in mm/min."""
+    """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min, as written."""
     if share == 1.0:
         return feed
     value = share * feed * SECONDS_PER_MINUTE
@@ -276,12 +281,12 @@ def fed(share: float, feed: float) -> float:
 
 #: Maximum width of material under the tool for a straight descent at feed, tool radii.
 _SLIVER = 0.02
-#: The same for a descent by rapid, tolerances: less than the proof allows.
+#: The same for a descent by rapid, in path tolerances; the proof allows a little more.
 _FILM = 0.5
 
 
 class Opened(IntEnum):
-    """Whether a position is cleared for a descent: no, except for a sliver, or completely."""
+    """Whether a position is cleared for a descent: not, all but a sliver, or completely."""
 
     NO = 0
     NEARLY = 1
@@ -294,15 +299,15 @@ class ClearedArea:
     def __init__(self, rules: PocketRules) -> None:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
-    def after(self, run: Polyline) -> Opened:
-        """Return whether the start of a run is cleared; then add the area that the run clears."""
+    def add_run(self, run: Polyline) -> Opened:
+        """Return whether the start of a run was cleared before; add the area that the run clears."""
         opened = self._opened(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in the proof, a plunge clears nothing.
         self._steps = np.concatenate([self._steps, steps[(steps[:, 0] != steps[:, 1]).any(axis=1)]])
         return opened
 
-    def cleared(self) -> Any:
+    def area(self) -> Any:
         """Return the area that all runs clear (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 

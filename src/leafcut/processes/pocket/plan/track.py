@@ -1,4 +1,4 @@
-"""Paths as lines with stations: positions along them, and their nearest points to other positions."""
+"""Paths with stations: positions along a path, and the nearest point of a path to a position."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Points, segments
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A line through points, float64[n, 2], mm; a station is the length from the first point."""
+    """A path through points, float64[n, 2], mm; a station is the path length from the first point."""
 
     points: Points
 
@@ -35,7 +35,7 @@ class Track:
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distances of positions, float64[m, 2], from the track, and the stations of its nearest points."""
+        """Return the distance of each position, float64[m, 2], from the path, and the station of its nearest point."""
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)
@@ -65,16 +65,16 @@ class Ring(Track):
         return float(self.stations[-1])
 
     def at(self, station: float) -> Points:
-        """Return the position at a station, which may exceed the length, float64[2]."""
+        """Return the position at a station, float64[2]; the station may exceed the length of the ring."""
         place: Points = self.places(np.array([station]))[0]
         return place
 
     def places(self, stations: Points) -> Points:
-        """Return the positions at stations, which may exceed the length, float64[n, 2]."""
+        """Return the positions at stations, float64[n, 2]; a station may exceed the length of the ring."""
         return super().places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
-        """Return the points from one station to another (end ≥ start), float64[m, 2]."""
+        """Return the points of the ring from one station to another (end ≥ start), float64[m, 2]."""
         points, own = self.points[:-1], self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
         parts = [self.at(start)[None]]

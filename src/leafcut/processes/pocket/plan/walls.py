@@ -17,15 +17,15 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 LEADS = (0.8, 0.5, 0.3, 0.15)
 #: Maximum number of positions of a wall where leads are tried.
 MOST_PLACES = 60
-#: Tolerance of a lead at the chords of a wall, share of the tolerance.
+#: Maximum overlap of a lead with the chords of a wall, as a share of the path tolerance.
 TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     """Return a pass along every wall of a region, from the cleared area and back.
 
-    Lead-in and lead-out are quarter circles; without room for them, the pass starts on the wall. `roughed` is the
-    shapely geometry of the tool centres of roughing, whose area is cleared.
+    Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the
+    shapely geometry of the tool centres of roughing.
     """
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
@@ -80,7 +80,7 @@ def _with_middles(ring: Points, least: float) -> Points:
 
 
 def _places(ring: Points) -> list[int]:
-    """Return points where a ring hardly turns, those between the longest edges first."""
+    """Return the points where a ring hardly turns; points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -93,7 +93,7 @@ def _places(ring: Points) -> list[int]:
 
 
 def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the quarter circles to and from a point, on the side of the region."""
+    """Return the quarter circles to and from a point of a ring, on the inner side of the wall."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

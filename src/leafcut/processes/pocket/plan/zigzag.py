@@ -14,17 +14,17 @@ from leafcut.geometry.arrays import Points, segments
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, free, kind_of, never, rings
+from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, is_free, kind_of, never, rings
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
 #: Number of angles to try.
 ANGLES = 12
-#: Distances of line ends from the finishing pass, step-overs. The second is tried if the first leaves gaps, as along a
-#: wall nearly parallel to the lines.
+#: Distances of line ends from the finishing pass, step-overs. The second is tried if the first leaves gaps, for example
+#: along a wall nearly parallel to the lines.
 MARGINS = (0.5, 0.0)
-#: Distance of samples along a wall, step-overs; maximum angle between a wall and an adjacent line, rad.
-LOOKED, SIDE_BY_SIDE = 0.1, math.radians(30.0)
-#: Minimum length of a run with room for an entry ramp of the usual depth, tool diameters.
+#: Spacing of samples along a wall, step-overs; maximum angle between a wall and a line that runs beside it, rad.
+SAMPLE_SPACING, SIDE_BY_SIDE = 0.1, math.radians(30.0)
+#: Minimum length of a line that can start with an entry ramp of the usual depth, tool diameters.
 ENTRY_ROOM = 1.0
 
 
@@ -34,12 +34,12 @@ def zigzag(
     stopped: Callable[[], bool] = never,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
-    """Return zigzag lines at an angle (rad; None: the best of twelve), then passes along the walls.
+    """Return zigzag lines at an angle, rad (None: the best of twelve), then passes along the walls.
 
-    Neighbouring lines form a run while the straight links between their ends are free. Each run is followed by the
-    nearest. Spurs clear any remaining material. Once `stopped` returns true, no further angle is tried. `too_wide`:
-    returns the points of a path, float64[n, 2], where passes are further apart than the step-over. The shortest path
-    without gaps is chosen; gaps between lines and adjacent wall passes count too.
+    Neighbouring lines form a run as long as straight links between their ends stay in the region. The nearest run comes
+    next. Spurs clear any remaining material. The shortest path without gaps between passes is chosen. `too_wide`
+    returns the points of a path, float64[n, 2], where passes are further apart than the step-over. Once `stopped`
+    returns true, no further angle is tried.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     candidates: list[tuple[int, PocketPath]] = []
@@ -48,7 +48,7 @@ def zigzag(
         for turn in angles:
             if (paths or candidates) and stopped():
                 break
-            paths.append(_at(region, turn, margin * region.rules.step_over))
+            paths.append(_zigzag_at_angle(region, turn, margin * region.rules.step_over))
         for path, far in sorted(paths, key=lambda one: one[0].feed_mm + one[0].rapid_mm):
             candidates.append((far or (len(too_wide(path)) if too_wide else 0), path))
             if not candidates[-1][0]:
@@ -56,13 +56,13 @@ def zigzag(
     return min(candidates, key=lambda one: one[0])[1]
 
 
-def _at(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
-    """Return the path at an angle, with line ends `margin` mm from the walls, and its gaps (see `_far_beside`)."""
+def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
+    """Return the path at an angle, with line ends `margin` mm from the walls, and its number of gaps at walls."""
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
     walls = [ring for ring in rings(region) if ring.level == 0]
-    far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
+    far = _count_gaps_at_walls(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
     path = LinkedPath(region, region.rings[0][0])
     while runs:
         line = _nearest(path, [line for run in runs for line in (run, run[::-1])])
@@ -78,14 +78,15 @@ def _at(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, 
     return PocketPath("zigzag", tuple(pieces)), far
 
 
-def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return the number of points on wall passes that are more than a step-over, but not two, from the nearest line."""
+def _count_gaps_at_walls(runs: list[Points], walls: list[Points], step_over: float) -> int:
+    """Return the number of sample points on wall passes whose nearest line is one to two step-overs away."""
     if not runs or not walls:
         return 0
     lines = np.concatenate([segments(run) for run in runs])
     lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
     sampled = [
-        shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall), LOOKED * step_over)) for wall in walls
+        shapely.get_coordinates(shapely.segmentize(shapely.LineString(wall), SAMPLE_SPACING * step_over))
+        for wall in walls
     ]
     places = np.concatenate([0.5 * (wall[1:] + wall[:-1]) for wall in sampled])
     along = np.concatenate([np.diff(wall, axis=0) for wall in sampled])
@@ -120,14 +121,14 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Take a line from each row while a free straight link leads to the next row; join the lines."""
+    """Join lines, one from each row, as long as a straight link to the next row stays in the region."""
     lines = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
         at = lines[-1][-1]
         options = [(math.dist(at, end[0]), k, end) for k, line in enumerate(rows[row]) for end in (line, line[::-1])]
         options = [o for o in options if o[0] <= LINK_STEPS * region.rules.step_over]
-        options = [o for o in options if free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
+        options = [o for o in options if is_free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
         if not options:
             break
         _, k, line = min(options, key=lambda o: o[0])
@@ -138,7 +139,7 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
 
 
 def _nearest(path: LinkedPath, lines: list[Points]) -> Points:
-    """Return the line that starts nearest to the tool; the first line must have room for an entry ramp."""
+    """Return the line that starts nearest to the tool; the first line must be long enough for an entry ramp."""
     if path.pieces:
         return min(lines, key=lambda line: math.dist(path.end, line[0]))
     lengths = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines]

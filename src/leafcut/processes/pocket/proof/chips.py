@@ -1,4 +1,4 @@
-"""Chip thickness and power of a pocketing program, read back with its feeds and engagement."""
+"""Chip thickness and power of a pocketing program, computed from the program as read back."""
 
 from __future__ import annotations
 
@@ -17,21 +17,28 @@ from leafcut.model.pace_change import FeedLimit, ToolPace
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.pocket.proof.pocket import ROOM, EarlierCuts, PocketCut, cuts_of, engaged_levels, thinnest
+from leafcut.processes.pocket.proof.pocket import (
+    HEIGHT_TOLERANCE,
+    EarlierCuts,
+    PocketCut,
+    cuts_of,
+    engaged_levels,
+    thinnest,
+)
 from leafcut.proof.difference import place, shorten
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Tolerance of limits for rounded numbers, as a share.
+#: Relative tolerance of all limits, for rounded numbers.
 _PART = 1e-4
 #: Tolerance of equal heights, mm.
 _SAME = 1e-6
-#: Width of material under a plunging tool that does not count, tool radii.
+#: Maximum width of material under a plunging tool that is ignored, tool radii.
 _SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """Load of the mill: figures of the tool, number of cuts with a changed feed, and violated limits."""
+    """Load of the mill: figures of the tool, number of cuts with a changed feed, and differences from the limits."""
 
     tool: ToolPace
     changed: int
@@ -45,7 +52,7 @@ class _Ramp:
 
 
 @dataclass(frozen=True, eq=False)
-class _Places:
+class _LevelSamples:
     cuts: list[PocketCut]
     move: Indices
     feed: Floats
@@ -59,40 +66,39 @@ class _Places:
 def measured_chips(
     written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
 ) -> MeasuredChips:
-    """Return the chips of a program, and the positions where chips, power or feed exceed the limits.
+    """Measure the chips of a program, and check these rules:
 
-    1. No chip is thicker than with the tool's own feed and speed, and no cut needs more power than the spindle has
-       (`material.chip_feeds`): at every sample of the program, with its feed and speed.
+    1. At every sample, no chip is thicker than with the tool's own feed and speed, and no cut needs more power than the
+       spindle has (`material.chip_feeds`).
     2. No cutting move is faster than the maximum feed.
-    3. No descent below the surface is faster than the tool's own feed. A ramp or helix needs no more power than the
-       spindle has, with its slope and feed and a slot as deep as the level. A plunge needs no more power either, unless
-       all material under the tool is cleared.
+    3. No descent below the surface is faster than the tool's own feed, and none needs more power than the spindle has.
+       A ramp or helix counts as a slot as deep as the level. A plunge into cleared area needs no power.
 
-    Films thinner than `thinnest` do not count. `levels` are the heights of cuts, mm; all other moves are descents.
+    Films thinner than `thinnest` are ignored. `levels` are the heights of cuts, mm; all other moves are descents.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
-    # A short piece of a ramp may be horizontal after rounding, but it is not at the height of a level.
+    # A short move of a ramp may be horizontal after rounding, but it is not at the height of a level.
     flat = {
         cut.row
         for cut in cuts
-        if np.ptp(cut.path[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.path[-1, 2]).min() <= ROOM
+        if np.ptp(cut.path[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.path[-1, 2]).min() <= HEIGHT_TOLERANCE
     }
     samples = list(_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
-        Difference("feed", 0, cut.line, _too_fast(cut, written, "goes down", limits.feed))
+        Difference("feed", 0, cut.line, _feed_message(cut, written, "goes down", limits.feed))
         for cut in cuts
         if cut.row not in flat and written.value[cut.row] > limits.feed * (1.0 + _PART)
     ]
     for level in samples:
-        wrong += _beyond(level, written, limits)
+        wrong += _limit_differences(level, written, limits)
     ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunges(cuts, written, rules, limits)]
     wrong += [
-        Difference("feed", 0, ramp.cut.line, _too_strong(ramp.cut, written, ramp.power, limits))
+        Difference("feed", 0, ramp.cut.line, _power_message(ramp.cut, written, ramp.power, limits))
         for ramp in ramps
         if ramp.power > limits.power * (1.0 + _PART)
     ]
-    feed, chip, before, rate = (_all(samples, name) for name in ("feed", "chip", "chip_before", "rate"))
+    feed, chip, before, rate = (_all_levels(samples, name) for name in ("feed", "chip", "chip_before", "rate"))
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
@@ -113,31 +119,31 @@ def measured_chips(
     return MeasuredChips(pace, changed, tuple(shorten(wrong)))
 
 
-def _all(samples: list[_Places], name: str) -> Floats:
+def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
     return np.concatenate([np.zeros(0), *(getattr(level, name) for level in samples)])
 
 
-def _limits(samples: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the maximum power, before and after, if it is limited."""
+def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
+    """Yield the maximum power before and after the change of feeds, if power is limited."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
 
     if math.isfinite(limits.power):
         down = np.array([ramp.power for ramp in ramps])
-        power = max(most(_all(samples, "power")), most(down))
-        yield FeedLimit("power", max(most(_all(samples, "power_before")), power), power, limits.power)
+        power = max(most(_all_levels(samples, "power")), most(down))
+        yield FeedLimit("power", max(most(_all_levels(samples, "power_before")), power), power, limits.power)
 
 
 def _levels(
     cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
-) -> Iterator[_Places]:
+) -> Iterator[_LevelSamples]:
     for there, path, engaged in engaged_levels(cuts, rules, flat):
         rows = np.array([cut.row for cut in there], dtype=np.int64)[path.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
         chip = chip_at(engaged, feed, turns)
         met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
-        yield _Places(
+        yield _LevelSamples(
             there,
             path.piece[met],
             feed[met],
@@ -149,7 +155,7 @@ def _levels(
         )
 
 
-def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
+def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
     thick, strong, fast = (
         _worst(level, level.chip / limits.chip),
         _worst(level, level.power / limits.power),
@@ -157,18 +163,18 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
     )
     for cut, at in thick:
         words = (
-            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near {place(*cut.path[-1])}; "
-            f"{limits.chip:.4g} mm are allowed"
+            f"{_move_at_feed(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near "
+            f"{place(*cut.path[-1])}; {limits.chip:.4g} mm are allowed"
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:
-        yield Difference("feed", 0, cut.line, _too_strong(cut, written, level.power[at], limits))
+        yield Difference("feed", 0, cut.line, _power_message(cut, written, level.power[at], limits))
     for cut, _ in fast:
-        yield Difference("feed", 0, cut.line, _too_fast(cut, written, "cuts", limits.most))
+        yield Difference("feed", 0, cut.line, _feed_message(cut, written, "cuts", limits.most))
 
 
-def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield the moves with a share above 1, each with its worst sample."""
+def _worst(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
+    """Yield the moves that exceed their limit (a share above 1), each with the index of its worst sample."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
@@ -178,10 +184,12 @@ def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield descents up to the next level above; moves with the same feed are one, because heights are rounded."""
+    """Yield the ramps with the power they need, W. Consecutive moves with the same feed are one ramp, because rounded
+    heights give each move a different slope.
+    """
     descents: list[list[PocketCut]] = []
     for cut in cuts:
-        if cut.row in flat or not _across(cut) > _SAME or not cut.path[0, 2] > cut.path[-1, 2] - _SAME:
+        if cut.row in flat or not _horizontal_length(cut) > _SAME or not cut.path[0, 2] > cut.path[-1, 2] - _SAME:
             continue
         last = descents[-1][-1] if descents else None
         if last and cut.row == last.row + 1 and written.value[cut.row] == written.value[last.row]:
@@ -191,43 +199,43 @@ def _ramps(
     tops = np.append(np.array(levels), 0.0)
     for descent in descents:
         last, bottom = descent[-1], float(descent[-1].path[-1, 2])
-        across, fall = sum(_across(cut) for cut in descent), float(descent[0].path[0, 2]) - bottom
-        depth = float(tops[tops > bottom + ROOM].min(initial=0.0)) - bottom
+        across, fall = sum(_horizontal_length(cut) for cut in descent), float(descent[0].path[0, 2]) - bottom
+        depth = float(tops[tops > bottom + HEIGHT_TOLERANCE].min(initial=0.0)) - bottom
         by_feed = float(written.value[last.row]) / math.hypot(across, fall)
         yield _Ramp(last, power_on_ramp(limits, by_feed * across, by_feed * fall, depth))
 
 
 def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
-    """Yield plunges into material that earlier moves did not clear, except for a sliver."""
+    """Yield the plunges into uncleared material with the power they need, W."""
     if limits.material is None:
         return
     earlier = EarlierCuts(cuts, rules)
     for cut in cuts:
         centre, bottom = cut.path[-1, :2], float(cut.path[-1, 2])
-        if _across(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
+        if _horizontal_length(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
         disc = shapely.Point(centre).buffer((1.0 - _SLIVER) * rules.radius)
-        if not earlier.cleared(centre, cut.row, bottom + ROOM).covers(disc):
+        if not earlier.cleared(centre, cut.row, bottom + HEIGHT_TOLERANCE).covers(disc):
             yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
 
 
-def _across(cut: PocketCut) -> float:
+def _horizontal_length(cut: PocketCut) -> float:
     return float(np.hypot(*np.diff(cut.path[:, :2], axis=0).T).sum())
 
 
-def _too_strong(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
+def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
     return (
-        f"{_at(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle gives "
+        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle gives "
         f"{limits.power / 1000.0:.4g} kW at most"
     )
 
 
-def _too_fast(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
+def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
     return (
-        f"{_at(cut, written)} {what} near {place(*cut.path[-1])}; the mill cuts at "
+        f"{_move_at_feed(cut, written)} {what} near {place(*cut.path[-1])}; the mill cuts at "
         f"{SECONDS_PER_MINUTE * limit:g} mm/min at most"
     )
 
 
-def _at(cut: PocketCut, written: Toolpath) -> str:
+def _move_at_feed(cut: PocketCut, written: Toolpath) -> str:
     return f"a move at {SECONDS_PER_MINUTE * float(written.value[cut.row]):g} mm/min"

@@ -27,18 +27,18 @@ from leafcut.proof.difference import place, shorten
 from leafcut.proof.surface import meets_area
 
 #: Tolerance of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the chords of walls.
-ROOM = 0.002
-#: Minimum height of the end of a rapid above the cleared floor, mm.
+HEIGHT_TOLERANCE = 0.002
+#: Minimum height above the cleared floor at which a rapid may end, mm.
 OVER = 0.4
-#: Width of a film that does not count as material, share of the diameter.
+#: Maximum width of a film that is not counted as material, share of the diameter.
 AIR_FILM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class PocketCut:
-    """One feed move: its row and line of the program, and the path of the tool tip as points (x, y, z) in mm.
+    """One feed move: its row of the toolpath, its line of the program, and the path of the tool tip, float64[n, 3], mm.
 
-    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn; other moves follow their points.
+    `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn, 0 for all other moves.
     """
 
     row: int
@@ -63,24 +63,24 @@ def check_pockets(
 ) -> list[Difference]:
     """Return the gouges and dangerous rapids of a program; an empty list is the proof.
 
-    1. No feed move is deeper than its pocket, and no feed move below the surface, whether it clears, enters or links,
-       takes the tool more than the tolerance beyond a wall.
-    2. Each feed move starts and ends at a known place.
+    1. No feed move is deeper than its pocket, and no feed move below the surface takes the tool more than the tolerance
+       beyond a wall.
+    2. Each feed move starts and ends at a known position.
     3. Rapids below the R plane are vertical. A rapid down below the R plane ends above an area that earlier feed moves
        cleared under the whole tool, or above a pocket whose material starts lower.
 
-    `depths`: depth of each pocket from the surface, mm, positive. `tops`: height of the material of each pocket before
-    milling, mm; empty: 0 for all.
+    `depths` are the depths of the pockets from the surface, mm, positive. `tops` are the heights of the material over
+    the pockets before milling, mm; if empty, all are 0.
     """
     cuts = list(cuts_of(written, rules.tolerance))
-    low = _begin_lower(pockets, tops, rules)
+    low = _lower_tops(pockets, tops, rules)
     wrong = [*_unknown_places(written), *_rapids(written, cuts, rules, retract, low)]
     return shorten([*wrong, *_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLevel:
-    """The material removed from a pocket at one height, and the step-over of the passes, mm."""
+    """The material removed from one pocket at height `z`, and the largest distance between neighbouring passes, mm."""
 
     z: float
     number: int
@@ -95,8 +95,8 @@ def simulated_levels(
     levels: Sequence[Sequence[float]],
     finishing: Sequence[Sequence[float]] = (),
 ) -> list[SimulatedLevel]:
-    """Simulate each pocket at its `levels` and at the heights of its finishing passes, whose neighbours are the passes
-    of the next lower level. Levels with equal paths are simulated once.
+    """Simulate each pocket at its `levels` and at the heights of its finishing passes. The step-over of a finishing
+    pass is measured to the passes of the next lower level. Levels with equal paths are simulated once.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
@@ -127,16 +127,16 @@ def simulated_levels(
 
 
 def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
-    """Return the moves below the surface that cut at more than the feed of the mill, mm/s.
+    """Return the moves below the surface that cut material faster than the feed of the mill, mm/s.
 
-    A faster move must be level, and earlier moves at its height must have cleared all of its path, which is sampled
-    (`material.engagement`). Films up to a hundredth of the diameter do not count: passes within the tolerance may leave
-    such films, and their chips are only a fifth as thick as usual at the same feed.
+    A faster move must be level, and earlier moves at its height must have cleared its whole path, which is sampled
+    (`material.engagement`). Films up to a hundredth of the diameter are ignored: passes within the tolerance may leave
+    them, and their chips are only a fifth as thick as usual at the same feed.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.path[:, 2])) > ROOM]
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.path[:, 2])) > HEIGHT_TOLERANCE]
     for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
         wide = engaged.width > thinnest(rules)
         wrong += [
@@ -157,18 +157,20 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
 
 
 def thinnest(rules: PocketRules) -> float:
-    """Return the width of a film that does not count as material, mm."""
+    """Return the maximum width of a film that is not counted as material, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
 
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
-    """Yield each height at which one of the rows ends: its moves, path and engagement; 0 for the end of a descent."""
+    """For each height at which one of the rows ends, yield its moves, their sampled path, and the engagement. Ends of
+    descents have no engagement.
+    """
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
     for z in sorted({round(float(cut.path[-1, 2]), 3) for cut in cuts if cut.row in rows}):
-        there = [cut for cut in cuts if abs(float(cut.path[-1, 2]) - z) <= ROOM]
-        level = np.array([np.ptp(cut.path[:, 2]) <= ROOM for cut in there])
+        there = [cut for cut in cuts if abs(float(cut.path[-1, 2]) - z) <= HEIGHT_TOLERANCE]
+        level = np.array([np.ptp(cut.path[:, 2]) <= HEIGHT_TOLERANCE for cut in there])
         paths = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
         key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
@@ -178,12 +180,12 @@ def engaged_levels(
 
 
 def as_path(pieces: Sequence[Points]) -> PocketPath:
-    """Return a path with one piece for each polyline."""
+    """Return a path with one section for each polyline, given as vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles no wider than the tool, such as helices, which the tool clears."""
+    """Return the area inside full circles no wider than the tool, such as helices: the tool clears it."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -202,7 +204,7 @@ def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) ->
 
 
 def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
-    """Return the gouges of the simulated levels."""
+    """Return a difference for each simulated level with a gouge."""
     wrong = []
     for level in simulated:
         gouges = level.removal.gouges
@@ -216,7 +218,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
 def step_over_differences(
     simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket], rules: PocketRules
 ) -> list[Difference]:
-    """Return the levels whose passes are further apart than the stated step-over."""
+    """Return a difference for each level whose passes are further apart than the requested step-over."""
     return [
         Difference(
             "step-over",
@@ -233,23 +235,29 @@ def step_over_differences(
 def depth_differences(
     written: Toolpath, rules: PocketRules, step: float, pockets: Sequence[Pocket] = (), tops: Sequence[float] = ()
 ) -> list[Difference]:
-    """Return the levels that cut deeper than `step` mm below earlier levels: more than one level at once.
+    """Return the levels that cut more than `step` mm below earlier levels, which is more than one level at once.
 
-    Strips narrower than `FILM` diameters are allowed: a finishing pass removes the stock over its whole depth. `tops`
-    is the height of the material of each pocket before milling, mm; empty: 0 for all.
+    Strips narrower than `FILM` diameters are allowed, because a finishing pass removes the stock over its whole depth.
+    `tops` are the heights of the material over the pockets before milling, mm; if empty, all are 0.
     """
-    lower = _begin_lower(pockets, tops, rules)
+    lower = _lower_tops(pockets, tops, rules)
     wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
     for number, level in enumerate(levels):
-        if level.z >= -step - ROOM:
+        if level.z >= -step - HEIGHT_TOLERANCE:
             continue
-        over = (earlier for earlier in levels[:number] if level.z + ROOM < earlier.z <= level.z + step + ROOM)
+        over = (
+            earlier
+            for earlier in levels[:number]
+            if level.z + HEIGHT_TOLERANCE < earlier.z <= level.z + step + HEIGHT_TOLERANCE
+        )
         above = np.concatenate([np.zeros((0, 2, 2)), *(earlier.steps for earlier in over)])
-        new = level.steps[~np.isin(_names(level.steps), _names(above))]
+        new = level.steps[~np.isin(_undirected_keys(level.steps), _undirected_keys(above))]
         if not len(new):
             continue
         left = cleared_area(new, rules).difference(cleared_area(steps_near(above, new, rules), rules))
-        left = left.difference(shapely.union_all([shape for top, shape in lower if top <= level.z + step + ROOM]))
+        left = left.difference(
+            shapely.union_all([shape for top, shape in lower if top <= level.z + step + HEIGHT_TOLERANCE])
+        )
         wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
         if not wide.is_empty:
             point = wide.representative_point()
@@ -260,7 +268,7 @@ def depth_differences(
 
 @dataclass
 class _Level:
-    """Successive cuts at one height: their segments, and the line of the first."""
+    """Consecutive cuts at one height: their segments, and the program line of the first cut."""
 
     z: float
     line: int
@@ -275,17 +283,17 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return the levels in the order of cutting, without descents."""
     levels: list[_Level] = []
     for cut in cuts:
-        if np.ptp(cut.path[:, 2]) > ROOM:
+        if np.ptp(cut.path[:, 2]) > HEIGHT_TOLERANCE:
             continue
         z = float(cut.path[-1, 2])
-        if not levels or abs(levels[-1].z - z) > ROOM:
+        if not levels or abs(levels[-1].z - z) > HEIGHT_TOLERANCE:
             levels.append(_Level(z, cut.line))
         levels[-1].parts.append(segments(cut.path[:, :2]))
     return levels
 
 
-def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
-    """Return a key for each segment that does not depend on its direction."""
+def _undirected_keys(steps: NDArray[np.float64]) -> NDArray[Any]:
+    """Return a comparable key for each segment, equal for both directions."""
     rounded = np.round(steps, 3) + 0.0
     turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
         (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
@@ -314,15 +322,15 @@ def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     for ends in np.split(np.arange(len(moves)), firsts[1:]) if len(moves) else ():
         row = int(moves.path.line[moves.row[ends[0]]])
         points = np.concatenate([moves.ends[ends[:1], :3], moves.ends[ends, 3:]])
-        if not moves.rapid[ends[0]] and min(points[0, 2], points[-1, 2]) < -ROOM:
+        if not moves.rapid[ends[0]] and min(points[0, 2], points[-1, 2]) < -HEIGHT_TOLERANCE:
             yield PocketCut(row, int(path.line[row]), points, bulges.get(row, 0.0))
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
-    """Yield the paths between descents, as vertices of polylines, float64[n, 3]."""
+    """Yield the connected paths at height `z`, as vertices of polylines, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
-        there = np.abs(cut.path[:, 2] - z) <= ROOM
+        there = np.abs(cut.path[:, 2] - z) <= HEIGHT_TOLERANCE
         on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.path[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
             yield _joined(run)
@@ -339,8 +347,8 @@ def _joined(run: Sequence[Points]) -> Points:
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
-def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return the height of the material, mm, and the shape of each pocket whose material starts below 0."""
+def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
+    """Return height, mm, and shape of each pocket whose material starts below 0."""
     if not tops:
         return []
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
@@ -370,7 +378,7 @@ def _rapids(
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
-    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - ROOM
+    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - HEIGHT_TOLERANCE
     down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
     wrong = [
         (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
@@ -396,13 +404,16 @@ def _uncleared(
     rules: PocketRules,
     lower: Sequence[tuple[float, Any]],
 ) -> list[int]:
-    """Return the vertical rapids that end less than `OVER` above material that earlier feed moves did not clear
-    within a disc of the tool's radius less the tolerance. `lower` has shapes with the height of their material.
+    """Return the vertical rapids that end less than `OVER` mm above uncleared material. Earlier feed moves must have
+    cleared a disc of the tool's radius less the tolerance. `lower` are the pockets whose material starts below 0.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = quarter(rules.radius, FINE * rules.tolerance)
     for row in rows:
-        centre, height = np.where(np.isnan(before[row]), path.end[row], before[row])[:2], path.end[row, 2] - OVER + ROOM
+        centre, height = (
+            np.where(np.isnan(before[row]), path.end[row], before[row])[:2],
+            path.end[row, 2] - OVER + HEIGHT_TOLERANCE,
+        )
         if earlier.passed(centre, row, height):
             continue
         disc = shapely.Point(centre).buffer(rules.radius - rules.tolerance, quad_segs=chords)
@@ -413,7 +424,7 @@ def _uncleared(
 
 
 class EarlierCuts:
-    """Feed moves in order, without plunges, for the area around a place that some of them cleared."""
+    """Feed moves without plunges, in order; used to find the cleared area around a position."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -423,11 +434,11 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool's centre passed a place before a row, at a height, mm, or below."""
+        """Return whether the tool's centre passed a position before a row, at this height, mm, or lower."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a place that moves before a row cleared down to a height, mm."""
+        """Return the area around a position that moves before a row cleared down to a height, mm."""
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
@@ -446,7 +457,7 @@ def _beyond_walls(
     reach = rules.radius - rules.tolerance
     rooms = np.array([pocket.region(rules.tolerance).buffer(-reach, quad_segs=64) for pocket in pockets], dtype=object)
     lines, low, wrong = _lines(cuts), np.array([float(cut.path[:, 2].min()) for cut in cuts]), []
-    deep = low[:, None] >= -np.asarray(depths) - ROOM
+    deep = low[:, None] >= -np.asarray(depths) - HEIGHT_TOLERANCE
     everywhere = shapely.union_all(rooms)
     for allowed in np.unique(deep, axis=0):
         room = shapely.union_all(rooms[allowed])
@@ -465,8 +476,8 @@ def _beyond_walls(
     return wrong
 
 
-#: Tolerance for the chords of arcs and triangles, mm.
-_ROOM = 0.06
+#: Tolerance for arcs approximated by chords and triangles, mm.
+_CHORD_TOLERANCE = 0.06
 
 
 def stock_top_differences(
@@ -476,10 +487,10 @@ def stock_top_differences(
     triangles: NDArray[np.float64],
     radius: float,
 ) -> list[Difference]:
-    """Return the pockets with material higher than `tops` over them or within a tool radius around them.
+    """Return a difference for each pocket with material above its assumed top, over it or within a tool radius of it.
 
-    Other pockets of the solid count as full up to their rims. Each triangle above the height is tested by its
-    distance; the code is independent of the planning of heights. `triangles`, float64[n, 3, 3], mm.
+    Other pockets of the solid count as filled up to their rims. The check tests the distance of each triangle, and
+    shares no code with the planning of heights. `triangles` is the surface, float64[n, 3, 3], mm.
     """
     wrong = []
     for pocket, top in zip(pockets, tops, strict=True):
@@ -487,7 +498,7 @@ def stock_top_differences(
         around = [other.region(filled=True) for other in of_solid]
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (pocket.top or 0.0) + top
-        if meets_area(triangles, area, radius - _ROOM, height + _ROOM):
+        if meets_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
             words = f"{pocket.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
             wrong.append(Difference("rapid in material", 0, 0, words))
     return wrong

@@ -1,1 +1,1 @@
-"""What reports say and draw of pockets."""
+"""Facts, texts and drawings of pockets for reports."""

@@ -1,4 +1,4 @@
-"""The drawing of pockets: walls and islands, the tool path, entries, and uncut areas."""
+"""Drawing of pockets: walls, islands, tool path, entries, and uncut areas."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from leafcut.report.svg import element, in_steps, lines_data, short, title
 
 #: Tolerance of chords of arcs, user units.
 _CHORDS = 0.06
-#: Tolerance of uncut and unreachable areas in the drawing, mm; coarser than the path's.
+#: Tolerance of uncut and unreachable areas in the drawing, mm; coarser than the tolerance of the path.
 _SEEN = 0.02
-#: Arrow heads: distance along a path and half of their length, user units; maximum number.
+#: Arrow heads: spacing along a path and half length, user units; maximum number.
 _ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
 _HATCH = 4.0
 _WIDE_FROM = 1.9
-#: Kinds of pieces from the lowest layer to the highest.
+#: Kinds of path sections, from the lowest layer of the drawing to the highest.
 _KINDS = ("rough", "link", "entry", "finish")
 
 
 @dataclass(frozen=True, eq=False)
 class PocketShapes:
-    """The unreachable area of a pocket, and the uncut rest (shapely geometry)."""
+    """The area of a pocket that the tool cannot reach, and the reachable area that stays uncut (shapely geometry)."""
 
     unreachable: Any
     uncovered: Any
@@ -42,7 +42,7 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """Data that the drawings of a page share: the window, the pockets, and issues of missing work."""
+    """Data shared by all drawings of a page: the frame, the pockets, and issues about missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
@@ -50,7 +50,7 @@ class PocketScene:
 
 
 def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] = ()) -> PocketScene:
-    """Return the scene of all pockets of a drawing, with the issues of missing work."""
+    """Return the scene of all pockets of a drawing."""
     boxes = np.array([plan.pocket.outline.extents for plan in plans])
     corners = np.concatenate([boxes.reshape(-1, 2), missing_points(missing)])
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -59,7 +59,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the uncut areas of a pocket, without films as thin as the tolerance."""
+    """Return the unreachable and uncut areas of a pocket, without films as thin as the tolerance."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
@@ -82,12 +82,12 @@ def pocket_drawing(
     tool_diameter: float = 0.0,
     size: bool = False,
 ) -> str:
-    """Return a path in every pocket as an SVG element titled `words`; `name` is unique on the page."""
+    """Draw the pockets with a path in each, as an SVG element titled `words`; `name` must be unique on the page."""
     frame, window = scene.frame, f"window-{name}"
     parts = (
         *(_pocket(frame, pocket) for pocket in scene.pockets),
-        *(_left(frame, one, f"{name}-{k}") for k, one in enumerate(shapes)),
-        *(_ways(frame, path) for path in paths),
+        *(_unfinished_areas(frame, one, f"{name}-{k}") for k, one in enumerate(shapes)),
+        *(_tool_path(frame, path) for path in paths),
         *(_arrows(frame, path) for path in paths),
     )
     lost = missing_drawing(frame, scene.missing)
@@ -96,9 +96,9 @@ def pocket_drawing(
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
-    """Return a drawing without axes and marks, for a row of drawings."""
+    """Return a drawing without axes and marks, for the row of small drawings."""
     frame = scene.frame
-    parts = (*(_pocket(frame, p) for p in scene.pockets), *(_ways(frame, path) for path in paths))
+    parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
     box = f"0 0 {short(frame.width)} {short(frame.height)}"
     return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
 
@@ -112,8 +112,8 @@ def _pocket(frame: Frame, pocket: Pocket) -> str:
     return in_steps(element("path", named, d=walls, class_="floor"))
 
 
-def _left(frame: Frame, shapes: PocketShapes, name: str) -> str:
-    """Draw unreachable areas hatched, the others filled."""
+def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
+    """Draw unreachable areas hatched, and uncut areas filled."""
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
@@ -153,7 +153,7 @@ def _line(frame: Frame, path: Polyline) -> str:
 # -- the tool path ---------------------------------------------------------------------------------------------------
 
 
-def _ways(frame: Frame, path: PocketPath) -> str:
+def _tool_path(frame: Frame, path: PocketPath) -> str:
     data: dict[str, str] = {}
     for piece in path.pieces:
         data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)

@@ -55,13 +55,13 @@ from leafcut.report.wording import (
     time_words,
 )
 
-#: Larger drawings are not swept for uncut material, number of segments.
+#: Maximum number of segments of a path for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: Maximum excess of uncut area over the usual strategy for equal work, percentage points.
+#: Uncut areas count as less work if they exceed those of the usual strategy by this, percentage points.
 LESS_WORK = 0.1
-#: Smaller shares of air cutting are not reported.
+#: Minimum share of air cutting to report.
 _AIR = 0.01
-#: Height above the work for moves between the pieces of a path, mm.
+#: Height above the work for moves between the sections of a path, mm.
 _ABOVE = 2.0
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 #: Columns of the table of strategies, and those that the summary leaves out.
@@ -99,7 +99,7 @@ class PocketReport(PathReport[PocketDetail]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """Facts for the operator, and the reasons why strategies are not written."""
+        """Facts for the operator, and the reasons why strategies were rejected."""
         reasons = [
             Fact(sentence=clean(f"{word}: {reason}"), name=row.name)
             for word, name in (("not possible", "refused"), ("not written", "passed_over"))
@@ -129,7 +129,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the savings of feeds by engagement, if requested."""
+        """Return the savings by load-dependent feeds, if requested."""
         return pace_facts(self.outcome.detail.pace)
 
     def _times(self) -> list[Fact]:
@@ -207,7 +207,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
-        """Return the written path over one level; lengths without approach and departure."""
+        """Return the figures of the written path over one level for the JSON answer."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
         return {
@@ -221,7 +221,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return all possible strategies, measured over one level."""
+        """Return the table of all possible strategies, measured over one level; a row is bold if it was chosen."""
         keep = [k for k, title in enumerate(_TITLES) if title not in _WIDE]
         rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
@@ -256,7 +256,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure and its text: the saved time, or the program time if no comparison exists."""
+        """Return the headline figure and its text: the saved time, or the program time without a comparison."""
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -271,10 +271,10 @@ class PocketReport(PathReport[PocketDetail]):
         if now.uncovered_percent > usual.uncovered_percent + LESS_WORK:
             less = f" But {share_words(now.uncovered_percent)} of the pocket stays uncut."
         compared = f"{'longer than' if row['worse'] else 'saved compared with'} {self.usual}"
-        return {**row, "words": compared, "percent": row["percent"] + less, "gap": _shorter(now, usual)}
+        return {**row, "words": compared, "percent": row["percent"] + less, "gap": _length_change(now, usual)}
 
     def drawing(self, which: Which) -> str:
-        """Return the paths over one level: usual (``before``) and written (``after``)."""
+        """Draw the paths over one level of the usual strategy (``before``) or of the written strategy (``after``)."""
         plans = self.outcome.detail.plans
         chosen = [plan.usual if which == "before" else plan.result for plan in plans]
         paths = [result.path for result in chosen if result.path is not None]
@@ -288,7 +288,10 @@ class PocketReport(PathReport[PocketDetail]):
         for row in self.strategies:
             paths = self._paths(row.name)
             if row.measures is not None and paths:
-                yield row.name, way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool)
+                yield (
+                    row.name,
+                    toolpath_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool),
+                )
 
     def stock(self) -> ShownStock:
         """Return the tools and the stock: the solid with filled pockets if known, else a block around the cuts."""
@@ -299,7 +302,7 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {clean(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Return the box of several pockets; "" for one, whose counts give its size."""
+        """Return the size of the box around several pockets; "" for a single pocket, whose counts give its size."""
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
         if len(boxes) == 1:
             return ""
@@ -345,7 +348,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the figures of a strategy, as `_TITLES` has them; none if it is refused."""
+    """Return the figures of a strategy in the order of `_TITLES`; empty if it is refused."""
     m = row.measures
     if m is None:
         return ()
@@ -362,7 +365,7 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
     )
 
 
-def _shorter(now: PocketMeasures, usual: PocketMeasures) -> str:
+def _length_change(now: PocketMeasures, usual: PocketMeasures) -> str:
     length, before = (m.feed_mm + m.rapid_mm for m in (now, usual))
     if not before > 0.0:
         return ""
@@ -370,8 +373,8 @@ def _shorter(now: PocketMeasures, usual: PocketMeasures) -> str:
     return f"The path over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
 
 
-def way_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
-    """Return the paths of all pockets over one level as a toolpath; the tool plunges at the start of each piece."""
+def toolpath_over_level(paths: Sequence[PocketPath], level: float, tool: Tool) -> Toolpath:
+    """Return the paths of all pockets over one level as a toolpath; the tool plunges after each gap in a path."""
     builder = ToolpathBuilder()
     builder.tool(tool.number)
     builder.spindle(tool.spindle_rpm)

@@ -22,11 +22,11 @@ from leafcut.report.wording import (
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy over all pockets, one level each: sums and maxima; None if it is refused.
+    """Measures of a strategy over one level of all pockets: sums and maxima; None if it is refused.
 
-    `mean_engagement` is averaged over the feed length; `program_s` is the time of a program of all pockets.
-    `passed_over` is the reason why a cheaper strategy is not written, from the first pocket that has one.
-    `usual`: the written program is compared with it in some pocket.
+    `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
+    cheaper strategy was rejected, from the first pocket with a reason. `usual` is whether the written program is
+    compared with this strategy in any pocket.
     """
 
     name: str
@@ -39,7 +39,9 @@ class StrategyFigures:
 
 
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
-    """Return all strategies over all pockets; one written, or usual, everywhere has the time of that program."""
+    """Return the figures of all strategies over all pockets. A strategy that is written in every pocket, or usual in
+    every pocket, gets the machine time of that program.
+    """
     detail = outcome.detail
     whole = {
         tuple({plan.usual.strategy for plan in detail.plans}): outcome.before.time_s,
@@ -50,14 +52,16 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return all strategies over all pockets, refused if refused in one; `programs` join several pockets."""
+    """Return the figures of all strategies over all pockets. A strategy refused in one pocket is refused. `programs`
+    has the figures of programs over several pockets.
+    """
     rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
         mine = [r for plan in plans for r in plan.results if r.strategy == name]
         chosen = any(plan.result.strategy == name for plan in plans)
         refused = next((r.refused for r in mine if r.measures is None), "")
         known = [r.measures for r in mine if r.measures is not None]
-        found = None if refused else _between(added(known), whole.get(name))
+        found = None if refused else _with_moves_between(added(known), whole.get(name))
         time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
         passed_over = next((r.passed_over for r in mine if r.passed_over), "")
         usual = any(plan.usual.strategy == name for plan in plans)
@@ -65,15 +69,17 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
     return rows
 
 
-def _between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Return the measures of several pockets, including the moves between them."""
+def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
+    """Return the measures with the rapids and retracts of the whole program, if it has several pockets."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
 def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
-    """Return the joint measures of several pockets: sums of lengths and areas, maxima of all else."""
+    """Combine the measures of several pockets: sums of lengths and areas, the weighted mean of the mean engagement, and
+    maxima of all else.
+    """
     feed = sum(m.feed_mm for m in every)
     return PocketMeasures(
         feed_mm=feed,
@@ -95,19 +101,14 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
 
 
 def written(outcome: Outcome[PocketDetail]) -> PocketMeasures:
-    """Return the measures of the written path: one level of each pocket, and the moves between pockets."""
+    """Return the measures of the written path: one level of each pocket, with the moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
-    return _between(added(known), program)
-
-
-def compared(outcome: Outcome[PocketDetail]) -> bool:
-    """Return whether a usual strategy exists for comparison."""
-    return any(plan.usual is not plan.result for plan in outcome.detail.plans)
+    return _with_moves_between(added(known), program)
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
-    """Return measures over one level as the JSON answer has them."""
+    """Return measures over one level for the JSON answer; angles in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -151,7 +152,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
-    """Return the share of the path that cuts much wider than the step-over, and the widest cut."""
+    """Return a sentence on cuts much wider than the step-over: their share of the path, and the widest cut."""
     full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
