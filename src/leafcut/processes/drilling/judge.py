@@ -1,6 +1,6 @@
-"""Check that a program drills each hole of the drawing once, in the right position and depth, with the right tool.
+"""Check that a program drills each hole of the drawing once, at the right position and depth, with the right tool.
 
-The judge has code of its own for tools, depths and positions, so a planning error is not repeated here.
+The judge computes tools, depths and positions with its own code, so it does not repeat an error of the planner.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import place, shorten
 
-#: Rounding of sums and of rotated points, mm; the rounding of written numbers is added.
+#: Arithmetic error of sums and of rotated points, mm; the rounding of written numbers is added.
 _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
@@ -53,7 +53,7 @@ _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIG
 
 
 class _Cut(NamedTuple):
-    """A hole, or a wide part of it, made by one tool: position and tip, mm; number of the hole."""
+    """A required cut of one tool in a hole: position, height of the tip, mm, and index of the hole."""
 
     x: float
     y: float
@@ -63,7 +63,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A slot: its ends, bottom and maximum depth per pass, mm."""
+    """A required slot: its ends, height of its bottom, and maximum depth of a pass (`step`), mm."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -72,7 +72,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A position where the program plunges at feed: position and lowest tip, mm."""
+    """A plunge at feed in the program: position and lowest height of the tip, mm."""
 
     x: float
     y: float
@@ -82,7 +82,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight sideways cut: start and end, mm."""
+    """A straight sideways cut in the program: start and end, mm."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -92,9 +92,9 @@ class _Pass(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DrillingRequest:
-    """The user's request: part and surface as read, with the zero of the drawing.
+    """The user's request, with the part and the surface as read, in the coordinates of the drawing.
 
-    The surface is None for a flat part; the library is None if tools are assumed.
+    `surface` is None for a flat part; `library` is None if tools are assumed.
     """
 
     part: Part
@@ -106,7 +106,7 @@ class DrillingRequest:
 
     @cached_property
     def zero(self) -> complex:
-        """The program zero, x + iy, mm, after mirroring and rotation."""
+        """The program zero in the mirrored and rotated drawing, x + iy, mm."""
         origin = self.reading.origin
         if origin is None or not len(self.drawn):
             return 0j
@@ -119,19 +119,19 @@ class DrillingRequest:
         return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
 
     def _bounds(self, outline: Part) -> NDArray[np.complex128]:
-        """Return the points of an outline, and opposite corners of each path's bounding box, mirrored and rotated."""
+        """Return points that span the bounding box of an outline after mirroring and rotation, complex128[n], mm."""
         corners = [complex(hole.x, hole.y) for hole in outline.holes]
-        points = [self.turned(np.array(corners, dtype=np.complex128))]
+        points = [self.rotated(np.array(corners, dtype=np.complex128))]
         side = 1.0 if self.reading.mirror is None else -1.0
         for path in (contour.path for contour in outline.contours):
             x, y, bulge = path.vertices.T
-            turned = self.turned(x + 1j * y)
-            x0, y0, x1, y1 = Polyline(np.column_stack([turned.real, turned.imag, side * bulge]), path.closed).extents
+            rotated = self.rotated(x + 1j * y)
+            x0, y0, x1, y1 = Polyline(np.column_stack([rotated.real, rotated.imag, side * bulge]), path.closed).extents
             points.append(np.array([complex(x0, y0), complex(x1, y1)]))
         return np.concatenate(points)
 
-    def turned(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return points of the drawing, x + iy, mm, mirrored and then rotated."""
+    def rotated(self, points: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Mirror and then rotate points of the drawing, x + iy, mm."""
         if self.reading.mirror == "x":
             points = -points.conj()
         elif self.reading.mirror == "y":
@@ -143,29 +143,29 @@ class DrillingRequest:
 
     @cached_property
     def drawn(self) -> NDArray[np.complex128]:
-        """Holes, then both ends of all slots, mirrored and rotated, complex128[n], mm."""
+        """Holes, then both ends of each slot, mirrored and rotated, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
-        return self.turned(np.array(points, dtype=np.complex128))
+        return self.rotated(np.array(points, dtype=np.complex128))
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
-        """The same in program coordinates, float64[n, 2]."""
+        """Holes, then both ends of each slot, in program coordinates, float64[n, 2], mm."""
         shifted = self.drawn - self.zero
         return np.column_stack([shifted.real, shifted.imag])
 
     @cached_property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface in program coordinates, float64[n, 3, 3]."""
+        """The surface in program coordinates, float64[n, 3, 3], mm."""
         assert self.surface is not None
         triangles = self.surface.triangles.copy()
-        shifted = self.turned(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
+        shifted = self.rotated(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
         triangles[:, :, 0], triangles[:, :, 1] = shifted.real, shifted.imag
         return triangles
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return the differences between a program and the request; `rounding` is that of written numbers, mm."""
+    """Return the differences between a program and the request; `rounding` is the rounding of written numbers, mm."""
     tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _assumed_tools(text)
     plunges, passes, differences = _read_motions(path, names)
@@ -197,10 +197,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 
 
 def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """Yield every cut of every hole, in the required order of its tools."""
+    """Yield the required cuts of every hole, in the order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
-    tops, underside = _tops(request, steps)
+    tops, underside = _hole_tops(request, steps)
     for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
         x, y = request.points[k].tolist()
         drill_point = max((_point_length(tool) for tool in tools if tool.kind is ToolKind.DRILL), default=0.0)
@@ -230,7 +230,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """Yield every slot; all start at Z0."""
+    """Yield the required slots; all start at Z0."""
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -246,10 +246,10 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
         yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _tool_name(request, tool))
 
 
-def _tops(
+def _hole_tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the height of the top of each hole, and the underside of the part if the surface determines it, mm."""
+    """Return the height of the top of each hole, and of the underside of the part there if the surface sets it, mm."""
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
     use_drawn = request.part.has_hole_depths or request.options.hole_heights == "drawn"
@@ -272,7 +272,9 @@ def _tops(
 
 
 def _cut_radius(tool: Tool, above: float) -> float:
-    """Return the radius cut with a height of material above the hole, mm; for a centre drill, only its point cuts."""
+    """Return the radius, mm, that a tool cuts through material `above` mm high over the hole; a centre drill cuts only
+    with its point.
+    """
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
         return 0.5 * tool.diameter
     depth = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
@@ -284,7 +286,7 @@ def _point_length(tool: Tool) -> float:
 
 
 def _tool_name(request: DrillingRequest, tool: Tool) -> str:
-    """Return the number of a tool in the library, or the kind and diameter stated in the program."""
+    """Return ``T3`` for a library tool, or kind and diameter of an assumed tool, as the program states them."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -294,7 +296,7 @@ def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools named in a program, by the positions where they work."""
+    """The assumed tools that a program names, by the positions where they cut."""
 
     def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
@@ -305,7 +307,9 @@ class _ToolsUsed:
         self._tools = [name for _, _, name in known]
 
     def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
-        """Return the tool used at a position if its diameter is within tolerance, else a tool of the exact diameter."""
+        """Return the tool that cuts at any of the positions, if its diameter is within tolerance, else a tool of the
+        exact diameter.
+        """
         widths = [diameter]
         for x, y in points:
             for k in self._points.near(x, y, _SAME_PLACE):
@@ -316,9 +320,9 @@ class _ToolsUsed:
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
-    """Return the tools that make a hole, in order: those of a recipe, else the nearest drill.
+    """Return the tools that make a hole, in order: the tools of its recipe, else the nearest drill.
 
-    If the library has none, the result matches no program, so the hole is reported as missing.
+    If the library has no suitable drill, the returned tool matches no program, so the hole is reported as missing.
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
@@ -356,7 +360,9 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
-    """Return the tool for a wide part of a hole; None if no tool fits, or if material stands beside its top."""
+    """Return the tool for a counterbore or countersink; None if no tool fits, or if material around its top is in the
+    way.
+    """
     if request.library is None or not wide.open:
         return None
     tolerance = request.job.diameter_tolerance + _SAME
@@ -396,7 +402,7 @@ def _assumed_tools(text: str) -> dict[int, str]:
 def _read_motions(
     path: Toolpath, names: Mapping[int, str] | None
 ) -> tuple[list[_Plunge], list[_Pass], list[Difference]]:
-    """Return the plunges at feed (once per pecked hole), the sideways cuts, and motions foreign to drilling."""
+    """Return the plunges at feed (one per pecked hole), the sideways cuts, and motions foreign to drilling."""
     plunges: list[_Plunge] = []
     passes: list[_Pass] = []
     foreign: list[Difference] = []
@@ -429,7 +435,7 @@ def _read_motions(
 
 
 class _PointIndex:
-    """Points in the plane, float64[n, 2], with spatial lookup."""
+    """Points in the plane with a spatial index, mm."""
 
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
         self._points = points
@@ -457,7 +463,7 @@ class _PointIndex:
 def _compare_holes(
     holes: Sequence[Hole], required: Sequence[_Cut], plunges: Sequence[_Plunge], tolerance: float
 ) -> tuple[list[_Plunge], list[Difference]]:
-    """Return the plunges that match no requested hole, and the differences of those that do."""
+    """Match plunges to required cuts; return the plunges without a match, and the differences of the matches."""
     index = _PointIndex([(plunge.x, plunge.y) for plunge in plunges])
     unused = [True] * len(plunges)
     matches: list[int | None] = []
@@ -492,7 +498,7 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Check that each slot is cut once at its bottom, never deeper per pass than its tool allows, and nowhere else."""
+    """Check that each slot is cut once at its bottom, no pass is too deep, and nothing else is cut sideways."""
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)
     differences = []

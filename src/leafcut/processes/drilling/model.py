@@ -12,9 +12,8 @@ from leafcut.model.shown_stock import FixtureBox
 class DrillingDetail:
     """Drilling results beyond the general outcome.
 
-    `low_ways_saved_s` is the time saved against the same order with all travel moves above the highest point, s; None
-    for a flat part. `thickness` (mm) is None if unknown. `surface` is the part that contains the holes; None for a
-    plate.
+    `low_ways_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None for
+    a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.
     """
 
     low_ways_saved_s: float | None = None

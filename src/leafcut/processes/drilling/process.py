@@ -1,4 +1,4 @@
-"""Drilling as a process: its options, its planning steps, and its form."""
+"""The drilling process: options, planning steps, and form."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _PATH_OPTIONS = ("start_point", "end_point", "hole_order")
 
 
 class Drilling(Process):
-    """Holes and slots of a drawing, of a drill file, or of several drill files of one board."""
+    """Drills the holes and slots of a drawing, of a drill file, or of several drill files of one board."""
 
     name = "drill"
     title = "drilling"
@@ -103,19 +103,19 @@ class Drilling(Process):
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return one stage of tasks for each tool: a hole has one choice, a slot two directions."""
+        """Return a plan with one stage for each tool: a hole has one choice, a slot has two directions."""
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
-        from leafcut.processes.drilling.spec import check_tool_changes, planned, wanted_nodes
+        from leafcut.processes.drilling.spec import check_tool_changes, nodes_to_visit_first, prepare_drilling
         from leafcut.processes.job import check_dialect_options
         from leafcut.processes.plan import Plan
 
-        drill_plan, request = planned(job, sources, everything=asked == "auto")
+        drill_plan, request = prepare_drilling(job, sources, everything=asked == "auto")
         post_dialect = dialect(job.settings.post.dialect or job.machine.controller)
         job = job.for_dialect(post_dialect)
-        check_dialect_options(job.settings, job.machine, post_dialect)
+        check_dialect_options(job.settings, post_dialect)
         check_tool_changes(job.machine, post_dialect)
-        first_nodes = wanted_nodes(drill_plan, job.settings.of(DrillOptions).hole_order)
+        first_nodes = nodes_to_visit_first(drill_plan, job.settings.of(DrillOptions).hole_order)
         return Plan(
             job=job,
             part=drill_plan.part,
@@ -133,7 +133,7 @@ class Drilling(Process):
         )
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion of an order."""
+        """Generate and time the motion of an order."""
         from leafcut.model.plan import Candidate
         from leafcut.timing.toolpath import measure
 
@@ -162,7 +162,7 @@ class Drilling(Process):
             bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
             cones={tool.number: flutes_of(tool) for tool in drill_plan.tools},
             tops=surface_tops(drill_plan, settings.of(DrillOptions).hole_heights == "drawn"),
-            surface=None if drill_plan.ground is None else drill_plan.ground.triangles,
+            surface=None if drill_plan.work_surface is None else drill_plan.work_surface.triangles,
         )
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
 
@@ -183,7 +183,7 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return the surface, and the time saved by low travel moves over it."""
+        """Return the surface of the part, and the time saved by low travel moves over it."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure
@@ -192,8 +192,8 @@ class Drilling(Process):
         if drill_plan.reliefs:
             high = _motion(plan, with_high_travel(drill_plan), best.order)
             saved = measure(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
-        ground = drill_plan.ground
-        mesh, boxes = (None, ()) if ground is None else (ground.mesh, ground.boxes)
+        work_surface = drill_plan.work_surface
+        mesh, boxes = (None, ()) if work_surface is None else (work_surface.mesh, work_surface.boxes)
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:

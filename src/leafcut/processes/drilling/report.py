@@ -1,4 +1,4 @@
-"""Facts and stock of drilled holes: their plate, and the time saved by low travel moves."""
+"""Facts about drilled holes, and their stock: the plate, and the time saved by low travel moves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes."""
 
     def savings(self) -> list[Fact]:
-        """Return the saving of low travel moves over a surface; no words if it is negligible."""
+        """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""
         saved = self.outcome.detail.low_ways_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
@@ -27,7 +27,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [Fact("low_ways_saved_s", saved, "s", label, said("Low moves"))]
 
     def stock(self) -> ShownStock:
-        """Return the tools, and the part or the known data of the plate: its edge and thickness."""
+        """Return the tools and the stock: the surface of the part, or the edge and thickness of the plate if known."""
         outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(

@@ -1,4 +1,4 @@
-"""Prepare a drilling job: the part, its surface and operations, for planning and for the judge."""
+"""Preparation of a drilling job: the part, its surface and its operations, for the planner and for the judge."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -> Part:
-    """Return the part with issues for missing work.
+def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
+    """Add issues about work that the drilling program does not do.
 
-    Contours are not missing if the user requested drilling, nor other concentric circles if some were selected.
+    Contours are only a note if the user requested drilling; further concentric circles are only a note if the user
+    selected some.
     """
     chosen = "concentric" in job.settings.given
     issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
@@ -41,8 +42,8 @@ def _with_missing_work(part: Part, job: Job, source: Source, everything: bool) -
     return replace(part, issues=tuple(issues), besides=())
 
 
-def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
-    """Return the surface and the fixture, in the axes and with the zero of the part."""
+def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
+    """Load the surface and the fixture, in the coordinates of the part as read."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
     if drill_options.surface is None and drill_options.fixture_file is None and not part.has_hole_depths:
         return None, None
@@ -69,10 +70,10 @@ def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh |
     )
 
 
-def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
-    """Return the plan, and the request for the judge with part and surface as read.
+def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
+    """Return the plan, and the request for the judge.
 
-    With `everything`, contours and pockets are missing work, too: the user did not explicitly request drilling.
+    If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
     """
     from leafcut.processes.placing import placed, placed_mesh, placing_words
     from leafcut.read import Match, read
@@ -97,10 +98,10 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
         from leafcut.read.joining import read_drill_files
 
         part = read_drill_files(sources, reading, on_progress)
-    part = _with_missing_work(part, job, sources[0], everything)
+    part = _with_work_issues(part, job, sources[0], everything)
     if part.has_hole_depths and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have individual heights; leave it out")
-    surface, fixture = _meshes(job, sources[0], part, of_step)
+    surface, fixture = _load_meshes(job, sources[0], part, of_step)
     mesh, fixture = (
         None if loaded is None else placed_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
     )
@@ -128,11 +129,12 @@ def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[Dril
     return plan, request
 
 
-def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return operation → the nodes of its routing problem to visit first, in order; {} without a file.
+def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
+    """Return, for each operation of an order file, the nodes of its routing problem to visit first, in order. Without a
+    file, the result is empty.
 
-    `ReadError` if it is no order file; `PlanError` if it is for another drawing, or names an unknown hole or a hole
-    twice.
+    Raises ReadError if the file is no order file; PlanError if it is for another drawing, or if it names an unknown
+    hole or a hole twice.
     """
     from leafcut.read.order_file import drawing_of, load_order
 
@@ -164,7 +166,7 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
 
 
 def check_tool_changes(machine: Machine, dialect: Dialect) -> None:
-    """Refuse a machine profile whose tool change features the controller does not support (`OptionError`)."""
+    """Refuse a machine profile with a tool change feature that the controller does not support."""
     for supported, reason in (
         (machine.tool_changer, "its tools are changed by hand"),
         (dialect.tool_change == "M6", f"{dialect.name} has no M6"),

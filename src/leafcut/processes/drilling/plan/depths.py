@@ -1,4 +1,4 @@
-"""Depth of a tool: from the thickness of the plate or a given depth, to the shoulder or to the tip."""
+"""Depth of each tool in a hole, from the thickness of the plate or from a given depth to the shoulder or the tip."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ TAP_LEAD = 5.0
 class DepthRule:
     """The depth of holes, mm below the surface.
 
-    With `through`, the full diameter exceeds the plate by `break_through`, so the point of a tool exits by its own
-    length, too.
+    If `through`, the full diameter goes `break_through` mm below the plate, and the point of the tool goes deeper by
+    its own length.
     """
 
     depth: float
@@ -34,13 +34,13 @@ class DepthRule:
 
     @property
     def given(self) -> str:
-        """The given depth, for messages about excessive depths: `` for --thickness 80 mm``."""
+        """The option that set the depth, for messages about excessive depths: `` for --thickness 80 mm``."""
         return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
 
     def tip_depth(self, tool: Tool) -> float:
         """Return the depth of the tip of `tool` below the surface, mm.
 
-        `PlanError` if a tap or a reamer would hit the cone left by the drill's point, or a blind hole would break
+        Raises PlanError if a tap or a reamer would hit the cone left by the drill's point, or a blind hole would break
         through.
         """
         if tool.kind is ToolKind.CENTRE_DRILL:
@@ -70,7 +70,7 @@ def centre_depth(tool: Tool) -> float:
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     """Return a note if the lead of the tap leaves incomplete threads at the exit of a through hole.
 
-    A tap must not go deeper automatically: the space below is unknown, and a tap that hits the table breaks.
+    The tap is not sent deeper automatically: the space below is unknown, and a tap that hits the table breaks.
     """
     lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
     if not rule.through or rule.break_through >= lead:
@@ -84,7 +84,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
 
 
 def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> None:
-    """Refuse a part if neither the options nor its drawing give the depth of the holes (`OptionError`)."""
+    """Refuse a part if neither the options nor its drawing give the depth of the holes."""
     if job.depth is None and job.thickness is None and not options.through and not part.has_hole_depths:
         raise OptionError(
             f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
@@ -93,7 +93,7 @@ def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> 
 
 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
-    """Return the depth rule of the options; `PlanError` if depth and thickness contradict each other."""
+    """Return the depth rule of the options. Raises PlanError if depth and thickness contradict each other."""
     to_shoulder = options.depth_to == "shoulder"
     if job.depth is None:
         assert job.thickness is not None

@@ -10,7 +10,7 @@ from leafcut.units import MM_PER_INCH
 EQUAL = 1.5e-3
 #: Metric drills: largest diameter and steps, mm (DIN 1899 below 1 mm, DIN 338 above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
-#: Inch fractions this close to a metric size, mm, are not used for inexactly drawn holes.
+#: Inch fractions within this distance of a metric size, mm, are used only for exactly drawn holes.
 _BESIDE_METRIC = 0.02
 #: Number drills 1 to 80 and letter drills A to Z, thousandths of an inch: ASME B94.11M.
 _NUMBERS = (
@@ -27,7 +27,8 @@ _NUMBERED = np.array([*_NUMBERS, *_LETTERS]) * 1e-3 * MM_PER_INCH
 
 
 def catalogue_size(diameter: float, tolerance: float) -> float:
-    """Return the catalogue size for a hole, mm: an equal one, else the nearest within `tolerance`, else its diameter.
+    """Return the catalogue size of the drill for a hole, mm: equal to the diameter, else the nearest within
+    `tolerance`, else the diameter itself.
 
     Number and letter drills are only used for holes of exactly their size, because they are close to metric sizes.
     """

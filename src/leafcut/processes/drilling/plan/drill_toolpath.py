@@ -1,4 +1,4 @@
-"""From drilling operations to routing problems, and from their solutions to a toolpath."""
+"""Routing problems of drilling operations, and the toolpath of their solutions."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def stages_of(
     objective: Literal["time", "distance"],
     first_nodes: Mapping[int, NDArray[np.int32]],
 ) -> tuple[Stage, ...]:
-    """Return a stage for each operation; each starts where the previous one ends.
+    """Return a stage for each operation; each starts where the previous stage ends.
 
-    `first_nodes` maps an operation to the choices to visit first.
+    `first_nodes` maps the number of an operation to the nodes to visit first, in order.
     """
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     stages = []
@@ -54,8 +54,8 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of one operation.
 
-    A hole is a cluster of one node. A slot is a cluster of two: node 2k routes slot k from start to end, node 2k + 1 in
-    reverse.
+    A hole is a cluster of one node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end, node
+    2k + 1 from end to start.
     """
     name = f"{plan.part.name}: {operation.tool.label}"
     if not operation.slots:
@@ -92,9 +92,9 @@ def generate_toolpath(
     """Return the motion of the whole program; `orders` has one array of nodes per operation.
 
     Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). Before
-    crossing a keep-out zone it retracts with a separate rapid, not with G98 on a single hole: LinuxCNC 2.9 rises on a
-    slant when G98 follows G99 in one series of cycles, unlike other controllers. With `pause`, the program waits (M0)
-    after every tool change, for controllers whose M6 may not.
+    crossing a keep-out zone, it retracts with a separate rapid instead of G98 on a single hole: unlike other
+    controllers, LinuxCNC 2.9 rises on a slant when G98 follows G99 in one series of cycles. If `pause`, the program
+    waits (M0) after every tool change, for controllers whose M6 may not wait.
     """
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
@@ -106,7 +106,7 @@ def generate_toolpath(
                 builder.pause(optional=True)
         take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
         if operation.slots:
-            _rout(builder, plan, machine, operation, nodes)
+            _cut_slots(builder, plan, machine, operation, nodes)
         else:
             _drill(builder, plan, machine, operation, nodes, plan.reliefs[number] if plan.reliefs else None)
     _finish(builder, plan, machine, coolant)
@@ -114,7 +114,7 @@ def generate_toolpath(
 
 
 def with_high_travel(plan: DrillPlan) -> DrillPlan:
-    """Return the plan with all travel moves above the highest point of the surface."""
+    """Raise all travel moves of a plan above the highest point of the surface."""
     operations = tuple(
         replace(operation, cycle=replace(operation.cycle, to_initial=True)) for operation in plan.operations
     )
@@ -124,11 +124,11 @@ def with_high_travel(plan: DrillPlan) -> DrillPlan:
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     """Return x, y and the height of the surface at each hole, float64[n, 3], mm; None for a plate.
 
-    If heights are `drawn` or taken from a solid, they come from the drawing, not from the plan.
+    Heights that are `drawn`, or belong to a solid, are taken from the drawing instead of the plan.
     """
     if drawn or plan.part.has_hole_depths:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
-    return None if plan.ground is None else np.column_stack([plan.part.hole_xy, plan.tops])
+    return None if plan.work_surface is None else np.column_stack([plan.part.hole_xy, plan.tops])
 
 
 def _retract_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
@@ -178,16 +178,16 @@ def _travel_heights(
 
 
 def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
-    """Return a cycle with another R plane, and with its bottom shifted."""
+    """Change the R plane of a cycle, and shift its bottom by `lower` mm."""
     if r_plane == cycle.r_plane and not lower:
         return cycle
     return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
 
 
-def _rout(
+def _cut_slots(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Rout slot by slot, back and forth along the slot in passes."""
+    """Cut each slot in passes, back and forth along the slot."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     position: Point | None = None
@@ -212,8 +212,8 @@ def _rout(
 def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
     """Return the heights of the passes of a slot, mm, from the first to the bottom.
 
-    A pass is at most one peck deep, or one diameter without a peck: the full-width limit of a slot mill. The number of
-    passes is odd, so that the tool ends at the end of the slot.
+    A pass is at most one peck deep; without a peck, at most one diameter, the usual limit of a slot mill. The number of
+    passes is odd, so the last pass ends at the end of the slot.
     """
     step = tool.peck or tool.diameter
     passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))

@@ -1,4 +1,4 @@
-"""Drilling: turn holes and slots into operations, one per tool, with the fewest tool changes."""
+"""Operations for the holes and slots of a drawing: one per tool, with the fewest tool changes."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from leafcut.processes.drilling.plan.depths import (
     refuse_unknown_depth,
     tap_lead_issue,
 )
-from leafcut.processes.drilling.plan.ground import (
-    Ground,
-    check_beside,
+from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
+from leafcut.processes.drilling.plan.work_surface import (
+    WorkSurface,
     check_bodies,
     check_fixture,
+    check_wide_tool,
     checked_fixture,
     fixture_boxes,
     tops_of,
 )
-from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_moves import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
@@ -48,21 +48,20 @@ from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher
 TOOL_CHANGE_HEIGHT = 25.0
 #: Clearance of travel moves from the surface and from fixtures, vertical and horizontal, mm.
 SURFACE_CLEARANCE = 2.0
-#: Tool exit below the part from which on a warning is issued, mm: the tool may hit the table, a vise or a parallel.
+#: Exit below the part above which a warning is issued, mm: the tool may hit the table, a vise or a parallel.
 FAR_BELOW = 3.0
-#: The same under a circuit board, mm: its backing board is often 2 mm thick or less.
+#: The same below a circuit board, mm: its backing board is often 2 mm thick or less.
 BELOW_BOARD = 1.0
-#: Longest stroke without pecking, diameters: beyond, chips pack the flutes and the drill breaks; 3 to 5 are usual.
+#: Longest stroke without pecking, diameters; beyond that, chips pack the flutes and the drill breaks (usual: 3 to 5).
 LONGEST_STROKE = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class DrillOperation:
-    """The work of one tool: a cycle, run at every target.
+    """The work of one tool: a cycle that runs at every target.
 
-    `targets` are indices, int32[k], into the holes of the part, or into its slots if `slots`. `tips` are the depths of
-    the tip below the top of each hole, float64[k], mm, if the tool makes wide parts (counterbore, countersink); else
-    None.
+    `targets` are indices, int32[k], of holes of the part, or of its slots if `slots`. If the tool makes counterbores or
+    countersinks, `tips` are the depths of its tip below the top of each hole, float64[k], mm; else None.
     """
 
     tool: Tool
@@ -82,12 +81,13 @@ class DrillOperation:
 
 @dataclass(frozen=True, eq=False)
 class DrillPlan:
-    """Operations in machining order, and their common data (mm).
+    """Operations in machining order, and their common data, mm.
 
-    `zones` is float64[k, 4]: rectangles in which nothing is drilled, as given; `zone_heights` is float64[k]: the lowest
-    height at which a rapid may cross each, at most the clearance height. Per hole, float64[n]: `tops`, the height of
-    its top, from which its depth counts; `r_planes`; and `deeper`, its depth beyond its operation's cycle.
-    `reliefs` has the travel heights of each operation over a surface (`ground`), and is empty for a flat part.
+    `zones`, float64[k, 4], are the rectangles in which nothing may be drilled. `zone_heights`, float64[k], are the
+    lowest heights at which a rapid may cross them, at most the clearance height. Three arrays have a value for each
+    hole, float64[n]: `tops`, the height from which its depth is measured, `r_planes`, and `deeper`, its depth beyond
+    the cycle of its operation. `reliefs` has the travel heights of each operation over `work_surface`; it is empty for
+    a flat part.
     """
 
     part: Part
@@ -104,7 +104,7 @@ class DrillPlan:
     r_planes: NDArray[np.float64]
     deeper: NDArray[np.float64]
     issues: tuple[Issue, ...]
-    ground: Ground | None = None
+    work_surface: WorkSurface | None = None
     reliefs: tuple[Relief, ...] = ()
     made_for: str = ""
 
@@ -114,9 +114,10 @@ class DrillPlan:
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
     def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the zones, float64[k, 4], that the centre of `tool` must avoid with its tip at a height, mm.
+        """Return the rectangles, float64[k, 4], that the centre of `tool` must avoid with its tip at height `tip`, mm.
 
-        They are widened by its radius, and by its shank or holder if these reach below the height of the zone.
+        The zones are widened by the radius of the tool, or of its shank or holder where these are below the zone's
+        height.
         """
         return widened(self.zones, self.reach(tool, tip))
 
@@ -126,7 +127,7 @@ class DrillPlan:
         return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
-        """Return the zones like `zones_for`, without those that rapids at the retract height may cross."""
+        """Return the rectangles of `zones_for` that rapids at the retract height must not cross."""
         return self.zones_for(tool, self.retract_height)[self.zone_heights > self.retract_height]
 
 
@@ -139,30 +140,30 @@ def plan_drilling(
     mesh: Mesh | None = None,
     fixture: Mesh | None = None,
 ) -> DrillPlan:
-    """Return the operations that make every hole and slot of `part`.
+    """Plan the operations that make every hole and slot of `part`.
 
-    Holes that need several tools (centre drill, drill, tap) get them in the order of their recipe. Every tool is used
-    once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh`, each hole starts on it,
-    and travel moves are as low as it allows; they also pass over a `fixture`.
+    A hole that needs several tools (centre drill, drill, tap) gets them in the order of its recipe. Every tool is used
+    once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh` of the surface, each hole
+    starts on the surface, and travel moves are as low as the surface and the `fixture` allow.
 
-    `PlanError` if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other;
-    `OptionError` if options are invalid or contradict each other.
+    Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other;
+    Raises OptionError if options are invalid or contradict each other.
     """
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
         raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
     refuse_unknown_depth(part, job, options)
-    ground = _ground(part, mesh, job, options, fixture)
-    if ground is not None and ground.clearance > job.clearance_height:
+    work_surface = _work_surface(part, mesh, job, options, fixture)
+    if work_surface is not None and work_surface.clearance > job.clearance_height:
         raise PlanError(
-            f"--clearance-height {job.clearance_height:g} mm is less than the {ground.clearance:g} mm that moves keep "
-            "from the surface; give a larger --clearance-height"
+            f"--clearance-height {job.clearance_height:g} mm is less than the {work_surface.clearance:g} mm that moves "
+            "keep from the surface; give a larger --clearance-height"
         )
     chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
     underside = np.full(len(part.holes), -np.inf)
-    if ground is None:
-        tops, height_issues = _tops(part, options)
+    if work_surface is None:
+        tops, height_issues = _hole_tops(part, options)
         surface = tops
         if job.thickness is not None:
             underside = tops - job.thickness
@@ -170,8 +171,8 @@ def plan_drilling(
     else:
         work = _collect_targets(part, chooser)
         drawn = options.hole_heights == "drawn" or part.has_hole_depths
-        radii = _radii(part, work)
-        measured = tops_of(part, ground, radii, _cut_radius_function(part, work, radii), drawn)
+        radii = _widest_radii(part, work)
+        measured = tops_of(part, work_surface, radii, _cut_radius_function(part, work, radii), drawn)
         tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
         # A hole that opens into a cavity has the part below it again.
         exits = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
@@ -181,16 +182,16 @@ def plan_drilling(
             job = replace(job, thickness=float(thickness.min()))
             deeper = thickness - thickness.min()
         elif part.has_hole_depths and job.depth is None and job.thickness is None:
-            job, deeper = _own_depths(part, work, job)
-    wide, wide_issues = _add_wide_tools(part, chooser, work, ground)
-    highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
+            job, deeper = _depths_of_solid(part, work, job)
+    wide, wide_issues = _add_wide_tools(part, chooser, work, work_surface)
+    highest = float(tops.max(initial=0.0)) if work_surface is None else max(work_surface.highest, 0.0)
     raised_job = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
     )  # fmt: skip
     check_spindle_heights(machine, raised_job, "drill")
     refuse_higher_zones(job.keep_out, raised_job.clearance_height)
     # Without a surface, the space between holes of different heights is unknown: travel above the highest.
-    initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
+    initial = job.retract == "initial" or (work_surface is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
     groups = _order_tools(list(work), chooser.sequences)
     operations = tuple(
@@ -201,8 +202,8 @@ def plan_drilling(
     )
     _check_speeds(operations, machine, job)
     _check_flutes(operations, tops, deeper)
-    if ground is not None:
-        _check_ground(part, operations, tops, deeper, ground)
+    if work_surface is not None:
+        _check_surface(part, operations, tops, deeper, work_surface)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -222,22 +223,27 @@ def plan_drilling(
             *wide_issues,
             *chooser.issues(),
             *_tap_lead_issues(operations, rule),
-            *_far_below(part, operations, rule, tops, deeper, underside),
-            *_deep_strokes(part, operations, tops, deeper, underside),
+            *_exit_issues(part, operations, rule, tops, deeper, underside),
+            *_stroke_issues(part, operations, tops, deeper, underside),
         ),
-        ground=ground,
+        work_surface=work_surface,
     )
     _check_zones(plan)
-    if ground is None or initial:
+    if work_surface is None or initial:
         return plan
-    return replace(plan, reliefs=tuple(_relief(plan, ground, machine, operation) for operation in operations))
+    return replace(
+        plan, reliefs=tuple(_travel_relief(plan, work_surface, machine, operation) for operation in operations)
+    )
 
 
-def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Return the job with the smallest depth of a solid's holes as its thickness, and the extra depth of each, mm.
+def _depths_of_solid(
+    part: Part, work: dict[Step, list[int]], job: JobOptions
+) -> tuple[JobOptions, NDArray[np.float64]]:
+    """Plan the holes of a solid, which have their own depths: return the job with the smallest depth as its thickness,
+    and the extra depth of each hole, mm.
 
     The full diameter of a through hole exits the part by the break-through, as in a plate. The full diameter of a blind
-    hole ends at the depth in the solid; with a flat floor, the point of the drill ends there.
+    hole ends at its depth in the solid; if the hole has a flat floor, the point of the drill ends there.
     """
     depths = np.array([hole.depth or 0.0 for hole in part.holes])
     points = np.zeros(len(depths))
@@ -258,9 +264,9 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
     return replace(job, thickness=least), deeper - least
 
 
-def _ground(
+def _work_surface(
     part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
-) -> Ground | None:
+) -> WorkSurface | None:
     if mesh is None:
         return None
     if part.slots:
@@ -271,10 +277,10 @@ def _ground(
     boxes, issues = fixture_boxes(options.fixture), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
-    return Ground(mesh, boxes, SURFACE_CLEARANCE, fixture, tuple(issues))
+    return WorkSurface(mesh, boxes, SURFACE_CLEARANCE, fixture, tuple(issues))
 
 
-def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
+def _widest_radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
     """Return the radius of the widest tool of each hole, mm."""
     radii = np.zeros(len(part.holes))
     for step, targets in work.items():
@@ -283,29 +289,32 @@ def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
     return radii
 
 
-def _check_ground(
+def _check_surface(
     part: Part,
     operations: Sequence[DrillOperation],
     tops: NDArray[np.float64],
     deeper: NDArray[np.float64],
-    ground: Ground,
+    work_surface: WorkSurface,
 ) -> None:
     """Refuse holes in which a tool would hit a fixture, or cut into the finished surface."""
     widths = np.array([max([hole.diameter, *(step.diameter for step in hole.steps)]) for hole in part.holes])
     for operation in operations:
         points, lowest = part.hole_xy[operation.targets], operation.bottoms(tops, deeper)
-        check_bodies(operation.tool, points, tops[operation.targets], lowest, ground)
-        check_fixture(points, lowest, 0.5 * operation.tool.diameter, ground)
+        check_bodies(operation.tool, points, tops[operation.targets], lowest, work_surface)
+        check_fixture(points, lowest, 0.5 * operation.tool.diameter, work_surface)
         if part.has_hole_depths:
-            check_beside(operation.tool, points, widths[operation.targets], tops[operation.targets], lowest, ground)
+            check_wide_tool(
+                operation.tool, points, widths[operation.targets], tops[operation.targets], lowest, work_surface
+            )
 
 
 def _cut_radius_function(
     part: Part, work: dict[Step, list[int]], radii: NDArray[np.float64]
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the function from the height of material above the top of each hole to the widest radius cut, mm.
+    """Return a function that computes the widest radius cut at each hole, mm, from the height of the material above the
+    top of each hole, mm.
 
-    A centre drill cuts only with its point; the hole itself is always cut.
+    A centre drill cuts only with its point; the diameter of the hole itself is always cut.
     """
 
     def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -324,8 +333,8 @@ def _cut_radius_function(
     return widest
 
 
-def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillOperation) -> Relief:
-    return ground.relief(
+def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine, operation: DrillOperation) -> Relief:
+    return work_surface.relief(
         machine,
         operation.tool,
         plan.part.hole_xy[operation.targets].round(6),
@@ -336,11 +345,12 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
 
 
 def _add_wide_tools(
-    part: Part, chooser: ToolChooser, work: dict[Step, list[int]], ground: Ground | None
+    part: Part, chooser: ToolChooser, work: dict[Step, list[int]], work_surface: WorkSurface | None
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
-    """Add the tools for wide parts of holes to `work`; return the depths of their tips, and an issue on the others.
+    """Add the tools for counterbores and countersinks to `work`; return the depths of their tips, mm, and an issue
+    about holes without a suitable tool.
 
-    A tool wider than its countersink needs clearance beside it at the top of the hole.
+    A tool wider than its countersink needs free space around the top of the hole.
     """
     wide: dict[Step, list[float]] = {}
     unmade = []
@@ -348,7 +358,11 @@ def _add_wide_tools(
         for wide_part in hole.steps:
             step = chooser.step_for_wide_part(hole, wide_part)
             radius = 0.0 if step is None else 0.5 * step.tool.diameter
-            if step is not None and ground is not None and not ground.is_free(hole.x, hole.y, radius, hole.z):
+            if (
+                step is not None
+                and work_surface is not None
+                and not work_surface.is_free(hole.x, hole.y, radius, hole.z)
+            ):
                 step = None
             if step is None:
                 unmade.append((hole, wide_part))
@@ -396,10 +410,11 @@ def _check_flutes(
             )
 
 
-def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
-    """Return the height of the top of each hole, and a note if holes drawn elsewhere become Z0.
+def _hole_tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
+    """Return the height of the top of each hole, mm, and a note if holes drawn at another height become Z0.
 
-    Holes drawn at several heights are refused if one is requested: some would be drilled too deep or not at all.
+    Holes drawn at several heights are refused if all must start at one height: some would be drilled too deep or not at
+    all.
     """
     if options.hole_heights == "drawn":
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -425,11 +440,13 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
-def _far_below(
+def _exit_issues(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning if tools exit far below the part (`underside`, −∞ if unknown), or a note for a board."""
+    """Return a warning if a tool exits far below the part, or a note for a circuit board. `underside` is the height of
+    the underside at each hole, mm, −∞ if unknown.
+    """
     farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for operation in operations:
         if operation.slots:
@@ -455,11 +472,11 @@ def _far_below(
     return [Issue("L404", message)]
 
 
-def _deep_strokes(
+def _stroke_issues(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE` diameters; none on boards."""
+    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE`; none for circuit boards."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
@@ -537,7 +554,7 @@ def _distances(
 
 
 def _collect_targets(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
-    """Return the targets of every step, in file order."""
+    """Return the holes and slots of every step, in file order."""
     work: dict[Step, list[int]] = {}
     for index, hole in enumerate(part.holes):
         for step in chooser.steps_for_hole(hole):
@@ -551,7 +568,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Return the steps sorted by kind (centre drills first), then by diameter, each after its predecessors."""
+    """Sort steps by kind (centre drills first), then by diameter, but each after its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):
@@ -586,7 +603,7 @@ def _operation(
         peck=_first_given(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
         dwell=_first_given(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )
-    return DrillOperation(tool, _clean_cycle(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
+    return DrillOperation(tool, _checked_cycle(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
 
 
 def _first_given(*values: float | None) -> float:
@@ -609,8 +626,8 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
     return "G82" if _first_given(tool.dwell, options.dwell) else "G81"
 
 
-def _clean_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return the cycle with only its own parameters; `PlanError` if one is missing."""
+def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
+    """Return the cycle with only its own parameters. Raises PlanError if one is missing."""
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError(f"{tool.label}: {cycle.name} needs a peck depth; set --peck, or peck in the library")
     if cycle.name == "G82" and not cycle.dwell:

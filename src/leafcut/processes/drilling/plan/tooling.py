@@ -1,4 +1,4 @@
-"""Choose the tools of a hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
+"""Choice of the tools for each hole: recipes and drills of the library, or an assumed drill of a catalogue size."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
 FEED_PER_REVOLUTION = 0.02  # of the diameter
 #: Highest surface speed of carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
 BOARD_SPEED = 150_000.0 / 60.0
-#: Largest ratio between the right speed and the range of the spindle: beyond, the tool breaks or burns.
+#: Maximum ratio between a suitable speed and the speeds of the spindle; beyond it, the tool breaks or burns.
 MAX_SPEED_RATIO = 2.0
-#: Ratio of an assumed speed to the right one above which a warning is issued.
+#: Ratio of an assumed speed to the suitable speed above which a warning is issued.
 FAST = 1.5
 
 #: Diameter assumed for bare points, mm.
@@ -44,7 +44,7 @@ PLUNGE_PART = 1.0 / 3.0
 
 
 class Step(NamedTuple):
-    """A tool applied to holes, slots, or wide parts of holes."""
+    """A tool for holes, for slots, or for the counterbores and countersinks of holes (`wide`)."""
 
     tool: Tool
     slots: bool = False
@@ -62,7 +62,7 @@ def _can_countersink(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools of one plan, and records assumptions."""
+    """Chooses the tools for one drawing, and records all assumptions."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class ToolChooser:
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
         self._approximated: dict[Tool, list[float]] = {}
-        self._filled: dict[int, Tool] = {}
+        self._with_assumed_feeds: dict[int, Tool] = {}
         self._widened = set[tuple[Step, ...]]()
 
     @property
@@ -89,7 +89,7 @@ class ToolChooser:
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the library tool that makes a wide part of a hole after its other tools; None if there is none.
+        """Return the step that makes a counterbore or countersink after the hole's other steps; None without a tool.
 
         A counterbore needs an end mill of its diameter; a countersink needs a chamfer mill or a V-bit of its angle that
         is wide enough.
@@ -109,7 +109,7 @@ class ToolChooser:
         return step
 
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
-        """Return the steps that make a hole, in order; `PlanError` if the library lacks a tool for it."""
+        """Return the steps that make a hole, in order. Raises PlanError if the library lacks a tool for it."""
         if hole.diameter <= 0:
             self._bare_points += 1
         diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
@@ -122,12 +122,12 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """Diameter of bare points: that of the library's only drill, else `POINT_DIAMETER`."""
+        """Diameter of holes at bare points, mm: that of the library's only drill, else `POINT_DIAMETER`."""
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
     def step_for_slot(self, slot: Slot) -> Step:
-        """Return the step that routes a slot with a slot mill of its width; `PlanError` if the library has none."""
+        """Return the step that cuts a slot with a slot mill of its width. Raises PlanError if the library has none."""
         if self.library is None:
             assumed = self._assume(ToolKind.SLOT_MILL, slot.width)
             self._note_size(assumed, slot.width)
@@ -141,7 +141,7 @@ class ToolChooser:
         return Step(tool, slots=True)
 
     def issues(self) -> Iterable[Issue]:
-        """Yield issues on the assumptions."""
+        """Yield issues about all assumptions."""
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
@@ -157,7 +157,7 @@ class ToolChooser:
                 )
             if tool in self._approximated:
                 yield self._size_issue(tool, self._approximated[tool])
-        for tool in self._filled.values():
+        for tool in self._with_assumed_feeds.values():
             yield Issue(
                 "L401",
                 f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
@@ -210,13 +210,13 @@ class ToolChooser:
         return self._with_data(centre_drills[0])
 
     def _with_data(self, tool: Tool) -> Tool:
-        """Return a tool with assumed feed and speed if its library has no feeds at all."""
+        """Assume feed and speed of a tool if its library has no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
-        if tool.number not in self._filled:
+        if tool.number not in self._with_assumed_feeds:
             rpm, feed = self._cutting_data(tool)
-            self._filled[tool.number] = replace(tool, spindle_rpm=rpm, feed=tool.feed or feed, assumed=True)
-        return self._filled[tool.number]
+            self._with_assumed_feeds[tool.number] = replace(tool, spindle_rpm=rpm, feed=tool.feed or feed, assumed=True)
+        return self._with_assumed_feeds[tool.number]
 
     def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
         assert self.library is not None
@@ -237,7 +237,7 @@ class ToolChooser:
         )
 
     def _assume(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return a tool of the catalogue size for a diameter; drill files of boards specify exact diameters."""
+        """Return an assumed tool of the nearest catalogue size; drill files of boards specify exact diameters."""
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
@@ -268,7 +268,7 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the speed of a tool (its own, or an assumed one), rpm, and its assumed feed, mm/s."""
+        """Return the speed of a tool, rpm, assumed if unknown, and its assumed feed, mm/s."""
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -295,13 +295,13 @@ class ToolChooser:
         return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
 
     def _material_note(self) -> str:
-        """Return the material of the assumed feeds and speeds; empty if both are given."""
+        """Return the material for which feeds and speeds are assumed, for a message; empty if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return the right speed of a tool that turns much faster, as an addition to its issue; else ""."""
+        """Return an addition to a message with the suitable speed of a tool that turns much faster; else ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:

@@ -21,15 +21,15 @@ from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
 
-#: Unevenness of a rim that is reported, mm.
+#: Unevenness of a rim above which it is reported, mm.
 UNEVEN = 0.2
-#: Clearance of a shank or a holder from the surface, mm: twice the mesh tolerance.
+#: Minimum distance of a shank or holder from the surface, mm: twice the mesh tolerance.
 BODY_CLEARANCE = 0.1
-#: Heights at which the flutes of a tool wider than its hole are compared with the material beside it.
+#: Number of heights at which the flutes of a tool wider than its hole are compared with the surrounding material.
 FLUTE_LEVELS = 12
 #: Largest ratio between the lengths of fixture and part.
 MAX_LENGTH_RATIO = 50.0
-#: Units confused with mm, and the scale of the mesh in them.
+#: Units often confused with mm, and the factor by which they scale the mesh.
 OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
 _NEARLY = 0.5
 #: Largest plausible thickness of a part, in diameters of its holes.
@@ -41,7 +41,7 @@ NEAR = 0.1
 
 
 class Tops(NamedTuple):
-    """Per hole, float64[n], mm: its top, the surface there, and the underside of the part; issues."""
+    """Heights at each hole, float64[n], mm: top of the hole, surface, and underside of the part; and issues."""
 
     tops: NDArray[np.float64]
     surface: NDArray[np.float64]
@@ -50,11 +50,11 @@ class Tops(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
-    """The part and the fixtures below the tool.
+class WorkSurface:
+    """The surface of the part with its fixtures.
 
-    `mesh` is placed like the drawing. `fixtures`, float64[k, 6], are boxes on it: lower corner, upper corner, mm.
-    `clearance` is the distance of travel moves from all of it, vertical and horizontal, mm.
+    `mesh` is placed like the drawing. `fixtures`, float64[k, 6], are boxes on the surface: lower corner, upper corner,
+    mm. `clearance` is the distance of travel moves from surface and fixtures, vertical and horizontal, mm.
     """
 
     mesh: Mesh
@@ -83,7 +83,7 @@ class Ground:
         return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist(), *fixture_top]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
-        """Return whether the surface is nowhere above a height within a radius of a point."""
+        """Return whether the surface stays at or below height `z` everywhere within a radius of a point."""
         import shapely  # imported here because most drawings have no surface
 
         corners = self.mesh.triangles
@@ -107,7 +107,7 @@ class Ground:
         crossing_height: float,
         zones: NDArray[np.float64],
     ) -> Relief:
-        """Return the travel heights of a tool between points; keep-out zones are crossed at `crossing_height`."""
+        """Return the safe travel heights of a tool between points; keep-out zones are crossed at `crossing_height`."""
         max_tiles = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [
             _box_triangles(np.array([*zone[:2], 0.0, *zone[2:], crossing_height - self.clearance])) for zone in zones
@@ -129,7 +129,9 @@ class Ground:
 
 
 def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
-    """Parse ``x0 y0 z0 x1 y1 z1`` to boxes, float64[k, 6], lower corner first; else `OptionError`."""
+    """Parse texts of the form ``x0 y0 z0 x1 y1 z1`` to boxes, float64[k, 6], lower corner first, mm. Raises OptionError
+    for any other text.
+    """
     boxes = []
     for text in texts:
         parts = text.replace(",", " ").split()
@@ -149,9 +151,9 @@ def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
-    """Return the mesh of a fixture, replaced by its bounding box if it is not closed, and issues.
+    """Return the mesh of a fixture, or its bounding box if the mesh is not closed, and issues.
 
-    `PlanError` if it is far from the surface or its size is implausible: its unit or its zero must differ.
+    Raises PlanError if it is far from the surface or its size is implausible: its unit or its zero must differ.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -204,31 +206,31 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
     return ""
 
 
-def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, ground: Ground) -> None:
-    """Refuse a hole if the fixture's mesh is above the tip of the tool, within its radius."""
-    if ground.fixture is None or not len(xy):
+def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
+    """Refuse a hole where the fixture's mesh is above the tip of the tool within the tool's radius."""
+    if surface.fixture is None or not len(xy):
         return
-    hits = _points_below_mesh(ground.fixture.triangles, xy, tips, radius)
+    hits = _points_below_mesh(surface.fixture.triangles, xy, tips, radius)
     if hits:
         x, y = xy[min(hits)]
         raise PlanError(
-            f"the hole at {x:g}, {y:g} is under the fixture {ground.fixture.name}, or closer to it than the radius of "
+            f"the hole at {x:g}, {y:g} is under the fixture {surface.fixture.name}, or closer to it than the radius of "
             f"its tool ({count_of(len(hits), 'hole')} in all); move the fixture, or leave the holes out"
         )
 
 
 def check_bodies(
-    tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], ground: Ground
+    tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], surface: WorkSurface
 ) -> None:
     """Refuse a hole in which the shank or holder of its tool would hit the surface, a fixture or the rim of the hole.
 
-    These are wider than the tool; between holes, the travel heights keep them clear (`Ground.relief`).
+    Between holes, the travel heights keep shank and holder clear (`WorkSurface.relief`).
     """
-    triangles = ground.triangles
+    triangles = surface.triangles
     for disc in discs_of(tool):
         low = tips + disc.above - BODY_CLEARANCE
         hits = set(np.flatnonzero(low < tops).tolist())
-        if float(low.min(initial=np.inf)) < ground.highest:
+        if float(low.min(initial=np.inf)) < surface.highest:
             hits |= _points_below_mesh(triangles, xy, low, disc.radius + BODY_CLEARANCE)
         if not hits:
             continue
@@ -242,18 +244,18 @@ def check_bodies(
         )
 
 
-def check_beside(
+def check_wide_tool(
     tool: Tool,
     xy: NDArray[np.float64],
     widths: NDArray[np.float64],
     tops: NDArray[np.float64],
     tips: NDArray[np.float64],
-    ground: Ground,
+    surface: WorkSurface,
 ) -> None:
     """Refuse a tool that is wider than a hole of a solid and would cut the surrounding material.
 
-    The surface of a solid is the finished part: nothing above the top of a hole may be cut. A centre drill makes its
-    chamfer below the top, and needs clearance for its greater width above it. `widths` are the largest diameters of the
+    The surface of a solid is the finished part, so nothing above the top of a hole may be cut. A centre drill makes its
+    chamfer below the top, and its wider part needs free space above the top. `widths` are the largest diameters of the
     holes, mm.
     """
     cutter = cutter_of(tool)
@@ -269,7 +271,7 @@ def check_beside(
         for radius in np.unique(reach).tolist():
             indices = np.flatnonzero(reach == radius)
             new_hits = _points_below_mesh(
-                ground.triangles, xy[indices], heights[indices], max(radius - BODY_CLEARANCE, 0.0)
+                surface.triangles, xy[indices], heights[indices], max(radius - BODY_CLEARANCE, 0.0)
             )
             hits |= {int(indices[k]) for k in new_hits}
     if hits:
@@ -284,7 +286,7 @@ def check_beside(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of points with a mesh above their height within a radius."""
+    """Return the indices of points for which the mesh, within a radius, is above their height."""
     import shapely  # as above
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -317,40 +319,44 @@ def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float
 
 def tops_of(
     part: Part,
-    ground: Ground,
+    surface: WorkSurface,
     radius: NDArray[np.float64],
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     drawn: bool,
 ) -> Tops:
-    """Return the top of each hole, and the underside of the part there.
+    """Measure the top of each hole, and the underside of the part there.
 
-    `radius`, float64[n], is that of the widest tool of each hole, mm; the highest point within it is the top.
-    `cut_radius` is the function from the height of the surface above the top of each hole, float64[n], to the widest
-    radius cut, mm, which the part must cover. If `drawn`, each hole starts at its drawn height, and the surface is only
-    compared.
+    `radius`, float64[n], is the radius of the widest tool of each hole, mm; the highest point within it is the top.
+    `cut_radius` computes the widest radius cut, mm, which the part must cover, from the height of the surface above the
+    top of each hole, float64[n], mm. If `drawn`, each hole starts at its drawn height, and the surface is only
+    compared with it.
 
-    `PlanError` if a hole is beside the surface or under a fixture, or the surface has another unit than the drawing.
+    Raises PlanError if a hole is beside the surface or under a fixture, or the surface has another unit than the
+    drawing.
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
-    rims = rims_within(ground.mesh.triangles, xy, radius, cut_radius, heights if drawn else None)
+    rims = rims_within(surface.mesh.triangles, xy, radius, cut_radius, heights if drawn else None)
     outside = np.flatnonzero(~np.isfinite(rims.lowest))
     if len(outside):
         x, y = xy[outside[0]]
-        (x0, y0, _), (x1, y1, _) = ground.mesh.low.tolist(), ground.mesh.high.tolist()
-        if not ground.mesh.closed and x0 < x < x1 and y0 < y < y1:
+        (x0, y0, _), (x1, y1, _) = surface.mesh.low.tolist(), surface.mesh.high.tolist()
+        if not surface.mesh.closed and x0 < x < x1 and y0 < y < y1:
             raise PlanError(
-                f"{ground.mesh.name} is not closed, and has no surface at the hole at {x:g}, {y:g}, or beside it "
+                f"{surface.mesh.name} is not closed, and has no surface at the hole at {x:g}, {y:g}, or beside it "
                 f"({count_of(len(outside), 'hole')} in all); mend the mesh in CAD"
             )
-        _refuse_other_unit(part, ground.mesh)
+        _refuse_other_unit(part, surface.mesh)
         raise PlanError(
-            f"the hole at {x:g}, {y:g} is beside the surface {ground.mesh.name}, or on its edge "
+            f"the hole at {x:g}, {y:g} is beside the surface {surface.mesh.name}, or on its edge "
             f"({count_of(len(outside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
             "both must have the same zero"
         )
-    _check_fixtures(part, ground, radius)
-    issues, tops = [*ground.issues, *_unit_issues(part, ground.mesh, rims.top - rims.under, radius)], rims.top
+    _check_fixtures(part, surface, radius)
+    issues, tops = (
+        [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)],
+        rims.top,
+    )
     counts = (
         "R planes are measured from the highest point of the rim, depths from the drawing"
         if drawn
@@ -389,11 +395,11 @@ def tops_of(
             )
     if drawn:
         tops = heights
-    if not ground.mesh.closed:
+    if not surface.mesh.closed:
         issues.append(
             Issue(
                 "L443",
-                f"{ground.mesh.name} is not closed; missing parts are treated as air",
+                f"{surface.mesh.name} is not closed; missing parts are treated as air",
                 severity=Severity.WARNING,
             )
         )
@@ -407,9 +413,10 @@ def rims_within(
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     tops: NDArray[np.float64] | None,
 ) -> Rims:
-    """Return the highest point within the full radius of tools, and the lowest point and underside of the material cut.
+    """Return, for each hole, the highest point of the surface within the full radius of its tools, and the lowest point
+    and the underside of the material cut.
 
-    `tops`, float64[n], are the heights of the holes' tops; None: on the surface.
+    `tops`, float64[n], are the heights of the tops of the holes, mm; None if they start on the surface.
     """
     whole = rims_of(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -420,8 +427,8 @@ def rims_within(
     return Rims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
 
 
-def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> None:
-    for box in ground.fixtures:
+def _check_fixtures(part: Part, surface: WorkSurface, radius: NDArray[np.float64]) -> None:
+    for box in surface.fixtures:
         gaps = np.maximum(np.maximum(box[:2] - part.hole_xy, part.hole_xy - box[3:5]), 0.0)
         hits = np.flatnonzero(np.hypot(*gaps.T) < radius)
         if len(hits):
@@ -446,9 +453,8 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
-    """Return a warning if all holes fit in a corner of the surface, as if it were scaled to a smaller unit.
-
-    The holes must also cover at least half of that corner, or be implausibly deep through the part.
+    """Return a warning if the surface seems to be in a larger unit than the drawing: all holes fit into one corner of
+    it, and they also span at least half of that corner, or are implausibly deep.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
     for factor in OTHER_UNITS.values():
@@ -468,7 +474,7 @@ def _describe_lengths(part: Part, mesh: Mesh) -> str:
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:
-    """Return whether the holes cover between half and all of the length of the surface, scaled by `factor`."""
+    """Return whether the holes span between half and all of the length of the surface, scaled by `factor`."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
     return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * factor) <= 1.1
