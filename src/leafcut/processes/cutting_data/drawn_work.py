@@ -1,4 +1,4 @@
-"""The work of each tool for a drawing: holes, feed distance, and time of the other moves."""
+"""The work of each tool for a drawing: number of holes, distance at feed, and time of the other moves."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ if TYPE_CHECKING:
 def drawn_works(
     drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
-    """Return the tools that drill a drawing, in order: holes, mm at feed, mm in the cut, and s of other moves.
+    """Return the tools that drill a drawing, in order, each with its number of holes, its distance at feed, mm, its
+    distance in the material, mm, and the time of its other moves, s.
 
-    The drawing is planned and ordered as by `leafcut drill`. Only the distance below the surface wears a tool; the feed
-    from the R plane to the surface does not. Raises ReadError, OptionError, PlanError, PostError or VerifyError, as in
-    drilling.
+    The drawing is planned and ordered as by `leafcut drill`. Only the distance in the material wears a tool; the feed
+    from the R plane to the surface does not. Raises the same errors as drilling: ReadError, OptionError, PlanError,
+    PostError or VerifyError.
     """
     from leafcut.processes import registry
     from leafcut.read.registry import read_source
@@ -64,7 +65,7 @@ def drawn_works(
             continue
         of_tool = tool_numbers == number
         feed_length = float(length[of_tool & at_feed].sum())
-        # The tool change and spindle start do not depend on the speed, but belong to the part.
+        # The times of the tool change and the spindle start belong to the part, but do not depend on the speed.
         idle = float(times.seconds[of_tool].sum()) - feed_length / tool.feed
         works.append(
             (

@@ -1,9 +1,9 @@
 """Time, cost and tool life of a speed and a feed.
 
 Sources: W. W. Gilbert, Economics of Machining, in Machining Theory and Practice (ASM, 1950); in the form of M. P.
-Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and Cc = Co Th + Co Tm + Co
-Tt/np + Ct/np (eq. 23.11), np = T/Tm parts per tool. Th is the time of the moves between holes. A tool may wear out
-within a part, so np is not an integer, unlike in Groover's eq. 23.6 and 23.12.
+Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and
+Cc = Co Th + Co Tm + Co Tt/np + Ct/np (eq. 23.11), with np = T/Tm parts per tool. Th is the time of the moves between
+holes. A tool may wear out within a part, so np need not be an integer, unlike in Groover's eq. 23.6 and 23.12.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ _DEEP = ((3.0, 4.0, 5.0, 6.0, 8.0), (1.0, 0.85, 0.75, 0.7, 0.6))
 
 @dataclass(frozen=True)
 class ToolWork:
-    """The work of one tool for one part: mm, s.
+    """The work of one tool for one part.
 
     Attributes
     ----------
     lives
         Tool life laws, sorted by their lower feed limits.
     fed, cut
-        Distance at feed, and the part of it in the material.
+        Distance at feed, and the share of it in the material, mm.
     idle
-        Time of the other moves.
+        Time of the other moves, s.
     hole_depth
-        For a drill.
+        Depth of the holes of a drill, mm.
     width, depth, teeth
-        Of the cut of a mill; a drill has one tooth.
+        Width and depth of the cut of a mill, mm, and its number of teeth; a drill counts as one tooth.
     """
 
     tool: Tool
@@ -66,7 +66,7 @@ class ToolWork:
 
 
 class Prices(NamedTuple):
-    """Cost per s, cost and time per worn tool, and the longest tool life assumed, s."""
+    """Machine cost per second (`rate`), cost and change time, s, of a worn tool, and the longest assumed life, s."""
 
     rate: float
     tool: float
@@ -75,7 +75,7 @@ class Prices(NamedTuple):
 
 
 class Yields(NamedTuple):
-    """Results of speeds and feeds, one array each; see `CuttingPoint`."""
+    """Results of many pairs of speed and feed: one array for each quantity of `CuttingPoint`."""
 
     rpm: Floats
     feed: Floats
@@ -90,11 +90,11 @@ class Yields(NamedTuple):
     thrust: Floats
 
     def taken(self, selection: Mask | Indices) -> Yields:
-        """Return a selection."""
+        """Return the selected results."""
         return Yields(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return all results one by one."""
+        """Return the results as one object for each pair of speed and feed."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
@@ -104,7 +104,9 @@ def deep_hole_share(depth: float, diameter: float) -> float:
 
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
-    """Return the tool life, s, by the law whose feed range contains each chip, mm; below all ranges by the first."""
+    """Return the tool life, s, at each speed, mm/s, and chip, mm, by the law whose feed range contains the chip. The
+    first law also covers thinner chips.
+    """
     depth_factor = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
     least = np.array([life.least_feed for life in work.lives])
@@ -120,7 +122,7 @@ def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
 def yields(
     work: ToolWork, material: WorkMaterial, prices: Prices, rpm: Floats, feed: Floats, efficiency: float
 ) -> Yields:
-    """Return the results of speeds, 1/min, and feeds, mm/s, for one part."""
+    """Return the results of pairs of speed, 1/min, and feed, mm/s, for one part."""
     diameter = work.tool.diameter
     speed = math.pi * diameter * rpm / SECONDS_PER_MINUTE
     chip = SECONDS_PER_MINUTE * feed / (rpm * work.teeth)
@@ -141,8 +143,8 @@ def yields(
 def best_of(results: Yields, objective: str) -> int:
     """Return the index of the best result for an objective.
 
-    Ties are resolved by the other objectives, then by the lower spindle speed: time before cost before life; cost
-    before time before life; life before cost before time.
+    The other objectives break ties, then the lower spindle speed does. The order is time, cost, life for the objective
+    time; cost, time, life for cost; and life, cost, time for life.
     """
     keys = {
         "time": (results.time, results.cost, -results.life),

@@ -10,13 +10,14 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 
 
 def non_dominated(values: Floats) -> Mask:
-    """Return the mask of rows that no other row dominates: no larger in all three numbers, and smaller in one.
+    """Return the mask of rows of `values`, finite float64[n, 3], that no other row dominates.
 
-    Equal rows do not dominate each other: all of them are on the front, or none. O(n log n): rows are sorted by their
-    first number, and the front of the other two is kept as a staircase.
+    A row dominates another row if none of its three numbers is larger, and at least one is smaller. Equal rows do not
+    dominate each other, so either all of them are on the front, or none. The rows are sorted by their first number, and
+    the front of the other two is kept as a staircase, which takes O(n log n).
 
     Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
-    three dimensions. `values`: float64[n, 3], finite.
+    three dimensions.
     """
     order: Indices = np.lexsort(values.T[::-1])
     rows = values[order]
@@ -29,7 +30,7 @@ def non_dominated(values: Floats) -> Mask:
 
 
 def _staircase(rows: list[list[float]]) -> list[bool]:
-    """Return for distinct rows in lexical order whether no earlier row dominates them."""
+    """Return, for each of several distinct rows in lexical order, whether no earlier row dominates it."""
     seconds: list[float] = []  # ascending
     thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []

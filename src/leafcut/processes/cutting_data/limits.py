@@ -1,4 +1,4 @@
-"""The speeds and feeds of a machine, and those within all limits."""
+"""The speeds and feeds that a machine can run, and the limits that select among them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.processes.cutting_data.economics import Yields
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Combinations evaluated in one batch, most combinations, and most speeds.
+#: Number of combinations in a batch, maximum number of combinations, and maximum number of speeds.
 _BATCH_SIZE, _MAX_CANDIDATES, _MAX_SPEEDS = 200_000, 20_000_000, 1_000_000
 #: Rounding tolerance of the grid.
 _ROUNDING_TOLERANCE = 1e-9
 
 
 class SpeedGrid(NamedTuple):
-    """Speeds (rpm) and feeds (mm/s) that keep the feed per tooth (`least_chip` … `largest_chip`, mm) within bounds."""
+    """All pairs of speed, rpm, and feed, mm/s, with a feed per tooth between `least_chip` and `largest_chip`, mm."""
 
     lowest_rpm: float
     highest_rpm: float
@@ -33,7 +33,7 @@ class SpeedGrid(NamedTuple):
     teeth: int = 1
 
     def blocks(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield all speeds, 1/min, with their feeds, mm/s, in batches. Raises PlanError if there are too many."""
+        """Yield all pairs of speed, rpm, and feed, mm/s, in batches. Raises PlanError if there are too many."""
         speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
         by_rpm = self.teeth / SECONDS_PER_MINUTE
         first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDING_TOLERANCE), 1.0)
@@ -60,7 +60,7 @@ class SpeedGrid(NamedTuple):
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
-        """Return the multiples of a step from `low` to `high`, or `high` alone."""
+        """Return the multiples of a step between `low` and `high`; without any, `high` itself."""
         first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
         if last - first >= _MAX_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
@@ -69,8 +69,8 @@ class SpeedGrid(NamedTuple):
 
 @dataclass
 class CuttingLimit:
-    """A limit of speeds and feeds, and its effect on the candidates: `alone` if any candidate satisfies it, whatever
-    the others; `nearest` is the best value among the candidates.
+    """A limit of speeds and feeds, and its effect on the candidates. `alone` is whether any candidate satisfies this
+    limit, regardless of the other limits. `nearest` is the best value of all candidates.
     """
 
     quantity: str
@@ -83,7 +83,7 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: Yields) -> Mask:
-        """Return the mask of candidates within the limit."""
+        """Return the mask of candidates within the limit, and record the best value."""
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
         best = float(values.max() if self.at_least else values.min())
@@ -92,7 +92,7 @@ class CuttingLimit:
 
 
 def within(limits: list[CuttingLimit], results: Yields) -> Mask:
-    """Return the mask of speeds and feeds within all limits, and record the effect of each limit."""
+    """Return the mask of candidates within all limits, and record the effect of each limit."""
     allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
         mask = limit.holds(results)
@@ -102,8 +102,8 @@ def within(limits: list[CuttingLimit], results: Yields) -> Mask:
 
 
 def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
-    """Return the error for the limit that excludes all candidates. A slower spindle with a smaller chip improves every
-    limited quantity, so a single limit is too narrow, apart from the steps of the grid.
+    """Return the error that names the limit which excludes all candidates. Usually a single limit does: a slower
+    spindle with a thinner chip improves every limited quantity.
     """
     for limit in limits:
         if not limit.alone:

@@ -1,4 +1,4 @@
-"""Choose speeds and feeds for a part: work per tool, grid of the machine, Pareto front per tool, choice."""
+"""Choice of speeds and feeds for a part: the work of each tool, the speeds of the machine, and a Pareto front."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.read import Input
 
-#: Smallest chip relative to the largest: thinner chips rub more than they cut (estimate).
+#: Minimum chip thickness as a share of the maximum: with thinner chips, the tool rubs more than it cuts (estimate).
 _LEAST_CHIP = 0.25
-#: Chip reduction for high-speed steel mills, which bend and break sooner than the carbide mills of catalogues
-#: (estimate).
+#: Chip thickness of high-speed steel mills, as a share of the chip thickness of carbide mills in catalogues: they bend
+#: and break sooner (estimate).
 _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
 #: Default cost of machine and operator per hour, in any currency.
 _SHOP_RATE = 60.0
-#: Default cost of one tool life without `life_cost` in the library, same currency (estimate).
+#: Default cost of a worn tool whose library has no `life_cost`, same currency (estimate).
 _TOOL_COST = 10.0
 #: Default time from one hole to the next, including up and down, s (estimate).
 _MOVE = 1.5
@@ -43,7 +43,7 @@ _MOVE = 1.5
 _WORN_CHANGE = 120.0
 #: Longest tool life assumed, s: a tool is replaced after half a shift.
 _MAX_LIFE = 14_400.0
-#: Shortest tool life allowed, s in the cut: below, tools are changed too often.
+#: Minimum tool life, s in the cut; with a shorter life, tools are changed too often.
 _LEAST_LIFE = 300.0
 #: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
@@ -54,9 +54,10 @@ _DEPTH = 0.5
 def cutting_data(
     drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
-    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective. Raises
-    ReadError, OptionError or PlanError: the material is missing or unknown, no tool has a known tool life in it, or no
-    speed and feed is within the limits, with the limit that excludes them.
+    """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective.
+
+    Raises ReadError for an unreadable drawing, and OptionError for a missing or unknown material. Raises PlanError if
+    no tool has a known tool life in the material, or if a limit excludes all speeds and feeds.
     """
     from leafcut.read.work_materials import load_material
 
@@ -74,7 +75,7 @@ def cutting_data(
     if not works:
         reasons = "; ".join(issue.message for issue in issues[:3])
         raise PlanError(f"no tool remains to choose speeds for{f': {reasons}' if reasons else ''}")
-    fronts = _fronts(works, settings, machine, material, objective, issues)
+    fronts = _tool_fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
         source="" if drawing is None else str(drawing),
         machine=machine,
@@ -87,18 +88,20 @@ def cutting_data(
     )
 
 
-def _fronts(
+def _tool_fronts(
     works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
     objective: str, issues: list[Issue],
 ) -> list[ToolFront]:  # fmt: skip
-    """Return the fronts of all tools that have one; the others become issues. Raises PlanError if there is none."""
+    """Return the Pareto fronts of all tools. A tool without a front becomes an issue; raises PlanError if no tool has a
+    front.
+    """
     fronts: list[ToolFront] = []
     refused: list[PlanError] = []
     for work, kind in works:
         try:
             _check_known(work.tool, kind, work.work, material)
             _check_tool(work)
-            fronts.append(_front(work, settings, machine, material, objective, kind))
+            fronts.append(_tool_front(work, settings, machine, material, objective, kind))
         except PlanError as problem:
             refused.append(problem)
     if not fronts:
@@ -111,12 +114,12 @@ def _tool_works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
-    """Yield the work of each tool, with its material; tools without a choice of speeds become issues."""
+    """Yield the work of each tool with the tool's material; tools without a choice of speeds become issues."""
     from leafcut.processes.cutting_data.drawn_work import drawn_works
 
     options = settings.of(SpeedOptions)
     if drawing is None:
-        tool_works = list(_stated_tools(settings, machine))
+        tool_works = list(_tools_from_options(settings, machine))
     else:
         tool_works = drawn_works(drawing, settings, machine, issues, progress)
         if options.cut_length is not None:
@@ -145,7 +148,7 @@ def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Raise PlanError, with the known laws, for a tool without a tool life law."""
+    """Refuse a tool without a tool life law; the error names the tools with a known law."""
     if material.lives_of(work, kind):
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
@@ -158,7 +161,7 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Raise PlanError for a drill shorter than its holes, and for a mill with an unknown number of teeth."""
+    """Refuse a drill with flutes shorter than its holes, and a mill with an unknown number of teeth."""
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length
@@ -169,8 +172,8 @@ def _check_tool(work: ToolWork) -> None:
         )
 
 
-def _stated_tools(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield the tools with the stated work: holes, mm at feed, mm in the cut, and s of other moves."""
+def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+    """Yield the tools with the work that the options state, in the form of `drawn_works`."""
     job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
@@ -196,7 +199,7 @@ def _stated_tools(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, 
 
 
 def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    # Shop defaults of pockets do not describe this cut; without options of this run it is a full slot.
+    # Shop defaults for pockets do not describe this cut. Without options of this run, the cut is a full slot.
     step_over, step_down = (
         None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
     )
@@ -205,7 +208,7 @@ def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial,
     return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
 
 
-def _front(
+def _tool_front(
     work: ToolWork, settings: Settings, machine: Machine, material: WorkMaterial, objective: str, kind: ToolMaterial
 ) -> ToolFront:
     options, tool = settings.of(SpeedOptions), work.tool
@@ -221,14 +224,14 @@ def _front(
             results = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
             allowed_results = results.taken(within(limits, results))
             allowed += len(allowed_results.rpm)
-            fronts.append(_drop_dominated(allowed_results))  # candidates dominated within a batch are dominated overall
+            fronts.append(_pareto_front(allowed_results))  # candidates dominated within a batch are dominated overall
     if not candidates:
         raise PlanError(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
         )
     if not allowed:
         raise refusal(tool.label, limits)
-    best = _drop_dominated(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
+    best = _pareto_front(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
@@ -251,7 +254,7 @@ def _shop_rate(options: SpeedOptions) -> float:
     return _SHOP_RATE if options.shop_rate is None else options.shop_rate
 
 
-def _drop_dominated(results: Yields) -> Yields:
+def _pareto_front(results: Yields) -> Yields:
     return results.taken(non_dominated(np.column_stack((results.time, results.cost, -results.life))))
 
 

@@ -1,4 +1,4 @@
-"""Write a tool library with the chosen speeds and feeds: the user's own with changed values, or a new one."""
+"""Writing of a tool library with the chosen speeds and feeds: the user's library with changed values, or a new one."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the library as TOML. The user's own TOML keeps its comments and order; only speeds and schema change.
-    Raises OptionError if the file name does not end in .toml.
+    """Return the library as TOML. The user's own TOML library keeps its comments and order; only feeds, speeds and the
+    schema change. Raises OptionError if the file name does not end in .toml.
     """
     from leafcut.processes.job import library_of
 
@@ -55,7 +55,7 @@ def _new_library(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
     document, rows = tomlkit.document(), tomlkit.aot()
     for tool in tools:
         row = tomlkit.table()
-        for key, value in _values(tool):
+        for key, value in _library_entries(tool):
             row.add(key, value)
         for key, value in _speeds(chosen[tool.number]).items() if tool.number in chosen else ():
             row[key] = value
@@ -72,7 +72,7 @@ def _speeds(point: CuttingPoint) -> dict[str, str]:
     }
 
 
-def _values(tool: Tool) -> Iterator[tuple[str, Any]]:
+def _library_entries(tool: Tool) -> Iterator[tuple[str, Any]]:
     """Yield the keys and values that define a tool, in the format of `leafcut.read.tools`."""
     yield "number", tool.number
     yield "kind", tool.kind.value
