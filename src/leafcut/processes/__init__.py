@@ -1,1 +1,1 @@
-"""Processes: one package per kind of work; `course` runs all of them."""
+"""Processes: one package for each kind of work; `course` runs them all."""

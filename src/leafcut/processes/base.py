@@ -1,4 +1,4 @@
-"""`Work` and `Process`: kinds of work with their options; a process also makes programs."""
+"""`Work` and `Process`: kinds of work with their options; a process also generates programs."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ POST = ("dialect", "output_units", "line_numbers", "program_number", "header")
 
 
 def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the options of a group, except some."""
+    """Return the names of all options of a group, except those in `but`."""
     left_out = set(but)
     return tuple(name for name in group.specs() if name not in left_out)
 
@@ -64,7 +64,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
     Parameters
     ----------
     names
-        Used options, besides the keys of `needs`; without names and `needs`, the whole group.
+        Used options in addition to the keys of `needs`. Without `names` and `needs`, the whole group is used.
     but
         Options that are not used.
     needs
@@ -90,15 +90,16 @@ class Work(Protocol):
     Attributes
     ----------
     name, title
-        Its name, and its name in messages: "drilling".
+        Name in commands, and name in messages: "drilling".
     options
-        Its own groups of options; in a file, the table of the first group may hold all options that it uses.
+        Groups of options of this work only. In a file of options, the table of the first group accepts all options
+        that the work uses.
     uses
-        The shared options that it uses, with their conditions (`use`).
+        Shared options that the work uses, with their conditions (`use`).
     otherwise
-        Advice for options that it does not use, if there is more to say than to leave them out.
+        Unused option → advice that replaces "leave it out".
     helps
-        Help of options with a special meaning here: text, and default in words ("" for the usual one).
+        Option with a special meaning for this work → help text, and default in words ("" for the usual default).
     """
 
     name: ClassVar[str]
@@ -114,36 +115,36 @@ class Work(Protocol):
 
 
 class Process(Work, Protocol):
-    """A kind of work that makes programs. A subclass overrides what differs from the usual.
+    """A kind of work that generates programs. The methods have defaults that suit most processes.
 
     Attributes
     ----------
     name
-        Its name, which file formats use, too.
+        Name of the process; file formats refer to it.
     asked_as
-        Values of ``--process`` that select it.
+        Values of ``--process`` that select the process.
     reads
-        Its input: ``drawing`` or ``program``; "" if `api.optimize` does not run it.
+        Kind of input: ``drawing`` or ``program``; "" if `api.optimize` does not run the process.
     formats
         For a plug-in: the file formats for which it is offered.
     by_itself
-        Whether it is chosen for a file that suits no other process.
+        Whether the process is chosen for a file that suits no other process.
     joins
-        The format of which several files become one program; "" for none.
+        File format of which several files become one program; "" for none.
     instead
-        Wrong values of ``--process`` → advice.
+        Wrong value of ``--process`` → advice.
     command, help
-        Its command, which is also a value of ``--process``, and one line of help.
+        Name of the command, which is also a value of ``--process``, and one line of help.
     takes
-        Its input, in words.
+        Description of the input.
     asks
         The value of ``--process`` for a file that suits several processes.
     offered_with
-        The kind of work next to which the studio offers this one.
+        The kind of work next to which the studio offers this process.
     form
         Groups of the form, the most important first: (key of the title, names of options). The first two are open.
     heads
-        Heads that can do the work; empty for any.
+        Machine heads that can do the work; empty for any head.
     layer_names
         Patterns of layer names that name its work.
     pictured
@@ -151,7 +152,7 @@ class Process(Work, Protocol):
     tabulates
         Whether a report may be a table of the parts (CSV).
     with_nearest
-        Whether the outcome compares with the nearest-neighbour order.
+        Whether the outcome is compared with the nearest-neighbour order.
     """
 
     asked_as: ClassVar[tuple[str, ...]] = ()
@@ -182,11 +183,11 @@ class Process(Work, Protocol):
         return settings
 
     def machine_for(self, format_name: str) -> str:
-        """Return the usual machine for files of a format; "" for the default one."""
+        """Return the usual machine for files of a format; "" for the default machine."""
         return ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of a drawing for this process; None for no opinion."""
+        """Return the suitability of a drawing for this process; None if the process does not rate drawings."""
         return None
 
     # The course of a job (`processes.course`) calls these in this order.
@@ -197,13 +198,13 @@ class Process(Work, Protocol):
         Raises
         ------
         ReadError, OptionError, PlanError
-            One line with the error, its position and the remedy.
+            One line that names the error, its position and the remedy.
         """
         ...
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Changes of a found order that depend on neighbouring tasks."""
+        """Improvements of a searched order that depend on neighbouring tasks."""
         return ()
 
     def given(self, plan: Plan) -> Candidate:
@@ -211,13 +212,13 @@ class Process(Work, Protocol):
         return self.generate(plan, plan.given)
 
     def nearest(self, plan: Plan) -> Candidate | None:
-        """Return the motion in the nearest-neighbour order; None to compare with none."""
+        """Return the motion in the nearest-neighbour order; None if the process makes no such comparison."""
         from leafcut.processes.ordering import nearest_order
 
         return self.generate(plan, nearest_order(plan.job, plan.stages)) if self.with_nearest else None
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion of an order.
+        """Generate and time the motion of an order.
 
         Raises
         ------
@@ -227,7 +228,7 @@ class Process(Work, Protocol):
         ...
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the fastest candidate by the detailed machine model; a user's order (`nn`, `none`) stays."""
+        """Return the fastest candidate by the detailed machine model; an order set by the user does not change."""
         from leafcut.processes.ordering import restated
 
         solve = plan.job.settings.solve
@@ -247,9 +248,9 @@ class Process(Work, Protocol):
         Raises
         ------
         VerifyError
-            The first difference or danger, and the number of all.
+            Names the first difference or danger, and their number.
         OrderRefused
-            Another order may pass.
+            The proof fails, but another order may pass it.
         """
         from leafcut.processes.job import refuse
 
@@ -260,7 +261,7 @@ class Process(Work, Protocol):
         return replace(best, text=text, written=written)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
-        """Return the program of a candidate; its header compares it with the order of the input."""
+        """Return the program text of a candidate; its header compares the time with the order of the input."""
         from leafcut.post.writer import write_program
         from leafcut.processes.plan import header
 
@@ -279,15 +280,15 @@ class Process(Work, Protocol):
         return ()
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
-        """Return the program read back, and its errors."""
+        """Read the program back; return its toolpath, and the differences from the request."""
         raise NotImplementedError
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with faulty tasks at their position in the input; trials count from 1."""
+        """Return an order that leaves the refused tasks at their position in the input; trials count from 1."""
         raise VerifyError(f"the program was not written: {refused}")
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Return the proved program with changes that do not change its order."""
+        """Make final changes to the proved program that do not affect its order."""
         return best
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
@@ -295,7 +296,7 @@ class Process(Work, Protocol):
         ...
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues of the order; the issues of the plan are reported anyway."""
+        """Return the issues of the order, in addition to those of the plan."""
         return ()
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
@@ -303,15 +304,15 @@ class Process(Work, Protocol):
         ...
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the files that it writes beside the program."""
+        """Return the paths of all files that the process writes in addition to the program."""
         return []
 
     def files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
-        """Return the files that it writes beside the program: name → text."""
+        """Return the files to write in addition to the program: name → text."""
         return {}
 
     def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
-        """Return the facts and pictures of an outcome; by default, a path over holes."""
+        """Return the facts and pictures of an outcome; the default report shows a path over holes."""
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)

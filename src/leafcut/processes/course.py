@@ -1,4 +1,4 @@
-"""Run a job: plan, order, generate, write, judge. All processes share these steps."""
+"""The course of a job, shared by all processes: plan, order, generate, write, judge."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run_process(process: Process, job: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
-    """Return the verified program of some files, and the report of the job.
+    """Run a process on its input files; return the verified program and the results of the job.
 
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
@@ -45,14 +45,16 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 
 def _refuse_early(plan: Plan, given: Candidate) -> None:
-    """Refuse work beyond the travel of the machine before an order is searched: no order changes that."""
+    """Refuse work beyond the travel of the machine before the search starts: no order would change that."""
     from leafcut.proof.envelope import check_envelope
 
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)
 
 
 def _prove_order(process: Process, plan: Plan, order: Order, given: Candidate, nearest: Candidate | None) -> Candidate:
-    """Return the proved program of the best order; tasks refused by a proof keep their position in the next trial."""
+    """Prove the program of an order. If a proof refuses some tasks, they keep their original position in the next
+    trial.
+    """
     trial = 0
     while True:
         try:

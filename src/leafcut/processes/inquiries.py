@@ -1,4 +1,4 @@
-"""Commands other than making programs: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
+"""Commands that write no program: solve maps, simulate programs, cut stock, compare programs, choose speeds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Solving(Work):
 
 
 class Simulating(Work):
-    """Time and cost of a program on a machine."""
+    """The machine time and cost of a program."""
 
     name = "simulate"
     title = "simulating a program"
@@ -40,7 +40,7 @@ class Simulating(Work):
 
 
 class Verifying(Work):
-    """Comparison of the work of two programs."""
+    """The comparison of the work of two programs."""
 
     name = "verify"
     title = "comparing programs"
@@ -48,7 +48,7 @@ class Verifying(Work):
 
 
 class CuttingStock(Work):
-    """The material that a program removes from its stock, and the result."""
+    """The simulation of stock removal by a program."""
 
     name = "stock"
     title = "cutting stock by a program"
@@ -61,7 +61,7 @@ class CuttingStock(Work):
 
 
 class ChoosingSpeeds(Work):
-    """Spindle speeds and feeds of the tools of a part; `drilling` plans a drawing without writing its program."""
+    """The choice of spindle speeds and feeds for the tools of a part. A drawing is planned as for `drilling`."""
 
     name = "cutting-data"
     title = "choosing speeds and feeds"

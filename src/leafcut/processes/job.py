@@ -1,4 +1,4 @@
-"""State and helpers that all steps of a run share: settings, machine, deadline and progress."""
+"""Settings, machine, deadline and progress of a run, and checks that all processes share."""
 
 from __future__ import annotations
 
@@ -41,22 +41,24 @@ class Job:
         return replace(self, progress=None, observe=None)
 
     def for_dialect(self, dialect: Dialect) -> Job:
-        """Return the run for a dialect; without moves to machine zero, the tool retracts to the clearance height."""
+        """Adapt the run to a dialect: without machine moves, the tool retracts to the clearance height."""
         if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
     def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
-        """Report progress."""
+        """Report the current step, the share of the work done, and a trial result."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
     def start_step(self, step: str) -> Heartbeat:
-        """Report that a stage starts; return a function that repeats the report. The receiver may raise to cancel."""
+        """Report the start of a step; return a function that repeats the report. The receiver may raise to cancel."""
         return looking_for(self.progress, step)
 
     def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
-        """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
+        """Return the progress callback of a search. `left` is the share of the work that remains, and `part` is the
+        share that this search does.
+        """
         return passing_on(self.progress, step, left, part)
 
 
@@ -68,7 +70,7 @@ def machine_of(settings: Settings) -> Machine:
 
 
 def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
-    """Return the tool library that the settings name, or None. Raises DataError if the file is not a tool library."""
+    """Return the tool library of the settings, or None. Raises DataError if the file is not a tool library."""
     from leafcut.read.tools import load_tools
 
     job = settings.job
@@ -76,8 +78,8 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
-def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect) -> None:
-    """Raise OptionError for an option that this controller or this machine cannot use."""
+def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
+    """Raise OptionError for an option that the controller cannot use."""
     torch = dialect.torch
     powered = torch is not None and bool(torch.power)
     no_power = f"{dialect.name} programs have no laser power"
@@ -93,18 +95,20 @@ def check_dialect_options(settings: Settings, machine: Machine, dialect: Dialect
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Raise VerifyError with the first difference or danger, and the number of others; nothing is written then."""
+    """Refuse a program with differences: raise VerifyError with the first difference, and the number of others."""
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
 
 
-#: Units larger than 1 mm, in which a drawing of millimetres comes out too large.
+#: Units larger than 1 mm; a drawing in millimetres that states one of them is read too large.
 _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"}
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Raise VerifyError if a part exceeds the travel, with a hint at a wrong unit (ezdxf writes metres by default)."""
+    """Raise VerifyError if a part exceeds the travel, with a hint at a wrong unit (ezdxf files state metres by
+    default).
+    """
     try:
         refuse(problems)
     except VerifyError as problem:
@@ -125,8 +129,8 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues on unchecked limits and assumed values. A part on the negative side of the zero is a warning, or a
-    note if ``--origin`` set the zero; `box` is the extent of its work (`placing.negative_axes`).
+    """Return issues about unchecked limits and assumed values of a machine. A part on the negative side of the zero is
+    a warning, or a note if ``--origin`` set the zero. `box` is the extent of the work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):

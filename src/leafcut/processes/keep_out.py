@@ -1,4 +1,4 @@
-"""Keep-out obstacles of a G-code program: zones, tool radii, and collisions of the original."""
+"""Keep-out zones for a foreign program: heights, tool radii, and collisions of the original program."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ _FLAT = 1e-6
 
 
 def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
-    """Return the obstacles of a program, None without zones, and issues. Raises PlanError if the program cuts in an
-    obstacle, which no order or route can avoid, or some of its moves are unknown; OptionError if a clearance height is
-    given, but the program never moves Z.
+    """Return the obstacles for a program (None without zones), and issues.
+
+    Raises PlanError if the program cuts inside an obstacle, which no order or route can avoid, or if a move might cross
+    an obstacle at an unknown position. Raises OptionError if a clearance height is given, but the program never moves
+    Z.
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
 
@@ -37,7 +39,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         return None, []
     known = None if beam else library_of(job.settings, job.machine)
     library = {} if known is None else known.by_number
-    radii, unknown = ({}, []) if beam else _radii(program, library)
+    radii, unknown = ({}, []) if beam else _tool_radii(program, library)
     lifts = _has_lifts(program.path)
     heights = crossing_heights(settings.keep_out, settings.clearance_height)
     heights = heights if lifts else np.full(len(zones), math.inf)
@@ -78,7 +80,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
 
 
 def meetings(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
-    """Return every motion of a program that hits an obstacle."""
+    """Return a difference for every motion of a program that hits an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 
     return check_obstacles(
@@ -93,7 +95,7 @@ def meetings(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]
 
 
 def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the extent of moves over or around obstacles: lowest and highest x, y, z, mm."""
+    """Return the extent of moves over or around obstacles: lowest x, y, z and highest x, y, z, mm."""
     if math.isfinite(obstacles.height):
         return (math.inf,) * 3, (-math.inf, -math.inf, obstacles.height)
     wide = obstacles.round_room()
@@ -118,8 +120,8 @@ def _lowest_tip(path: Toolpath, tool: int) -> float:
     return min(known, default=-math.inf)
 
 
-def _radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
-    """Return the radius of each tool, mm, from the library or else the comments, and the tools of unknown radius."""
+def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
+    """Return the radius of each tool, mm, from the library or else from comments, and the tools of unknown radius."""
     from leafcut.gcode.tool_comments import tool_width
 
     radii: dict[int, float] = {}

@@ -1,4 +1,4 @@
-"""Classify the layers of a drawing: cut, marked, the sheet, or left out."""
+"""Classification of the layers of a drawing: cut, marked, outline of the sheet, or left out."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 
 
 def matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return the test whether a layer name matches one of the patterns: wildcards * and ?, case-insensitive."""
+    """Return a function that tests whether a layer name matches any of the patterns, which may contain the wildcards *
+    and ?; case is ignored.
+    """
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: any(t.match(layer) for t in tests)
 
 
 def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
-    """Return the kind of every contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or empty if left out.
+    """Return the kind of each contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or "" if it is left out.
 
-    ``maybe sheet`` means that only the layer name suggests the sheet. A kind stated in the drawing is kept unless an
-    option overrides it. Texts are marks on mark layers, and left out elsewhere.
+    ``maybe sheet`` means that only the layer name suggests the outline of the sheet. A kind stated in the drawing is
+    kept unless an option overrides it. Texts are marked on mark layers, and left out on other layers.
     """
     names = {c.layer for c in contours}
     by_option = {name: _kind_by_option(name, options) for name in names}
@@ -46,11 +48,11 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         layers = ", ".join(f"{number} on layer {name}" for name, number in ignored.most_common(5))
         issues.append(Issue("L211", f"not cut: {layers}", severity=Severity.NOTE))
     kinds = ["" if k == "ignore" else k or "cut" for k in known]
-    return _texts(contours, kinds, issues)
+    return _resolve_texts(contours, kinds, issues)
 
 
-def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Return the kinds with texts resolved: engraved on mark layers, if their letters have strokes."""
+def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
+    """Resolve the kinds of texts: a text on a mark layer is marked if its font has strokes, any other is left out."""
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}
     left_out = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())

@@ -1,6 +1,8 @@
-"""Search for the order of a plan. All stages are first ordered quickly, and again between their neighbours, which
-fixes the first and last choice of each; then each is searched thoroughly between these ends. The quick searches do
-a fixed amount of work, so that more time never gives a longer result.
+"""Search for the order of a plan.
+
+Quick searches first order all stages, each between its neighbours, and so fix the first and last choice of each stage.
+Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so a longer
+time limit never gives a worse order.
 """
 
 from __future__ import annotations
@@ -25,17 +27,17 @@ from leafcut.order.deadline import Deadline
 if TYPE_CHECKING:
     from leafcut.processes.job import Job
 
-#: Rounds of quick searches between the neighbours, and the iterations of each search.
+#: Number of rounds of quick searches over all stages by preset, and number of iterations of each search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
-#: Number of tasks up to which the quick search is (nearly) optimal.
+#: Maximum number of tasks for which the quick search is nearly always optimal.
 _FEW = 18
-#: Share of the time limit for all quick searches; a started search, and the first of each stage, always finish.
+#: Share of the time limit for all quick searches; the first search of each stage runs in any case.
 _QUICK_PART = 0.3
-#: Above this many tasks the first round is enough: travel between stages is a small part of the whole.
+#: Above this number of tasks, one quick search of each stage is enough: little of the time is travel between stages.
 _MANY = 20_000
 
 
-#: Searches the order of a stage, or of the rest of it: (number of the stage, problem, options).
+#: A function that searches the order of a stage, or of a part of it: (number of the stage, problem, options).
 SearchOne = Callable[[int, RoutingProblem, SolveOptions], Solution]
 
 
@@ -47,12 +49,12 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; by default, of the job.
+        Options of the search; default: those of the job.
     deadline
-        Time of the search; without it the job's. A nearest-neighbour order has no limit.
+        Deadline of the search; default: that of the job. A nearest-neighbour order has no deadline.
 
-    Raises SolveError if the precedence of the tasks cannot be kept, or not by this algorithm; PlanError if the
-    algorithm returns an order that does not do each task once (`check_order`).
+    Raises SolveError if the precedence of the tasks cannot be kept, or if the algorithm does not support it. Raises
+    PlanError if the algorithm returns an order that does not do each task once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -124,12 +126,12 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
 
 
 def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
-    """Return the options with one ant for each part of a stage, if requested."""
+    """Set the number of ants to the number of parts of a stage, if requested."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order whose choices may differ from its solutions, with recomputed cost and bound."""
+    """Return the solutions of an order; if its choices differ from its solutions, recompute costs and bounds."""
     if all(
         np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
     ):
@@ -153,7 +155,7 @@ def _with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Sol
 
 
 def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
-    """Return a solution with its lower bound, if requested; it gets a `share` of the time left for bounds."""
+    """Add a lower bound to a solution, if requested, within a `share` of the time left for bounds."""
     from leafcut.order.certificate import certify
 
     if not job.settings.solve.bound:
@@ -162,7 +164,7 @@ def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: fl
 
 
 def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another; the user's first choices stay first."""
+    """Order the stages one after another, with the choices that the user wants first at the start of their stage."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -188,8 +190,8 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another starts at its end. `quick`: `search` without
-    progress reports; `bounds`: returns the deadline of the lower bound of a problem.
+    """Return a solution for every stage; a stage that follows another one starts at its end. `quick` searches without
+    progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """
     followers = [number for number, stage in enumerate(stages) if stage.follows and number]
     if not followers or options.algorithm in ("nn", "none"):
@@ -241,7 +243,7 @@ def _total_cost(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
 
 
 def _quick_orders(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
-    """Return quick orders of all stages, each searched between its neighbours."""
+    """Return a quick order of each stage, searched between the neighbouring stages."""
     quick_options = _quick_search_options(options)
     orders: list[Ints] = []
 
@@ -285,7 +287,7 @@ def _search_between(
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Return the path of a stage; a `fixed` end stays as in the known path."""
+    """Search the order of a stage. `fixed` is whether the start and the end of the known path must not change."""
     from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])

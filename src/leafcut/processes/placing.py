@@ -1,5 +1,7 @@
-"""Mirror, then rotate a drawing about its zero, then set the origin, before it is planned: leads, kerf side, climb
-milling and arc directions need no correction. Only this module sets the zero of a program.
+"""Placing of a drawing on the machine before planning: mirror it, rotate it about its zero, then set the origin.
+
+Because this happens before planning, leads, kerf side, climb milling and arc directions need no correction. Only this
+module sets the zero of a program.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ _SAME_ANGLE = 1e-9
 
 
 def placed(part: Part, options: ReadOptions) -> Part:
-    """Return a part mirrored, rotated and moved by `options`, with its zero."""
+    """Mirror, rotate and move a part as `options` request, and record its zero."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
@@ -44,7 +46,7 @@ def placed(part: Part, options: ReadOptions) -> Part:
 
 
 def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Return a mesh placed like the part whose surface it is; `part` is the part as read."""
+    """Place the mesh of a part's surface like the part; `part` is the part as read."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
@@ -53,20 +55,20 @@ def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
-    """Return a mesh rotated and lifted like the solid of a part; unchanged if the part is from a drawing."""
+    """Rotate and shift a mesh like the solid of a part; a part from a drawing leaves it unchanged."""
     return mesh if part.zero is None or not part.zero.up else turned_mesh(mesh, part.zero.up, part.zero.z)
 
 
 def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
-    """Return a mesh rotated so that a direction (`model.part.TURNS`) points up, then lowered by a height, mm."""
+    """Rotate a mesh until the direction `up` (`model.part.TURNS`) points up, then lower it by `z` mm."""
     return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
 
 
 def placing_words(file: str, part: Part, options: ReadOptions) -> str:
     """Return the file name of a part and its placing, for the header of the program.
 
-    ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: the solid is turned with -x
-    up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
+    Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. The -x direction of
+    the solid points up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
     """
     texts = [Path(file).name]
     if part.zero is not None and part.zero.up:
@@ -83,9 +85,10 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its position is known. `box` has the
-    smallest and the largest x and y of the work, mm. If the travel starts at machine zero, any negative work
-    counts.
+    """Return the axes on which the work is negative: "X", "Y" or "X and Y"; "" if the work offset is known.
+
+    `box` has the smallest x and y, then the largest x and y of the work, mm. An axis counts if all work is negative. If
+    the travel of the axis starts at machine zero, it counts if any work is negative.
     """
     if machine.work_offset is not None:
         return ""
@@ -103,7 +106,7 @@ def _exact(length: float) -> str:
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
-    """Return float64[2, 2]: the mirror, then the rotation."""
+    """Return the matrix that mirrors and then rotates, float64[2, 2]."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
     c, s = math.cos(options.rotate), math.sin(options.rotate)
@@ -123,7 +126,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
 
 
 def _place_name(part: Part, options: ReadOptions) -> str:
-    """Return the name of the point that becomes zero: "lower left corner of the part"; "" for a point in numbers."""
+    """Return the name of the point that becomes zero, such as "lower left corner of the part"; "" for coordinates."""
     if not isinstance(options.origin, str):
         return ""
     name = options.origin if options.origin == "centre" else f"{options.origin.replace('-', ' ')} corner"
@@ -136,7 +139,7 @@ def _place_name(part: Part, options: ReadOptions) -> str:
 
 
 def _transform_part(part: Part, matrix: NDArray[np.float64], offset: tuple[float, float]) -> Part:
-    """Move every point p to matrix · p + offset."""
+    """Move every point p of a part to matrix · p + offset."""
     (a, b), (c, d) = matrix.tolist()
 
     def transform(x: float, y: float) -> tuple[float, float]:

@@ -29,25 +29,28 @@ class Plan:
     Attributes
     ----------
     job, part, dialect
-        The job with its final machine, the part as placed, and the dialect of the program.
+        The job with its final machine, the placed part, and the dialect of the program.
+    work
+        The tasks in the form of the process.
     spec
         The request that the judge reads; it does not depend on the plan.
     kind
-        The process as an outcome names it; of a foreign program ``drill``, ``mill``, ``laser`` or ``plasma``.
+        Name of the process in the outcome; for a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``.
     box
-        Smallest x and y, largest x and y of the work, mm; None to check nothing.
+        Smallest x and y, then largest x and y of the work, mm; None for no check.
     made_for
-        Solid or surface that the program was made for, and its placing; "" for none.
+        Solid or surface for which the program is written, and its placing; "" for none.
     compared_with
-        The order that the header compares with.
+        The order with which the header compares the time.
     start
-        The first position of the tool, mm, if the user states it.
+        First position of the tool, mm, if the user states it.
     keeps_given
-        Whether the order of the input must stay; then no order is searched.
+        Whether the order of the input must not change; then no order is searched.
     search_share
-        Share of the time left for the search; the passes have the rest.
+        Share of the remaining time for the search; the passes get the rest.
     unforced
-        Whether the order of the input or the nearest-neighbour order may replace a worse one, unless the user asks for
+        Whether the order of the input, or the nearest-neighbour order, may replace a slower result of the search.
+    encoding
         Encoding of the program file.
     limits
         The machine whose limits are checked, if the machine of the job only times the program.
@@ -79,14 +82,16 @@ class Plan:
 
 
 class OrderRefused(VerifyError):
-    """An order that cannot be written or proved: (stage, task) pairs and stages at fault, as far as they are known."""
+    """An order that cannot be written or proved. `faulty` has pairs (stage, task) at fault, `stages` whole stages, as
+    far as they are known.
+    """
 
     def __init__(self, reason: str, faulty: Iterable[tuple[int, int]] = (), stages: Iterable[int] = ()) -> None:
         super().__init__(reason)
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: Changes an order for effects between neighbouring tasks, such as leads and heat.
+#: A function that improves an order for effects between neighbouring tasks, such as leads and heat.
 Pass = Callable[[Plan, Order], Order]
 
 

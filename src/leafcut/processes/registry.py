@@ -1,4 +1,4 @@
-"""All processes: built in, and of the entry-point group ``leafcut.processes``."""
+"""All processes: the built-in processes, and plug-ins of the entry-point group ``leafcut.processes``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Format, Source
     from leafcut.report.path_report import PathReport
 
-#: Built-in processes, in the order of the lists: name → module and class.
+#: Built-in processes in the order of all lists: name → module and class.
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
@@ -36,12 +36,12 @@ BUILT_IN = {
 _COMMAND_OF = {"program": "reorder"}
 #: Default process for each kind of input.
 _USUAL = {"drawing": "drill", "program": "program"}
-#: Other commands and values of ``--process``: no plug-in can have these names.
+#: Other commands and values of ``--process``; plug-ins cannot have these names.
 OTHER_COMMANDS = (
     "auto", "optimize", "filter", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
     "defaults", "send", "studio", "lab",
 )  # fmt: skip
-#: Functions of other commands, each in the package of its process.
+#: Functions of other commands: name → module and function.
 COMMANDS = {
     "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",
     "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
@@ -55,8 +55,8 @@ COMMANDS = {
 }
 
 
-def _process_of(name: str, entry: Any) -> Process:
-    """Load an entry point, and check that it has everything that commands need."""
+def _create_plugin_process(name: str, entry: Any) -> Process:
+    """Create the process of an entry point, and check that its names and options are valid and unique."""
     if not isinstance(entry, type) or Process not in entry.__mro__:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     instance: Process = entry()
@@ -97,16 +97,21 @@ def _reserved_words() -> frozenset[str]:
     )
 
 
-def _claims(process_: Process) -> tuple[str, ...]:
-    """Return the unique parts of a process: values of ``--process``, tables and flags of its options."""
+def _unique_names(process_: Process) -> tuple[str, ...]:
+    """Return the names that no other process may use: values of ``--process``, tables of options, and flags."""
     tables = (f"[{group.section}]" for group in process_.options)
     flags = (flag_name(option) for group in process_.options for option in group.specs())
     return (*(f"--process {word}" for word in process_.asked_as), *tables, *flags)
 
 
-#: Processes of other packages: an entry point is a class that inherits from `base.Process`.
+#: Processes of other packages; each entry point is a class that inherits from `base.Process`.
 PACKAGED = PluginKind(
-    "process", "leafcut.processes", _reserved_words, _process_of, lambda process_: process_.title, _claims
+    "process",
+    "leafcut.processes",
+    _reserved_words,
+    _create_plugin_process,
+    lambda process_: process_.title,
+    _unique_names,
 )
 
 
@@ -122,7 +127,7 @@ def _built_in(name: str) -> Process:
 
 
 def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
-    """Return the report of an outcome. Raises OptionError if it is of a plug-in that is not installed."""
+    """Return the report of an outcome. Raises OptionError if its process is a plug-in that is not installed."""
     # An outcome stored by an earlier version names no process.
     usual = "program" if outcome.part.format == "gcode" else outcome.process
     return process(outcome.made_by or usual).report(outcome)
@@ -134,19 +139,23 @@ def names() -> tuple[str, ...]:
 
 
 def commands() -> tuple[str, ...]:
-    """Return the commands of all processes, without loading one."""
+    """Return the commands of all processes; no process is loaded."""
     return tuple(_COMMAND_OF.get(name, name) for name in names())
 
 
 def of_command(word: str) -> Process | None:
-    """Return the process of a command, or None; load no other process. Raises OptionError for an unusable plug-in."""
+    """Return the process of a command, or None; other processes are not loaded. Raises OptionError for an unusable
+    plug-in.
+    """
     built_in = next((name for name in BUILT_IN if _COMMAND_OF.get(name, name) == word), None)
     name = built_in or next((name for name in PACKAGED.names() if name == word), None)
     return process(name) if name else None
 
 
 def of_drawings(word: str) -> Process | None:
-    """Return the process of drawings for a value of ``--process``; None for "auto" and processes of programs."""
+    """Return the process for drawings that a value of ``--process`` selects; None for "auto" and for processes that
+    read programs.
+    """
     named = None if word == "auto" else of_command(word)
     candidates = [named] if named or word == "auto" else processes()
     return next(
@@ -156,7 +165,7 @@ def of_drawings(word: str) -> Process | None:
 
 
 def processes() -> Iterator[Process]:
-    """Yield all processes; a plug-in that cannot be loaded is left out (`process` reports the reason)."""
+    """Yield all processes except plug-ins that cannot be loaded (`process` reports the reason)."""
     for name in names():
         try:
             yield process(name)
@@ -166,7 +175,9 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options: of the job, then of the processes, or `own` without loading processes."""
+    """Return all groups of options: shared groups, then the groups of all processes. If `own` is given, it replaces the
+    groups of all processes, and no process is loaded.
+    """
     if own is None:
         own = [group for process_ in processes() for group in process_.options]
     position = SHARED.index(CutDataOptions) + 1
@@ -174,12 +185,12 @@ def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionG
 
 
 def works() -> tuple[Work, ...]:
-    """Return all kinds of work: the processes and the other commands with options."""
+    """Return all kinds of work: the processes, and the other commands with options."""
     return (*processes(), *map(work, ("solve", "simulate", "stock", "verify", "cutting-data")))
 
 
 def work(name: str) -> Work:
-    """Return a kind of work by its name, without loading others."""
+    """Return a kind of work by its name; other kinds are not loaded."""
     if name == ChoosingSpeeds.name:
         return ChoosingSpeeds(_built_in("drill"))
     kinds: tuple[type[Work], ...] = (Solving, Simulating, CuttingStock, Verifying)
@@ -192,7 +203,7 @@ def command(name: str) -> Any:
 
 
 def asked_words() -> tuple[str, ...]:
-    """Return all values of ``--process``: processes of drawings first, then of programs."""
+    """Return all values of ``--process``: first for processes that read drawings, then for those that read programs."""
     words = [
         word
         for kind in ("drawing", "program")
@@ -204,21 +215,23 @@ def asked_words() -> tuple[str, ...]:
 
 
 def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return the kinds of work for an input: of its format, offered with these, and of plug-ins for the format."""
+    """Return the kinds of work to offer for an input: `works`, the processes offered with them, and plug-ins for the
+    format.
+    """
     companions = {process_.offered_with: process_.name for process_ in processes() if process_.offered_with}
     plugins = (process_.name for process_ in processes() if format_name in process_.formats)
     return (*(name for work in works for name in (work, companions.get(work, "")) if name), *plugins)
 
 
 def preview_part(work: str, source: Source | str, settings: Settings) -> Part:
-    """Return the part of an input as a kind of work reads it; for other commands, its holes."""
+    """Return the part of an input as a process reads it; for other commands, the part with holes only."""
     from leafcut.read import read
 
     return process(work).preview_part(source, settings) if work in names() else read(source, settings.read)
 
 
 def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
-    """Return the suitability of a drawing for each kind of work that rates it, the best first."""
+    """Return the suitability of a drawing for each kind of work that rates drawings, the best first."""
     ratings = {name: process(name).suits(drawing) for name in works if name in names()}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
@@ -298,7 +311,7 @@ def check_asked(word: str) -> None:
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
-    """Return the process for some inputs. Raises OptionError if the requested process does not read one of them."""
+    """Return the process for the inputs of a job. Raises OptionError if the requested process cannot read them."""
     check_asked(asked)
     if len(inputs) > 1:
         return _joining_process(inputs, asked)
@@ -337,7 +350,7 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
-    """Return the value of ``--process`` that repeats the job; "" if the inputs alone decide."""
+    """Return the value of ``--process`` needed to repeat the job; "" if the inputs alone determine the process."""
     chosen = process_for(inputs, asked)
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked

@@ -1,4 +1,4 @@
-"""Collect the settings of a run, and determine the options that a kind of work uses; other given options are errors."""
+"""Collection of the settings of a run, and refusal of options that its kind of work does not use."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def collect(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Return the settings of a file of defaults, overridden by `file`, overridden by `values`.
+    """Return the settings from a file of defaults, overridden by an options file, overridden by `values`.
 
-    `values` maps option names to values; None means "not given". Numbers without a unit mean the same in all of them
-    (`units.BARE_UNIT`). Paths in the defaults are relative to their file. `own` are the option groups of the requested
-    process: if only these and shared options are given, no other process is loaded. Raises OptionError if a name is
-    unknown (the nearest one is suggested), or a value is out of bounds; for a file, with its line.
+    `values` maps option names to values; None means "not given". Numbers without a unit have the same meaning in all
+    three (`units.BARE_UNIT`). Paths in the defaults are relative to their file. `own` are the option groups of the
+    requested process: if only these and shared options are given, no other process is loaded. Raises OptionError for an
+    unknown name, with the nearest known name, and for a value out of bounds; errors in a file name the line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
@@ -61,7 +61,9 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 
 
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
-    """Return the group of the option `name`, first from `groups`; refuse a removed one, or suggest the nearest."""
+    """Return the group of an option; `groups` are searched first. Raises OptionError for a removed option, with the
+    reason, and for an unknown one, with the nearest name.
+    """
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
     names = _groups_by_option(registry.groups())
@@ -72,17 +74,17 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Cached: a page of the studio looks up hundreds of options."""
+    """Return option → group; cached, because a page of the studio looks up hundreds of options."""
     return {name: group for group in groups for name in group.specs()}
 
 
 def options_of_file(file: Path) -> dict[str, Any]:
-    """Return the options of a TOML file, as written. Raises OptionError if it is unreadable or has an unknown name."""
+    """Return the options of a TOML file, as written. Raises OptionError for an unreadable file or an unknown name."""
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
 def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
-    """Yield every option used by any of some kinds of work, as (group, name, specification)."""
+    """Yield each option that at least one of the kinds of work uses, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
     own_groups = [group for work in works for group in work.options]
     for group in registry.groups(own_groups):
@@ -92,8 +94,9 @@ def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
-    """Return the settings for a kind of work, without unused options of a file. Raises OptionError if an option given
-    directly is not used or names a missing file. `input_kind` is the name of the input's format.
+    """Return the settings for a kind of work, without the unused options of a file. `input_kind` is the name of the
+    input's format. Raises OptionError if an option that the user gave directly is not used, or if an option names a
+    missing file.
     """
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
@@ -105,7 +108,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 
 
 def _check_files(settings: Settings) -> None:
-    """Refuse missing files; their readers report other errors."""
+    """Refuse options that name a missing file; other errors are reported by the readers."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
@@ -120,7 +123,7 @@ def files_read(settings: Settings) -> list[str]:
 
 
 def why_unused(name: str, title: str, instead: str = "") -> str:
-    """Return the message for an unused option: the work with this title, the work that uses it, and a remedy."""
+    """Return the message for an unused option: the present work (`title`), the works that use it, and a remedy."""
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     return f"not used for {title}; it applies to {title_list}; {instead or 'leave it out'}"
@@ -132,7 +135,7 @@ def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict
 
 
 def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield the given options that are not used, with reason and remedy."""
+    """Yield each given option that is not used, with reason and remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:
@@ -151,7 +154,7 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
 
 def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options, name → value, with the files that they name relative to a folder; refuse an unknown name."""
+    """Resolve the files named by options (name → value) against a folder. Raises OptionError for an unknown name."""
     placed = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
@@ -162,7 +165,7 @@ def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return section → option → group; the table of a process also accepts the shared options that it uses."""
+    """Return table → option → group. The table of a process also accepts the shared options that the process uses."""
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():
@@ -191,8 +194,8 @@ class PlacedOption:
 
 
 def placed_options(file: Path) -> list[PlacedOption]:
-    """Return the options of a TOML file, each checked by itself. Raises OptionError if the file cannot be read, or an
-    option is unknown (suggests the nearest one), given twice, or invalid (names the line).
+    """Return the options of a TOML file with their lines, each checked on its own. Raises OptionError if the file
+    cannot be read, or if an option is unknown, given twice, or invalid; the error names the line.
     """
     try:
         content = toml_bytes(file)
@@ -206,7 +209,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
         return OptionError(f"{file}{f':{line}' if line else ''}: {message}")
 
     sections = _sections()
-    # Options may also stand outside of tables: `machine = "haas-vf2"`.
+    # Options may also be outside of tables: `machine = "haas-vf2"`.
     names = {name: group for group, name, _ in all_options()}
     sections_seen: dict[str, str] = {}
     options: list[PlacedOption] = []

@@ -1,4 +1,4 @@
-"""Rate how well a drawing suits each kind of work, by counts of the complete drawing."""
+"""Suitability of a drawing for each kind of work, rated by the numbers of its holes and outlines."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
 from leafcut.processes.layers import matcher
 
-#: Largest drilled diameter, mm: wider circles are cut or milled.
+#: Largest drilled diameter, mm; wider circles are cut or milled.
 WIDEST_DRILLED = 40.0
 #: Number of holes that weigh as much as one outline: a plate has one edge around all its holes.
 HOLES_PER_OUTLINE = 8
-#: Highest score by counts; layer names are more reliable.
+#: Highest score from numbers; layer names are more reliable and score higher.
 COUNTED = 0.9
 #: Tolerance for joining lines to one outline, mm.
 _JOIN_TOLERANCE = 0.05
@@ -27,7 +27,8 @@ _JOIN_TOLERANCE = 0.05
 @dataclass(frozen=True)
 class Suitability:
     """The rating of a drawing by a process: `score` from 0 (possible) to 1 (clearly intended). `reason` is the key of
-    the message, with `figures` as its values. `contours` and `holes`, bool[n], would be machined; None for none.
+    the message, and `figures` has its values. `contours` and `holes`, bool[n], mark the geometry that the process would
+    machine; None for none.
     """
 
     score: float
@@ -49,38 +50,38 @@ class WholeDrawing:
         return sorted({item.layer for items in (self.part.contours, self.part.holes) for item in items} - {""})
 
     def named(self, patterns: Sequence[str]) -> list[str]:
-        """Return the layers whose names match one of the patterns, case-insensitive."""
+        """Return the layers whose names match any of the patterns; case is ignored."""
         return [layer for layer in self.layers if matcher(patterns)(layer)]
 
     def holes_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
-        """Return the mask of holes on some layers."""
+        """Return the mask of the holes on these layers."""
         return np.array([h.layer in layers for h in self.part.holes], dtype=np.bool_)
 
     def on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
-        """Return the mask of contours on some layers."""
+        """Return the mask of the contours on these layers."""
         return np.array([c.layer in layers for c in self.part.contours], dtype=np.bool_)
 
     @property
     def closed(self) -> NDArray[np.bool_]:
-        """bool[n]: contours drawn closed."""
+        """Mask of closed contours, bool[n]."""
         return np.array([c.path.closed for c in self.part.contours], dtype=np.bool_)
 
     @cached_property
     def worked(self) -> NDArray[np.bool_]:
-        """bool[n]: contours other than texts, dimensions and marks."""
+        """Mask of contours to machine, bool[n]: all except texts, marks, and contours on layers named for marks."""
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
         plain = kinds & ~self.on(self.named(MARK_NAMES))
         return plain if plain.any() else kinds
 
     @cached_property
     def drilled(self) -> NDArray[np.bool_]:
-        """bool[n]: contours that are circles small enough to drill."""
+        """Mask of contours that are circles small enough to drill, bool[n]."""
         widths = np.array([_diameter(c) for c in self.part.contours], dtype=np.float64)
         return self.worked & (widths > 0.0) & (widths <= WIDEST_DRILLED)
 
     @cached_property
     def narrow(self) -> NDArray[np.bool_]:
-        """bool[n]: holes small enough to drill, including points."""
+        """Mask of holes small enough to drill, bool[n]; points are included."""
         return self.part.diameters <= WIDEST_DRILLED
 
     @cached_property
@@ -90,7 +91,7 @@ class WholeDrawing:
 
     @cached_property
     def n_outlines(self) -> int:
-        """Number of other outlines; lines that meet count as one."""
+        """Number of outlines that are not drilled; open lines that meet count as one outline."""
         others = [
             c for c, is_outline in zip(self.part.contours, self.worked & ~self.drilled, strict=True) if is_outline
         ]
@@ -99,7 +100,7 @@ class WholeDrawing:
 
     @property
     def share_of_outlines(self) -> float:
-        """The weight of outlines against holes, 0 to 1."""
+        """Weight of the outlines relative to outlines and holes together, 0 to 1."""
         weight = HOLES_PER_OUTLINE * self.n_outlines
         return weight / max(weight + self.n_holes, 1)
 
@@ -110,7 +111,7 @@ class WholeDrawing:
 
 
 def _diameter(contour: Contour) -> float:
-    """Return the diameter of a circle made of two half circles, as readers create it; 0 for other contours."""
+    """Return the diameter of a circle, which readers store as two half circles; 0 for other contours."""
     vertices = contour.path.vertices
     if not contour.path.closed or len(vertices) != 2 or not np.all(np.abs(np.abs(vertices[:, 2]) - 1.0) < 1e-6):
         return 0.0

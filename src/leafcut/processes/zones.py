@@ -1,4 +1,4 @@
-"""Parse keep-out zones: rectangles on the table, given as texts."""
+"""Keep-out zones: rectangles on the table, parsed from texts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.units import parse_quantity
 
-#: Clearance of rapids above a zone, mm: allowance for chips and for the measured height.
+#: Clearance of rapids above a zone, mm, an allowance for chips and for errors of the measured height.
 ABOVE = 1.0
 
 
@@ -23,26 +23,25 @@ def _coordinate(text: str) -> float:
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
-    """Parse texts "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to float64[k, 4], mm; each number may have a unit.
+    """Parse texts of the form "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to rectangles, float64[k, 4], mm.
 
-    The corners may be in any order; `crossing_heights` reads the heights. Raises OptionError if a text is not four or
-    five finite numbers.
+    Each number may have a unit, and the corners may be in any order. `crossing_heights` reads the heights. Raises
+    OptionError if a text does not have four or five finite numbers.
     """
     rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
 def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
-    """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
-
-    The result is `ABOVE` over the height of the zone; `otherwise` for a zone without a height.
+    """Return the lowest height at which a rapid may cross each zone, float64[k], mm: `ABOVE` mm over the height of the
+    zone, or `otherwise` for a zone without a height.
     """
     tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
 def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
-    """Raise an `OptionError` if a zone is too high to be crossed at the clearance height, mm."""
+    """Raise OptionError if a zone is too high for a rapid at the clearance height, mm."""
     for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):
         if height > clearance:
             raise OptionError(

@@ -61,7 +61,7 @@ class Engraving(Process):
         if machine.head is not Head.SPINDLE:
             raise PlanError(f"{machine.name} has a {machine.head}, which cannot engrave; give another --machine")
         words = dialect(settings.post.dialect or machine.controller)
-        check_dialect_options(settings, machine, words)
+        check_dialect_options(settings, words)
         part = placed(read_contours(sources[0], settings.read, job.start_step("reading")), settings.read)
         lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]
         problem = problem_of(lines, travel_metric(machine, settings.solve.objective), settings.job)

@@ -85,7 +85,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     issues += _joint_issues(data, options)
     words = dialect(settings.post.dialect or job.machine.controller)
     _check_dialect(words, data.process)
-    check_dialect_options(settings, job.machine, words)
+    check_dialect_options(settings, words)
     probe = probe_for(job.machine, words, options)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
