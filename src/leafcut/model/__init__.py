@@ -1,1 +1,1 @@
-"""Frozen data shared by all stages: parts, machines, tools, problems, toolpaths, outcomes, issues."""
+"""Frozen data shared by all packages: parts, machines, tools, problems, toolpaths, outcomes, issues."""

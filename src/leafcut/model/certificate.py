@@ -1,4 +1,4 @@
-"""`Certificate`: the proof that two programs do the same work, or the differences between them."""
+"""`Certificate`: the proof that two programs do the same work, or a list of their differences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.model.difference import Difference
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Amount of work of a program: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
+    """Amount of work of a program: holes drilled by cycles, cuts, dwells, stages with work, and tool changes."""
 
     holes: int
     cuts: int
@@ -30,17 +30,17 @@ class Certificate:
     Attributes
     ----------
     same
-        The new program does the work of the original and nothing else, and is as safe.
+        Whether the new program does exactly the work of the original, and is as safe.
     differences
-        At most about fifty; the last states how many more exist.
+        About fifty differences at most; the last one states the number of further differences.
     compared
-        Compared properties in words, if all are equal; empty if something differs.
+        Names of the compared properties if all are equal; empty if any differs.
     sha256
-        Of the original's text.
+        SHA-256 of the text of the original.
     notes
-        Changes that do not affect the work, in sentences, such as the order in which parts are detached by a beam.
+        Sentences about changes that do not affect the work, such as another order in which a beam detaches parts.
     defaults
-        Options set by the user's own defaults, as flags.
+        Options that the user's own defaults set, as flags.
     """
 
     same: bool

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
 
-#: Words of layer names for frames, title blocks, dimensions and texts; accents are left out.
+#: Words in layer names for frames, title blocks, dimensions and texts, without accents.
 _ASIDE = (
     *("ANNO", "ANNOTATION", "ANNOTATIONS", "BORDER", "BORDERS", "DEFPOINTS", "DIM", "DIMS", "DIMENSION", "DIMENSIONS"),
     *("DIMENSIONING", "FRAME", "FRAMES", "TEXT", "TEXTS", "TITLE", "TITLES", "TITLEBLOCK", "TITLEBLOCKS"),
@@ -28,14 +28,14 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Words allowed next to them.
+#: Words that such layer names may also contain.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
 def is_aside(layer: str) -> bool:
     """Return whether a layer name marks frames, title blocks, dimensions or texts, which are not parts.
 
-    All of its words must match: ``Title block``, ``DIM_2``, not ``FRAME_OUT`` or ``TEXTURE``.
+    All words of the name must match: ``Title block`` and ``DIM_2`` do, ``FRAME_OUT`` and ``TEXTURE`` do not.
     """
     letters = unicodedata.normalize("NFKD", layer.casefold().upper())
     words = re.findall(r"[^\W\d_]+[0-9]*", "".join(c for c in letters if not unicodedata.combining(c)))
@@ -55,24 +55,25 @@ class Contour:
     path
         Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
     kind
-        ``cut``, ``mark``, ``sheet`` for the outline of the sheet itself, which is not cut, or ``text`` for a stroke of
-        a text, which is a mark on mark layers and ignored elsewhere.
+        ``cut``, ``mark``, ``sheet`` for the outline of the sheet, which is not cut, or ``text`` for a stroke of a text.
+        A text is a mark on mark layers, and is ignored on other layers.
     part
-        Number of its part, from 1, shared by the part's outer contour, holes and marks; 0 if not assigned.
+        Number of the part, from 1, common to its outline, holes and marks; 0 if not assigned.
     z
         Drawn height, mm.
     name
-        Name of the part, on its outline; of a text the reason why it cannot be engraved. Empty if unknown.
+        For an outline, the name of the part; for a text, the reason why it cannot be engraved. Empty if unknown.
     order
-        Of a contour of a `Sheet`: position of its first stroke in the drawing.
+        On a `Sheet`: position of the first stroke of the contour in the drawing.
     depth
-        Of a contour of a `Sheet`: number of closed cut contours around it. 0 is the outline of a part, 1 a hole in it,
-        2 a part in this hole. A mark or an open cut has the depth of the closed contour around it, a chamber one more
-        than its outline.
+        On a `Sheet`: number of closed cut contours around this contour. The outline of a part has 0, a hole in the part
+        has 1, and a part in this hole has 2. A mark or an open cut has the depth of the closed contour around it. A
+        chamber has one more than its outline.
     parent
-        Of a contour of a `Sheet`: index in `Sheet.contours` of the closed cut contour around it, -1 for none.
+        On a `Sheet`: index in `Sheet.contours` of the closed cut contour around this contour, -1 for none.
     chamber
-        The inside of a notch whose mouth the kerf closes. It is cut as a hole, but lies outside of its outline.
+        Whether this is the inside of a notch whose mouth is narrower than the kerf. It is cut like a hole, but lies
+        outside of the outline.
     """
 
     path: Polyline
@@ -89,5 +90,5 @@ class Contour:
 
     @property
     def is_hole(self) -> bool:
-        """Whether it is closed and cut, with the part outside."""
+        """Whether the contour is a hole in a part: closed, cut, and with the part outside."""
         return self.depth % 2 == 1 and self.path.closed and self.kind == "cut"

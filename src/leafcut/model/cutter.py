@@ -1,4 +1,4 @@
-"""Cutting shape of a tool from the tip up, and its parts above the flutes, which do not cut."""
+"""Profile of a tool: the flutes from the tip up, and shank and holder above them, which do not cut."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
-#: Radius step of the discs that replace the cone of a holder, mm. Each disc is as wide as the cone at its upper end,
-#: so that no collision is missed.
+#: Radius step between the discs that approximate the cone of a holder, mm. Each disc is as wide as the cone at its
+#: upper end, so no collision is missed.
 CONE_STEP = 0.25
 #: Number of discs that enclose the cone of a spot drill.
 CONE_DISCS = 32
-#: Largest excess over the tool's radius that still fits through its cut, mm.
+#: Maximum excess of a shank over the tool's radius with which it still fits into the cut, mm.
 SAME_RADIUS = 5e-4
 
 
 @dataclass(frozen=True)
 class Cutter:
-    """Profile of a rotating tool: a flat, a corner arc, then a cone up to the radius, mm.
+    """Profile of a rotating tool: a flat, a corner arc, and a cone up to the radius, mm.
 
-    The height of its surface above the tip at a distance r from the axis is 0 up to `flat`, follows the arc up to the
-    tangent point with the cone, then the cone up to `radius`. This is the tool of APT (ISO 3592), restricted to convex
-    profiles.
+    From the axis outwards, the surface is at the height of the tip up to `flat`, follows the arc to its tangent point
+    with the cone, and then the cone up to `radius`. This is the APT tool (ISO 3592), restricted to convex profiles.
 
-    `corner` 0 is a sharp edge; `slope` is the rise of the cone per mm of radius, infinite for a cylinder.
+    `corner` is the radius of the arc, 0 for a sharp edge. `slope` is the rise of the cone per mm of radius, infinite
+    for a cylinder.
     """
 
     radius: float
@@ -73,31 +73,32 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest cutting radius at a depth of the tip, mm; less than `radius` only for a point."""
+        """Return the largest radius that the tool cuts with its tip at this depth, mm; less than `radius` only for a
+        point.
+        """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
         return min(self.flat + max(depth, 0.0) / self.slope, self.radius)
 
 
 def flat_mill(diameter: float) -> Cutter:
-    """An end mill with sharp corners."""
+    """Return the profile of an end mill with sharp corners."""
     return Cutter(0.5 * diameter, 0.5 * diameter)
 
 
 def ball_mill(diameter: float) -> Cutter:
-    """An end mill with a ball end."""
+    """Return the profile of a ball mill."""
     return Cutter(0.5 * diameter, 0.0, 0.5 * diameter)
 
 
 def bull_mill(diameter: float, corner: float) -> Cutter:
-    """An end mill with rounded corners."""
+    """Return the profile of an end mill with rounded corners."""
     return Cutter(0.5 * diameter, 0.5 * diameter - corner, corner)
 
 
 def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
-    """Return a drill, V-bit or chamfer mill with included angle `angle`, rad, and a flat tip of diameter `tip`.
-
-    An angle of π is a flat end.
+    """Return the profile of a drill, V-bit or chamfer mill with an included angle, rad, and a flat tip of diameter
+    `tip`, mm. An angle of π is a flat end.
     """
     if not 0.0 < angle <= math.pi:
         raise OptionError(f"a point of {math.degrees(angle):g} degrees: the angle lies between 0 and 180")
@@ -126,10 +127,11 @@ class Body(StrEnum):
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A section of a tool above its flutes, reduced to its profile from below: a flat, then a cone, mm.
+    """A section of a tool above its flutes, as seen from below: a flat, then a cone, mm.
 
-    `above` is the height of its lower end above the tip. `flat` is the radius there, equal to `radius` for a cylinder
-    or a section that narrows upwards. `slope` is the rise of the cone per mm of radius, infinite for a cylinder.
+    `above` is the height of the lower end above the tip. `flat` is the radius at the lower end, equal to `radius` for a
+    cylinder or a section that narrows upwards. `slope` is the rise of the cone per mm of radius, infinite for a
+    cylinder.
     """
 
     body: Body
@@ -140,9 +142,10 @@ class BodyPart:
 
 
 class BodyDisc(NamedTuple):
-    """A horizontal disc of a tool above its flutes, mm.
+    """A horizontal disc that stands for a section of a tool above its flutes, mm.
 
-    Material above this height within the radius collides. A cone becomes several discs, each as wide as the cone above.
+    Material within `radius` that is higher than the disc collides with it. A cone becomes several discs, each as wide
+    as the cone at the lower end of the next disc.
     """
 
     body: Body
@@ -151,7 +154,7 @@ class BodyDisc(NamedTuple):
 
 
 def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
-    """Return the known sections above the flutes that are wider than the tool as discs, from the tip up."""
+    """Return discs for the known sections above the flutes that are wider than the tool, from the tip up."""
     discs = []
     for part in body_of(tool):
         wider = part.radius - part.flat
@@ -167,8 +170,8 @@ def widest_below(
 ) -> NDArray[np.float64]:
     """Return the largest radius of a tool below each height, float64[k], mm.
 
-    `radius` is that of the flutes, `bodies` the height above the tip and the radius of each disc above them, `tip` the
-    height of the tip, mm.
+    `radius` is the radius of the flutes. `bodies` has the height above the tip and the radius of each disc of shank and
+    holder. `tip` is the height of the tip, mm.
     """
     widest = np.full(np.shape(heights), radius)
     for above, wide in bodies:
@@ -191,12 +194,12 @@ def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
 
 
 def bodies_of(tool: Tool) -> list[tuple[float, float]]:
-    """Return the discs of a tool above its flutes: (height above the tip, radius), mm."""
+    """Return the discs of shank and holder as pairs (height above the tip, radius), mm."""
     return [(disc.above, disc.radius) for disc in discs_of(tool)]
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return the sections of a tool above its flutes that are not narrower than the tool; empty if unspecified."""
+    """Return the sections of shank and holder that are at least as wide as the tool; empty if unspecified."""
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 

@@ -1,7 +1,7 @@
-"""`CutPlan`: the cuts of a sheet in order, with chart data, lead-ins, times and costs.
+"""`CutPlan`: the cuts of a sheet in order, with chart data, leads, times and costs.
 
 A cut is one run of the torch, from the pierce to the final torch-off. Its path is the centre line of the kerf including
-leads; positions along it are in mm from its start.
+leads; positions along the path are in mm from its start.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ LEAD_STYLES = ("arc", "line", "none")
 class ConsumptionRates:
     """Consumption of a cutting process from the cut chart; None and "" if the chart has no value.
 
-    `gas` is the plasma or cutting gas, `second_gas` the shield, assist or fuel gas; flows are litres at standard
-    conditions per second. `power` is the input while the torch is on, W; `abrasive` is kg/s. Lives are in seconds of
-    cutting, and in pierces.
+    `gas` is the plasma or cutting gas, `second_gas` the shield, assist or fuel gas. Flows are in litres at standard
+    conditions per second. `power` is the input power while the torch is on, W. `abrasive` is in kg/s. Lives are in
+    seconds of cutting and in pierces.
     """
 
     nozzle: str = ""
@@ -47,7 +47,7 @@ class ConsumptionRates:
 
 @dataclass(frozen=True)
 class CutData:
-    """One row of a cut chart: parameters for a material of a thickness.
+    """One row of a cut chart: the parameters for a material and a thickness.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class CutData:
     material
         Name in charts: ``mild_steel``, ``stainless_304``, ``aluminium``.
     amps
-        Current of a plasma, A; None for the others.
+        Plasma current, A; None for other processes.
     feed
         Cutting speed, mm/s.
     pierce_height, cut_height
@@ -66,7 +66,8 @@ class CutData:
     kerf
         Width of the cut, mm.
     can_pierce
-        False if the chart has no pierce height and delay: above the pierce capacity a cut starts at the edge.
+        False if the chart has no pierce height and delay. The sheet is then too thick to pierce, and cuts start at its
+        edge.
     """
 
     process: str
@@ -89,8 +90,8 @@ class CutData:
 class Lead:
     """A lead-in or lead-out.
 
-    `angle` is that between a line and the contour, or that of an arc, rad. `run_in` is the straight segment before the
-    arc, mm, on which a controller activates its compensation.
+    `angle` is the angle between a straight lead and the contour, or the sweep of an arc, rad. `run_in` is the length of
+    the straight segment before an arc, mm, on which a controller activates its compensation.
     """
 
     style: str = "none"
@@ -108,15 +109,16 @@ class CutChoice:
     contours
         Indices into `Sheet.contours`, in cutting order.
     start
-        Start on the drawn contour, x and y in mm; None: not chosen yet.
+        Start on the drawn contour, x and y in mm; None if not chosen yet.
     direction
-        One of `DIRECTIONS`; empty: not chosen yet. Leads are None until chosen.
+        One of `DIRECTIONS`; empty if not chosen yet.
+    lead_in, lead_out
+        The leads; None if not chosen yet.
     fixed
-        Fixed properties, of `FIXABLE`: ``order`` (it follows the preceding cuts in the plan with a fixed order),
-        ``start``, ``direction``, ``lead``, ``bridge`` (it is reached by a bridge), ``ahead`` (it is cut before
-        everything listed below it).
+        Properties of `FIXABLE` that must not change: ``order`` (after all preceding cuts with a fixed order),
+        ``start``, ``direction``, ``lead``, ``bridge`` (reached by a bridge), ``ahead`` (before all cuts listed below).
     bridge
-        True: the torch comes from the previous cut through the scrap, burning, without a pierce.
+        Whether the torch stays on and cuts through the scrap from the previous cut, without a pierce.
     """
 
     contours: tuple[int, ...]
@@ -130,7 +132,7 @@ class CutChoice:
 
 @dataclass(frozen=True)
 class ContourPrint:
-    """Properties that identify a contour again, mm and mm²."""
+    """Properties by which a contour of a plan file is recognized in a drawing, mm and mm²."""
 
     kind: str
     length: float
@@ -141,14 +143,14 @@ class ContourPrint:
 
     @classmethod
     def of(cls, contour: Contour) -> ContourPrint:
-        """Return the properties of a contour."""
+        """Return the identifying properties of a contour."""
         path = contour.path
         return cls(contour.kind, path.length, abs(path.area), path.start, contour.layer, contour.handle)
 
 
 @dataclass(frozen=True)
 class PlanFile:
-    """Content of a plan file: identification of its contours, and the choices of every cut, in order."""
+    """Content of a plan file: its contours in recognizable form, and the choices of every cut, in order."""
 
     sheet: str
     contours: tuple[ContourPrint, ...]
@@ -168,31 +170,31 @@ class Cut:
     contours
         Indices into `Sheet.contours`, in cutting order; several in a chain cut.
     path
-        Open path: lead-in, contours offset by half a kerf, overcut, lead-out. With `compensation` 41 or 42 it is the
-        drawn contour itself, and the controller offsets it.
+        Open path: lead-in, contours offset by half a kerf, overcut, lead-out. With `compensation` 41 or 42, the path is
+        the drawn contour, and the controller offsets it.
     lead_in, lead_out
         Positions along the path at which the lead-in ends and the lead-out (or the overcut) starts, mm.
     torch_off_at
-        Position at which the torch is switched off while moving on, mm; the length of the path if it is not.
+        Position at which the torch is switched off while the head moves on, mm; otherwise the length of the path.
     joints
-        (from, to) in mm along the path: micro-joints, where the torch is off, so that the part stays attached.
+        Micro-joints as pairs (from, to), mm along the path: the torch is off, so the part stays attached.
     speeds
-        (from mm, feed mm/s) in order, the first from 0.
+        Pairs (position along the path, mm, feed from there on, mm/s), in order; the first position is 0.
     pierce
-        False: it starts outside the sheet, in the air.
+        False for a cut that starts in the air outside the sheet.
     compensation
-        40: the path is the centre of the kerf. 41, 42: the controller compensates to the left, to the right.
+        40 if the path is the centre of the kerf; 41 or 42 if the controller compensates to the left or to the right.
     loops
-        (from, to) in mm along the path: loops around sharp corners, in scrap.
+        Loops around sharp corners, in the scrap, as pairs (from, to), mm along the path.
     small_hole
-        True: cut by the rules for small holes (slower, height control off).
+        Whether the rules for small holes apply (lower speed, height control off).
     bridges
-        (from, to) in mm along the path: moves through the scrap from one contour of a chain to the next.
+        Moves through the scrap between two contours of a chain, as pairs (from, to), mm along the path.
     group
-        Number of its group of parts with common lines, from 1; 0 for none. The cut around a group has all its outlines
-        as `contours`, a common line the adjacent ones.
+        Number of the group of parts with common lines, from 1; 0 for none. `contours` has all outlines of the group for
+        the cut around it, and the adjacent outlines for a common line.
     common
-        Length of a common line that is an edge of two parts, mm; 0 for other cuts.
+        Length of a common line between two parts, mm; 0 for other cuts.
     """
 
     contours: tuple[int, ...]
@@ -216,12 +218,12 @@ class Cut:
 
     @property
     def choices(self) -> tuple[CutChoice, ...]:
-        """Choices for every contour."""
+        """The choices for all contours of the cut."""
         return (self.choice, *self.chained)
 
     @cached_property
     def seconds(self) -> float:
-        """Time of the path at its speeds, s, without the pierce and without acceleration."""
+        """Time of the path at its programmed speeds, s, without the pierce and without acceleration."""
         edges = [*(at for at, _ in self.speeds[1:]), self.path.length]
         start, total = 0.0, 0.0
         for end, (_, feed) in zip(edges, self.speeds, strict=True):
@@ -234,9 +236,9 @@ class Cut:
 class CutTimes:
     """Cycle time and lengths of a part, a sheet or a batch: s and mm.
 
-    `cut_s` is with the torch on, `pierce_s` at rest for the pierces, `rapid_s` all other motion. `perimeter_mm` is the
-    length of the drawn contours, `rapid_mm` the length in x and y from cut to cut; `length_mm` is the published measure
-    of a route: perimeters, minus common edges counted twice, plus the moves in between.
+    `cut_s` is the time of motion with the torch on, `pierce_s` the time at rest for pierces, and `rapid_s` the time of
+    all other motion. `perimeter_mm` is the length of the drawn contours, and `rapid_mm` the length of the moves between
+    cuts in x and y. `length_mm` is the length of a route as defined in publications.
     """
 
     cut_s: float = 0.0
@@ -250,16 +252,16 @@ class CutTimes:
 
     @property
     def total_s(self) -> float:
-        """Total, s."""
+        """Total time, s."""
         return self.cut_s + self.pierce_s + self.rapid_s
 
     @property
     def length_mm(self) -> float:
-        """Perimeters − common edges + moves in between, mm."""
+        """Length of the route, mm: perimeters, minus common edges, which are cut once, plus the moves between cuts."""
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
     def times(self, count: int) -> CutTimes:
-        """Values for `count` pieces."""
+        """Return the values for `count` pieces."""
         return CutTimes(
             self.cut_s * count,
             self.pierce_s * count,
@@ -276,8 +278,8 @@ class CutTimes:
 class Consumption:
     """Consumption of a part, a sheet or a batch; None if the cut chart has no value.
 
-    Gas in litres at standard conditions, energy in kWh, abrasive in kg; nozzles and electrodes as a number or fraction.
-    `at_arc`: energy of the arc, without losses of the power source.
+    Gas is in litres at standard conditions, energy in kWh, and abrasive in kg. Nozzles and electrodes may be fractions.
+    If `at_arc`, the energy is that of the arc, without the losses of the power source.
     """
 
     gas_l: float | None = None
@@ -291,9 +293,10 @@ class Consumption:
 
 @dataclass(frozen=True)
 class PartTimes:
-    """One part of a sheet: number from 1 (0: cuts of no part), area in mm², and its share of the time.
+    """One part of a sheet: its number from 1 (0 for cuts that belong to no part), its area, mm², and its share of time
+    and cost.
 
-    The moves to a part's cuts are included. The name comes from the drawing, or is empty.
+    The times include the moves to the cuts of the part. The name is from the drawing, or empty.
     """
 
     part: int
@@ -311,11 +314,11 @@ class CutMeasures:
     Attributes
     ----------
     cuts
-        Every cut in the order of the plan, including the move to it.
+        Times of every cut in the order of the plan, each with the move to its start.
     utilisation
-        Area of the parts divided by the area of the sheet, 0 … 1; None if the sheet's size is unknown.
+        Area of the parts divided by the area of the sheet, 0 to 1; None if the size of the sheet is unknown.
     cost, batch_cost
-        In the currency of the rates, including the price of the sheet; 0 without both.
+        Cost in the currency of the rates, including the price of the sheet; 0 if neither rates nor price are known.
     """
 
     sheet: CutTimes = field(default_factory=CutTimes)
@@ -334,8 +337,8 @@ class CutMeasures:
 class CutPlan:
     """A sheet and its cuts in order.
 
-    `crossings`: number of travel moves across detached parts; None if the head rises between cuts. `close`: number of
-    other travel moves that pass a detached part within the width of the nozzle.
+    `crossings` is the number of travel moves across detached parts, None if the head rises between cuts. `close` is the
+    number of other travel moves that pass a detached part within the width of the nozzle.
     """
 
     sheet: Sheet
@@ -347,7 +350,7 @@ class CutPlan:
 
     @property
     def file(self) -> PlanFile:
-        """Its plan file."""
+        """The content of the plan file."""
         return PlanFile(
             sheet=self.sheet.name,
             contours=tuple(ContourPrint.of(c) for c in self.sheet.contours),

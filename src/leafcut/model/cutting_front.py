@@ -1,4 +1,4 @@
-"""`CuttingData`: speeds and feeds that are Pareto-optimal in time, cost and tool life, and the chosen ones."""
+"""`CuttingData`: Pareto-optimal speeds and feeds (time, cost, tool life), and the choice among them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OBJECTIVES = ("time", "cost", "life")
 
 @dataclass(frozen=True)
 class CuttingPoint:
-    """A speed and feed of a tool, and what they result in: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
+    """A speed and a feed of a tool with their results: mm, mm/s, 1/min, s, N, N·mm, W; cost in the user's currency.
 
     Attributes
     ----------
@@ -25,9 +25,11 @@ class CuttingPoint:
     speed
         Cutting speed at the largest diameter, mm/s.
     time, cost
-        Time and cost per part with this tool: feeds, moves and replacement of worn tools.
+        Time and cost of the tool per part: feeds, other moves, and replacement of worn tools.
     life
-        Tool life in the cut, s, limited to the model's maximum.
+        Tool life in the cut, s, at most the assumed maximum.
+    worn
+        Number of tools worn per part.
     power, torque, thrust
         Load of the cut: power at the spindle motor, spindle torque, and feed force (0 for a mill).
     """
@@ -54,12 +56,12 @@ class ToolFront:
     holes
         Holes per part; 0 for a mill.
     points
-        Pareto front in order of time: no other speed and feed of the grid is as good in time, cost and life, and better
-        in one of them.
+        Pareto front in order of time: no other speed and feed of the grid is at least as good in time, cost and life,
+        and better in one of them.
     candidates, allowed
-        Number of speeds and feeds tried, and number within all limits.
+        Number of evaluated speeds and feeds, and number within all limits.
     given
-        Result of the speed and feed from the tool library, or given for an assumed drill; None without them.
+        Result of the speed and feed of the tool library, or of the options for an assumed drill; None without them.
     """
 
     tool: Tool
@@ -83,8 +85,8 @@ class ToolFront:
 class CuttingData:
     """Speeds and feeds of the tools of a part.
 
-    The objective is time, cost or life; the shop rate is currency per hour. `source` is empty without a drawing.
-    `defaults` are the used options that were set by the user's own defaults.
+    The objective is time, cost or life; the shop rate is in currency per hour. `source` is empty without a drawing.
+    `defaults` are the used options that the user's own defaults set.
     """
 
     source: str
@@ -98,10 +100,10 @@ class CuttingData:
 
     @property
     def time(self) -> float:
-        """Time per part with all these tools, s, without tool changes."""
+        """Time of all tools per part, s, without tool changes."""
         return sum(tool.best.time for tool in self.tools)
 
     @property
     def cost(self) -> float:
-        """Cost per part with all these tools."""
+        """Cost of all tools per part."""
         return sum(tool.best.cost for tool in self.tools)

@@ -1,4 +1,4 @@
-"""Motion of canned cycles, shared by timing, writers without cycles, and verification.
+"""Motion of canned cycles, used by timing, by writers for controllers without cycles, and by verification.
 
 The order of moves follows RS274/NGC section 3.5.16 as LinuxCNC's interpreter runs it (observed with `rs274 -g`).
 """
@@ -15,24 +15,25 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
 
-#: Retract distance of G73, and distance above the last depth at which the rapid re-entry of G83 ends, mm: 0.010 inch in
-#: LinuxCNC 2.9 (measured with rs274); Fanuc and Haas read it from a parameter.
+#: Retract distance of G73, and height above the last depth at which the rapid re-entry of G83 ends, mm: 0.010 inch in
+#: LinuxCNC 2.9 (measured with rs274). Fanuc and Haas set it by a parameter.
 PECK_CLEARANCE = 0.254
 
-#: Cycles with a dwell at the bottom; G86 also stops the spindle there. Cycles with pecks. Cycles that retract at feed.
+#: Cycles with a dwell at the bottom; G86 also stops the spindle there.
 DWELLING = ("G82", "G84", "G86", "G89")
-#: Cycles that come up and go down again, each time a peck deeper.
+#: Cycles that drill in pecks.
 PECKING = ("G83", "G73")
+#: Cycles that retract at feed.
 FEED_OUT = ("G84", "G85", "G89")
 
 _EPSILON = 1e-9
 
-#: Limits for pecks in one hole and moves in one program: more are a misplaced decimal point and would exhaust the
-#: memory.
+#: Maximum number of pecks in a hole, and of moves in a program; more indicate a misplaced decimal point, and would
+#: exhaust the memory.
 _MAX_PECKS = 10_000
 _MAX_ROWS = 6_000_000
 
-#: Down, up, and back down to the end of the previous peck.
+#: Number of moves per peck: down, up, and back down to the end of the previous peck.
 _MOVES_A_PECK = 3
 
 
@@ -57,10 +58,11 @@ def _peck_count(cycle: DrillCycle) -> int:
 
 
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
-    """Yield the rapids, feeds and dwells of a cycle, from the height `z_now` (NaN: at or above the R plane).
+    """Yield the rapids, feeds and dwells of a cycle. `z_now` is the height before it, mm; NaN if at or above the R
+    plane.
 
-    The tool first rises to the R plane if it is below it, moves over the hole (`DrillCycle.approach`), goes down to the
-    R plane, drills, and rises to the height of `motion.end`.
+    A tool below the R plane first rises to it. Then the tool moves over the hole (`DrillCycle.approach`), descends to
+    the R plane, drills, and rises to the height of `motion.end`.
     """
     x, y, z_after = motion.end
     feed, line = motion.value, motion.line
@@ -102,9 +104,8 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
 
 
 class Approach(NamedTuple):
-    """Approach to holes: `upright` first to the R plane at the current position; travel heights at both ends, mm.
-
-    NaN for unknown heights.
+    """Approach moves to holes: whether the tool first moves vertically to the R plane (`upright`), and the heights at
+    both ends of the travel move, mm, NaN if unknown.
     """
 
     upright: NDArray[np.bool_]
@@ -113,7 +114,7 @@ class Approach(NamedTuple):
 
 
 def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
-    """Return the approach to the holes in some rows of a path, from the `height` before each."""
+    """Return the approach moves to the holes in the rows `drills`; `height` is the height before each, mm."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
@@ -123,10 +124,10 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
 
 
 def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
-    """Return the toolpath with every canned cycle, except those in `keep`, expanded to rapids, feeds and dwells.
+    """Expand every canned cycle of a toolpath, except those in `keep`, to rapids, feeds and dwells.
 
-    The spindle reversal of a tap stays implied by the cycle. Row by row this equals `expand_drill`; here all holes are
-    expanded at once, since a board has a hundred thousand.
+    The spindle reversal of a tap is not written out. The result equals `expand_drill` row by row, but all holes are
+    expanded at once, because a board may have a hundred thousand.
 
     Raises
     ------
@@ -189,7 +190,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
 
 
 class _Step(NamedTuple):
-    """A move of a cycle over the hole, starting at the R plane; a dwell keeps the height."""
+    """A move of a cycle in the hole to height `z`, mm, or a dwell, s."""
 
     kind: Kind
     z: float
@@ -197,7 +198,7 @@ class _Step(NamedTuple):
 
 
 def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
-    """Return the steps from the R plane to before the final retract, from `expand_drill` at x = y = 0."""
+    """Return the steps of a cycle between the R plane and the final retract."""
     motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
     height, steps = cycle.r_plane, []
     for move in list(expand_drill(motion, cycle, cycle.r_plane))[1:-1]:
@@ -207,6 +208,6 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
 
 
 def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, … for every length, concatenated."""
+    """Return 0, 1, …, n − 1 for each length n, concatenated."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

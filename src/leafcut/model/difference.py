@@ -1,4 +1,4 @@
-"""`Difference`: one deviation of a program from its original, with its lines."""
+"""`Difference`: one deviation of a program from its original or from the request, with its lines."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ class Difference:
     Attributes
     ----------
     what
-        Kind in a word or two: ``feed``, ``missing hole``, ``rapid below clearance`` …
+        Kind of the difference: ``feed``, ``missing hole``, ``rapid below clearance`` …
     original, new
-        Lines of the program texts, from 1; 0 for none (a planned toolpath has no lines).
+        Lines of both program texts, from 1; 0 for none (a planned toolpath has no lines).
+    text
+        Description of the difference.
     also
-        Further pairs of lines, original and new: one difference may affect many blocks.
+        Further pairs of lines (original, new), because one difference may affect many blocks.
     """
 
     what: str

@@ -13,15 +13,15 @@ class Fact:
     Attributes
     ----------
     key
-        Path in the JSON answer, names joined by dots; "" for text only.
+        Path in the JSON answer: names joined by dots; "" for a fact that is only shown.
     value
-        A number, a text, or lists and dicts of both.
+        A number, a text, or lists and dicts of numbers and texts.
     unit
         Unit of a number: s, mm, mm², % or °; "" for a count (int) and a cost (float).
     sentence
-        Text for users; "" for a value for scripts only.
+        Text for users; "" for a value that is for scripts only.
     name
-        Heading of the value and the sentence; a fact without a name is part of the title.
+        Heading of value and sentence; a fact without a name is part of the title.
     """
 
     key: str = ""

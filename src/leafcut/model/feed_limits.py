@@ -1,4 +1,4 @@
-"""`FeedLimits`: limits for adapting the feed of a mill to its engagement."""
+"""`FeedLimits`: limits for feeds that follow the engagement of a mill."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from dataclasses import dataclass
 from leafcut.model.work_material import WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Largest factor by which a feed in material may grow.
+#: Maximum factor by which a feed in material may increase.
 FEED_INCREASE = 1.5
 
 
 @dataclass(frozen=True)
 class FeedLimits:
-    """Limits of adaptive feeds of a mill: mm, mm/s, 1/min, W.
+    """Limits of the feeds of a mill: mm, mm/s, 1/min, W.
 
     Attributes
     ----------
+    feed, most
+        The tool's own feed, and the maximum feed.
     depth, film_depth, film
-        Depth of cut: of a level; in a strip no wider than `film`, such as a finishing pass, the full depth
-        `film_depth`.
+        Depth of cut on a level, and depth of cut in strips no wider than `film`, such as finishing passes.
     power
-        Spindle power available at this speed, W, limited by power and torque; infinite if unknown.
+        Power that the spindle gives at this speed, limited by its power and torque; infinite if unknown.
     material, teeth
         Material and number of teeth; None and 0 if the power is unknown.
     """
@@ -40,5 +41,5 @@ class FeedLimits:
 
     @property
     def chip(self) -> float:
-        """Chip thickness per revolution, mm: single-tooth equivalent."""
+        """Chip thickness per revolution, mm, as if the tool had a single tooth."""
         return SECONDS_PER_MINUTE * self.feed / self.rpm

@@ -1,4 +1,4 @@
-"""Progress of all slow steps, from reading a file to a search: one callback for the user interface.
+"""Progress reports of all slow steps, from reading a file to a search, to one callback of the user interface.
 
 The callback receives a `Progress` when a step starts, and again while it runs. It may raise an exception to end the
 work.
@@ -14,7 +14,9 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """An alternative with a unique name; `figure` (in words) and `cost` are "" and None until its result is known."""
+    """An alternative that a step tries, with a unique name. `figure` is its result as text, and `cost` as a number;
+    they are "" and None until the result is known.
+    """
 
     name: str
     figure: str = ""
@@ -28,15 +30,15 @@ class Progress:
     Attributes
     ----------
     step
-        Name of the step that runs.
+        Name of the running step.
     share
-        Fraction of the work that is done, 0 to 1; 0 if it is not known.
+        Share of the work that is done, 0 to 1; 0 if unknown.
     cost
-        Cost of the best result yet; None before the first.
+        Cost of the best result so far; None before the first result.
     gap
-        Largest gap of `cost` to the optimum, as a fraction; None without a lower bound.
+        Maximum gap between `cost` and the optimum, as a fraction; None without a lower bound.
     trial
-        The alternative that the step tries; None if it tries none.
+        The alternative that the step tries; None if it tries no alternatives.
     """
 
     step: str
@@ -46,15 +48,15 @@ class Progress:
     trial: Trial | None = None
 
 
-#: Callback for progress; must be quick.
+#: Callback for progress; it must return quickly.
 OnProgress = Callable[[Progress], None]
 
 
 class Heartbeat(Protocol):
-    """Callback for a running step, which calls it at least several times a second; must be quick."""
+    """Function that a running step calls at least several times a second; it must return quickly."""
 
     def __call__(self, share: float = 0.0, /) -> None:
-        """Report that the step is running; `share` is the fraction done, from 0 to 1, or 0 if it is not known."""
+        """Report that the step is running; `share` is the share done, from 0 to 1, or 0 if unknown."""
 
 
 #: Minimum interval between two reports of a running step, s.
@@ -62,7 +64,7 @@ _REPORT_INTERVAL = 0.1
 
 
 def unseen(_: float = 0.0, /) -> None:
-    """Ignore the report."""
+    """Do nothing: the heartbeat of a step whose progress nobody receives."""
 
 
 def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
@@ -83,9 +85,9 @@ def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
 
 
 def passing_on(progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
-    """Return the progress callback of a search, reported as the step `step`.
+    """Return a progress callback for a search that reports to `progress` under the name `step`.
 
-    The search does `part` of the whole work; `left` is the remaining share at its start. Both are fractions.
+    `part` is the share of the whole work that the search does, and `left` the share that remains at its start.
     """
     if progress is None:
         return None

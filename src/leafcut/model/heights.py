@@ -1,4 +1,4 @@
-"""Heights of drawn objects: everything made from a drawing starts at one surface, Z0."""
+"""Heights of drawn objects: a drawing should have one height, which becomes Z0."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from leafcut.model.issue import Issue, Severity
 
 #: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
-#: Maximum number of heights listed; more indicate a 3D drawing.
+#: Maximum number of heights that a message lists; more indicate a 3D drawing.
 _MAX_NAMED = 4
 
 
 @dataclass(frozen=True)
 class HeightCount:
-    """Number of objects at each height, and the position of the first: height → (number, x, y), mm."""
+    """Number of objects at each height, and position of the first one: height → (number, x, y), mm."""
 
     heights: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, places: Iterable[tuple[float, float, float]]) -> HeightCount:
-        """Return the heights of points (x, y, z), mm."""
+        """Count the heights of points (x, y, z), mm."""
         heights: dict[float, tuple[int, float, float]] = {}
         for x, y, z in places:
             level = round(z / SAME_HEIGHT) * SAME_HEIGHT + 0.0
@@ -32,11 +32,11 @@ class HeightCount:
 
     @property
     def differ(self) -> bool:
-        """Whether there are several heights."""
+        """Whether the objects have different heights."""
         return len(self.heights) > 1
 
     def notes(self, noun: str) -> list[Issue]:
-        """Return a note if all objects lie at one height other than Z0; `noun` names the objects."""
+        """Return a note if all objects are drawn at one height other than Z0; `noun` names the objects."""
         if self.differ or not self.common:
             return []
         words = f"all {noun} are drawn at Z{self.common:g}: this height becomes Z0 of the program"
@@ -44,7 +44,7 @@ class HeightCount:
 
     @property
     def common(self) -> float:
-        """Return the height of all objects; 0 without one."""
+        """The common height of all objects, mm; 0 if they have none."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
     def __str__(self) -> str:

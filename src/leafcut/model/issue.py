@@ -1,4 +1,4 @@
-"""Problems that a reader or planner noticed and worked around: numbered, with their position."""
+"""`Issue`: a numbered problem that a reader or planner noticed and worked around, with its position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.geometry.polyline import Polyline
 
 
 class Severity(StrEnum):
-    """Importance of an issue for the machine operator; missing: drawn work is not done."""
+    """Importance of an issue for the machine operator; missing means that drawn work is not done."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -19,8 +19,8 @@ class Severity(StrEnum):
     DANGER = "danger"
 
 
-#: Every code with its meaning. The hundreds digit is the kind: 1 read, 2 skipped, 3 repaired, 4 assumed, 5 order of a
-#: program, 6 cutting of a sheet, 7 clearing of a pocket, 8 behaviour of a program.
+#: Every code with its meaning. The hundreds digit is the subject: 1 reading, 2 skipped objects, 3 repairs, 4
+#: assumptions, 5 order of a program, 6 sheet cutting, 7 pockets, 8 behaviour of a program.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not state its units",
@@ -53,7 +53,7 @@ CODES: dict[str, str] = {
     "L401": "a tool was assumed",
     "L402": "a depth was assumed",
     "L403": "the position of the part on the machine is unknown",
-    "L404": "a tool comes out far below the part",
+    "L404": "a tool exits far below the part",
     "L405": "points or polygons were read as holes",
     "L406": "a drawing does not lie at Z0",
     "L407": "a tool of the library is not used",
@@ -70,12 +70,12 @@ CODES: dict[str, str] = {
     "L424": "an open path is cut or marked unchanged",
     "L425": "the edge of a picture becomes a wall",
     "L426": "uneven light of a picture was levelled",
-    "L431": "lines of a drawing belong to no part",
-    "L432": "a drawing holds several parts",
-    "L433": "a nest failed its check, or could not be made",
+    "L431": "lines of a drawing do not belong to any part",
+    "L432": "a drawing contains several parts",
+    "L433": "a nest failed its check, or could not be created",
     "L434": "nesting was stopped by the time limit or by the user",
     "L435": "a nest's sheet is larger than the machine's table",
-    "L436": "parts do not fit on the sheets given",
+    "L436": "parts do not fit on the given sheets",
     "L440": "no speeds were chosen for a tool",
     "L441": "a hole starts on an uneven surface",
     "L442": "a hole is not drawn at the height of the surface",
@@ -90,7 +90,7 @@ CODES: dict[str, str] = {
     "L505": "tasks keep their position: another order could not be written or proved",
     "L506": "joining sections of one tool would save tool changes",
     "L507": "a program keeps its order: it is too large to plan",
-    "L508": "a program crossed keep-out zones, and now goes over or around them",
+    "L508": "the original program crossed keep-out zones; the new program goes over or around them",
     "L509": "the diameter of a tool of a program is unknown",
     "L510": "the stock of a program was assumed",
     "L511": "a controller rounds the corners of a program without a tolerance",
@@ -101,12 +101,12 @@ CODES: dict[str, str] = {
     "L611": "a contour is narrower than the kerf and is not cut",
     "L612": "a contour is narrower than the kerf in places",
     "L613": "a lead was reduced",
-    "L614": "cuts that start near a hot cut, if any",
+    "L614": "number of cuts that start near a cut that is still hot",
     "L615": "a hole is too small for good quality in a sheet this thick",
     "L616": "length of edges cut as common lines",
     "L617": "edges one kerf apart are cut separately",
-    "L618": "the torch finds the sheet before every pierce",
-    "L619": "the controller probes the height where there is no sheet",
+    "L618": "the torch probes the sheet before every pierce",
+    "L619": "the controller probes the height at a position without sheet",
     "L620": "a laser is switched on while moving, without a pierce, in a thick sheet",
     "L621": "a plan file was made for another thickness, material or process",
     "L622": "a register of the controller must hold half of the kerf",
@@ -128,20 +128,20 @@ CODES: dict[str, str] = {
     "L806": "a program needs a capability that the machine lacks",
     "L807": "a program is for a laser, a torch or a router",
     "L808": "the position of the tool is unknown",
-    "L809": "the shank or the holder of a tool meets the material",
-    "L810": "cuts of a program go beyond the stock that is given",
+    "L809": "the shank or holder of a tool hits material",
+    "L810": "cuts of a program go beyond the given stock",
     "L811": "the stock has undercuts, which count as material",
     "L812": "the cells of the stock model are coarse for a tool",
-    "L813": "the tool library has another tool than the program names",
-    "L814": "all cuts of a program lie above Z0",
+    "L813": "a tool of the library differs from the tool that the program names",
+    "L814": "all cuts of a program are above Z0",
     "L815": "rapids of a program were not compared with its earlier cuts",
-    "L816": "a program moves its Z0 down, or by an unknown height",
+    "L816": "a program shifts its Z0 down, or by an unknown amount",
     "L817": "the spindle restarts between cuts without a dwell",
     "L820": "the settings of a controller differ from the profile of its machine",
 }
 
-#: Codes of issues shown beside the word "verified", with the heading of their line: assumed feeds, speeds, depths,
-#: materials and units, corners that the tool does not reach, and deep holes without pecks.
+#: Codes of issues shown next to the word "verified", with the heading of their line: assumed values, areas that the
+#: tool does not reach, and deep holes without pecks.
 LIMITS = {
     **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
@@ -156,11 +156,13 @@ class MissingWork:
     Attributes
     ----------
     what
-        Noun for one piece of it: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
+        Noun for one feature: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
+    count
+        Number of missing features.
     where
-        Their known positions, mm, in program coordinates; may be fewer than `count`.
+        Known positions of the features in program coordinates, mm; they may be fewer than `count`.
     outlines
-        Their known closed outlines, mm; hatched in drawings.
+        Known closed outlines of the features, mm; hatched in drawings.
     """
 
     what: str
@@ -175,10 +177,10 @@ _SOME_WORK = MissingWork("feature")
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One noticed problem: a code of `CODES`, a one-line message, and its position (file, line, handle) if known.
+    """One problem: a code of `CODES`, a one-line message, and its position (file, line, handle) if known.
 
-    `missing` is the work that is not done; the message states why. Issues with it have the severity `Severity.MISSING`,
-    and vice versa.
+    `missing` is the work that is not done, and the message states the reason. An issue has missing work if and only if
+    its severity is `Severity.MISSING`.
     """
 
     code: str
@@ -201,7 +203,7 @@ class Issue:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")
 
     def as_note(self) -> Issue:
-        """Return a copy as a note: the work was not requested, so nothing is missing."""
+        """Return a copy as a note, for work that the user did not request, so that it does not count as missing."""
         return Issue(self.code, self.message, self.place, Severity.NOTE)
 
 
@@ -211,7 +213,7 @@ def missing_work(issues: Iterable[Issue]) -> tuple[Issue, ...]:
 
 
 def missing_words(issues: Iterable[Issue]) -> str:
-    """Return a summary of missing work, ``2 parts, 1 hole``; "" if none."""
+    """Return a summary of missing work, such as ``2 parts, 1 hole``; "" if no work is missing."""
     numbers: dict[str, int] = {}
     for issue in issues:
         if issue.missing is not None:

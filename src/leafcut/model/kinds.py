@@ -1,6 +1,6 @@
-"""Enumerations that are easily confused: heads of machines, cutting methods, kinds of programs, and tool materials.
+"""Enumerations: heads of machines, cutting methods, kinds of programs, work of rotating tools, and tool materials.
 
-The processes of leafcut are a further one, which plug-ins extend: `processes.registry.names`.
+The names of processes are no enumeration, because plug-ins extend them (`processes.registry.names`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class CutMethod(StrEnum):
-    """Method of cutting sheet. A process name in a cut chart starts with it: ``laser_fiber_3kW``."""
+    """Method of cutting sheet; process names in cut charts start with it: ``laser_fiber_3kW``."""
 
     PLASMA = "plasma"
     LASER = "laser"
@@ -28,7 +28,7 @@ class Head(StrEnum):
 
     @property
     def method(self) -> CutMethod | None:
-        """Cutting method for sheet; None for a spindle."""
+        """The cutting method of the head; None for a spindle."""
         return _METHODS.get(self)
 
     @classmethod
@@ -38,7 +38,7 @@ class Head(StrEnum):
 
 
 def method_of(name: str) -> str:
-    """Return the `CutMethod` in a process name of a cut chart, or a word of the chart itself."""
+    """Return the first word of a process name in a cut chart, usually a value of `CutMethod`."""
     return name.lower().partition("_")[0]
 
 
@@ -60,7 +60,7 @@ class ProgramKind(StrEnum):
 
 
 class CuttingWork(StrEnum):
-    """Operation of a rotating tool; tool life and loads differ."""
+    """Operation of a rotating tool, which determines its tool life and loads."""
 
     DRILL = "drill"
     MILL = "mill"
@@ -73,5 +73,5 @@ class ToolMaterial(StrEnum):
     CARBIDE = "carbide"
 
 
-#: Kinds of programs with a beam, which is on while cutting and has no height of its own.
+#: Kinds of programs with a beam, which is on while cutting and has no depth.
 BEAMS = (ProgramKind.LASER, ProgramKind.PLASMA)

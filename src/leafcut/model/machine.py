@@ -1,4 +1,4 @@
-"""`Machine`: properties of a machine that its programs and their times depend on."""
+"""`Machine`: the properties of a machine that affect its programs and their times."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ XYZ = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Probe:
-    """Touch-off of the sheet with the torch: down to contact, then on until the switch trips.
+    """Touch-off of the sheet with the torch, which moves down until a switch trips.
 
-    `feed` is mm/s. At `depth` mm below Z0 the controller raises an alarm. `switch_offset` is the Z travel from contact
-    to tripping of the switch, mm; 0 if the tip itself is the switch.
+    `feed` is in mm/s. At `depth` mm below Z0, the controller raises an alarm. `switch_offset` is the Z travel between
+    contact and the trip of the switch, mm; 0 if the tip itself is the switch.
     """
 
     feed: float
@@ -33,62 +33,63 @@ class Machine:
         `controller` is the name of a dialect, or the path of its TOML file; `head` is spindle, torch (plasma),
         laser, flame or water.
     cut_process
-        Cutting process with power, as named in cut charts (``laser_fiber_3kW``); empty: unknown, or a spindle.
+        Cutting process with power, as named in cut charts (``laser_fiber_3kW``); empty if unknown, or for a spindle.
     family
-        Shipped dialect on which an own dialect of the controller is based; it determines the timing model.
+        The shipped dialect on which the controller's own dialect is based; it determines the timing model.
     units
         ``mm`` or ``in``: units that the controller assumes for programs without a units word.
     rapid_style
-        ``linear``: all axes arrive together on a straight line. ``dogleg``: each axis at its own speed.
+        ``linear`` if all axes arrive together on a straight line, ``dogleg`` if each axis moves at its own speed.
     rapid_velocity, acceleration
-        Per axis.
+        Maximum velocity of rapids, and acceleration, of each axis.
     acceleration_factor
-        Fraction of the acceleration used on a move that starts and ends at rest (LinuxCNC holds 10 % back,
+        Share of the acceleration available on a move that starts and ends at rest (LinuxCNC reserves 10 %,
         `[TRAJ]ARC_BLEND_KINK_RATIO`).
     corners
-        Corner model: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation, for rapids too) or
-        ``round`` (junction deviation between feed moves, rapids end in position); empty: the model named like the
-        controller (LinuxCNC, GRBL), else ``round``.
+        Corner model: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation, also for rapids)
+        or ``round`` (junction deviation between feed moves, rapids stop). If empty, LinuxCNC and GRBL use their own
+        model, and all other controllers use ``round``.
     corner_deviation
         Junction deviation for ``grbl`` and ``round`` corners, mm.
     arc_tolerance
         Chord tolerance of GRBL's arcs, mm ($12).
     steps_per_mm
-        Per axis, of a GRBL board ($100 to $102), whose moves end at whole steps.
+        Motor steps per mm of each axis of a GRBL board ($100 to $102); its moves end at whole steps.
     motor_lock_s
-        Time for which GRBL holds its motors after every motion and does nothing else, s ($1; 255 is 0).
+        Time for which GRBL waits after every motion before it releases the motors, s ($1; 255 is 0).
     max_feed
-        Highest programmed feed, mm/s.
+        Maximum programmed feed, mm/s.
     travel_min, travel_max
-        Machine coordinates; -inf and inf for unknown ends of an axis, which are not checked.
+        Limits of travel in machine coordinates; -inf and inf for unknown ends of an axis, which are not checked.
     work_offset
-        Program zero in machine coordinates if known, else None: then only the size of the job can be checked.
+        Program zero in machine coordinates; None if unknown, so that only the size of the job can be checked.
     home
         Machine coordinates of the spindle before and after a program.
     spindle_min_rpm, spindle_max_rpm
+        Range of spindle speeds.
     tool_changer
-        True: M6 changes the tool automatically; False: the program pauses for a manual change.
+        Whether M6 changes the tool automatically; if not, the program pauses for a manual change.
     preselect_tool, optional_stop
         Whether programs name the next tool after each change, and have an optional stop (M1) before each change.
     tool_change_s
         Time of a change, chip to chip if automatic.
     tool_change_position
-        Machine coordinates (x, y) of the table for a change, or None: it stays in place.
+        Machine coordinates (x, y) of the table for a tool change; None if the table does not move.
     spindle_power, spindle_torque, max_thrust
         Maximum spindle power and torque, W and N·mm, and maximum thrust of the z axis, N; 0 if unknown.
     spindle_start_s
         Dwell for the spindle to reach its speed.
     safe_z
-        Machine coordinate z of a safe height for tool changes and the end of a program, or None: the program's own
-        clearance height is used.
+        Machine coordinate z of a safe height for tool changes and for the end of a program; None to use the clearance
+        height of the program.
     nozzle_diameter
         Width of the head just above the sheet, mm; 0 if unknown.
     probe
         Touch-off of the sheet in programs, or None.
     sources
-        Source of each value, by key, or "estimate: …".
+        Key → source of the value, or "estimate: …".
     assumed
-        Values missing in the profile and assumed by leafcut, by key: the value and the reason, in words.
+        Key → value and reason, in words, for values that the profile lacks and leafcut assumes.
     """
 
     name: str
@@ -135,10 +136,10 @@ class Machine:
 
     @property
     def table_known(self) -> bool:
-        """Whether both ends of x and of y are known."""
+        """Whether both ends of the x and y axes are known."""
         return all(math.isfinite(self.reach(axis)) for axis in (0, 1))
 
     @property
     def control(self) -> str:
-        """The dialect whose motion model applies: a shipped one if known."""
+        """The dialect whose motion model applies: the shipped dialect if known, else the controller's own."""
         return self.family or self.controller

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Measure:
-    """Rapid and cutting lengths of a toolpath, mm, and machine time, s.
+    """Lengths of rapids and cuts of a toolpath, mm, and its machine time, s.
 
-    `by_kind` are seconds of rapid, feed, dwell, tool_change and spindle. `start` is the position before the first move,
-    (x, y) in mm, if the time includes the move from there. `lines` are bytes and words of the sent lines, int64[n]
-    each, if the time depends on them (GRBL).
+    `by_kind` has the seconds of rapid, feed, dwell, tool_change and spindle. `start` is the position before the first
+    move, (x, y) in mm, if the time includes the move from there. `lines` has the numbers of bytes and words of the sent
+    lines, int64[n] each, if the time depends on them (GRBL).
     """
 
     travel_mm: float

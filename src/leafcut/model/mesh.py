@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 class Mesh:
     """Triangles, float64[n, 3, 3] (triangle, corner, x y z), mm.
 
-    `closed`: every edge is shared by two triangles, so that the mesh has an inside.
+    The mesh is `closed` if two triangles share every edge, so that it has an inside.
     """
 
     triangles: NDArray[np.float64]
@@ -29,10 +29,10 @@ class Mesh:
 
     @property
     def low(self) -> NDArray[np.float64]:
-        """Lowest x, y, z, float64[3]."""
+        """Lowest x, y and z, float64[3], mm."""
         return np.asarray(self.triangles.min(axis=(0, 1)))
 
     @property
     def high(self) -> NDArray[np.float64]:
-        """Highest x, y, z, float64[3]."""
+        """Highest x, y and z, float64[3], mm."""
         return np.asarray(self.triangles.max(axis=(0, 1)))

@@ -34,15 +34,16 @@ class Kind(IntEnum):
     FRAME      new position                                 –                    work offset in tenths (540 is G54)
     SHIFT      new position                                 –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as written        40, 41 or 42
-    BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
+    BLENDING   x: tolerance for joining short moves, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
     FOREIGN    new position                                 of a probe, mm/s     1: state unknown; 2: `STILL`
     TORCH      –                                            1 on, 0 off          – (while moving)
     HEIGHT     –                                            1 on, 0 off          – (torch height control)
     PROBE      farthest position                            feed, mm/s           – (until a probe trips)
     ========== ============================================ ==================== ===========================
 
-    A torch is switched by SPINDLE, as by M3 and M5; TORCH and HEIGHT act with the next motion, without a stop. A new
-    position is in the program coordinates valid from there on, NaN for an axis until it is programmed again.
+    SPINDLE switches a torch like M3 and M5 do. TORCH and HEIGHT act with the next motion, without a stop. A new
+    position is in the program coordinates that are valid after the row; it is NaN for an axis whose position is unknown
+    until it is programmed again.
     """
 
     RAPID = 0
@@ -70,9 +71,9 @@ class Kind(IntEnum):
 
 #: Kinds whose `end` is a position in program coordinates.
 MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
-#: Kinds after which `end` is the position of the tool in program coordinates.
+#: Kinds of rows after which the tool is at `end`, in program coordinates.
 PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
-#: `ref` of a FOREIGN row whose block moves nothing, such as M52 P1.
+#: `ref` of a FOREIGN row whose block does not move an axis, such as M52 P1.
 STILL = 2
 
 
@@ -80,10 +81,12 @@ STILL = 2
 class DrillCycle:
     """Parameters of a canned cycle: heights in mm, dwell in s.
 
-    `name` is the G word of LinuxCNC and Fanuc (G81 … G86, G89, G73), whatever the controller calls it. `to_initial` is
-    G98: the tool retracts to its height before the cycle; otherwise G99, to `r_plane`. `approach` is the move over the
-    hole: "level", at the current height or the R plane if that is higher; "slant", rising on the way to the return
-    height; "sink", first straight down to the R plane at the current position.
+    `name` is the G word of LinuxCNC and Fanuc (G81 … G86, G89, G73), for all controllers. If `to_initial`, the tool
+    retracts to its height before the cycle (G98), otherwise to `r_plane` (G99). `approach` is the move over the hole:
+
+    - ``level``: at the current height, or at the R plane if that is higher;
+    - ``slant``: rising to the return height on the way;
+    - ``sink``: after a vertical move down to the R plane.
     """
 
     name: str
@@ -95,18 +98,19 @@ class DrillCycle:
     approach: str = "level"
 
     def height_after(self, initial: float) -> float:
-        """Return the height after the hole, mm, in a series of cycles that started at height `initial`.
+        """Return the height after the hole, mm, in a series of cycles that started at height `initial`, mm.
 
-        G98 retracts to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
-        observed with `rs274 -g`).
+        G98 retracts to the height before the series, or to the R plane if that is higher (RS274/NGC 3.5.16.1; observed
+        with `rs274 -g`).
         """
         return initial if self.to_initial and initial >= self.r_plane else self.r_plane
 
     def approach_in_series(self, initial: float, height: float) -> str:
-        """Return the `approach` of LinuxCNC 2.9 (observed with rs274) in a series started at `initial`.
+        """Return the `approach` of LinuxCNC 2.9 in a series of cycles that started at height `initial`, mm.
 
-        If `initial` is below R, the tool goes straight to R, up or down. Otherwise, from R or below, it rises on its
-        way over the hole to the return height. Unknown heights are allowed.
+        If `initial` is below the R plane, the tool first moves vertically to the R plane. Otherwise, a tool at or below
+        the R plane rises to the return height on its way over the hole. Heights may be NaN (unknown). Observed with
+        `rs274 -g`.
         """
         if initial < self.r_plane:
             return "sink" if height > self.r_plane else "level"
@@ -115,7 +119,7 @@ class DrillCycle:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """Centre of an arc in program coordinates, its plane (17 xy, 18 zx, 19 yz) and its full turns."""
+    """Centre of an arc in program coordinates, its plane (17 xy, 18 zx, 19 yz), and its number of turns."""
 
     center: tuple[float, float, float]
     plane: int = 17
@@ -123,7 +127,7 @@ class Arc:
 
 
 class Motion(NamedTuple):
-    """A row of a toolpath, for messages and for loops that need not be fast."""
+    """A row of a toolpath as an object, for messages and for loops that need not be fast."""
 
     kind: Kind
     end: tuple[float, float, float]

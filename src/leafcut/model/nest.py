@@ -15,10 +15,10 @@ from leafcut.model.issue import Issue, missing_work
 
 @dataclass(frozen=True)
 class NestPart:
-    """A part and its quantity.
+    """A part to nest, and its quantity.
 
-    `contours` are its closed outline, then its holes and marks, mm, in drawing coordinates. `rotations` are the allowed
-    angles, rad counter-clockwise from the drawing; None for any.
+    `contours` are the closed outline, then holes and marks, mm, in drawing coordinates. `rotations` are the allowed
+    angles, rad counter-clockwise from the drawing; None for any angle.
     """
 
     name: str
@@ -28,22 +28,22 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Name for drawings: printable characters, at most 40 (limit of DXF: 255, with up to six per character)."""
+        """Name for drawings: at most 40 printable characters, because DXF allows 255 and may need six for each."""
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property
     def outline(self) -> Polyline:
-        """Outer edge."""
+        """The outer edge."""
         return self.contours[0].path
 
     @property
     def holes(self) -> tuple[Polyline, ...]:
-        """Closed paths that are cut out of it."""
+        """The closed paths cut out of the part."""
         return tuple(c.path for c in self.contours[1:] if c.kind == "cut" and c.path.closed)
 
     @cached_property
     def area(self) -> float:
-        """Area of its outline minus its holes, mm²."""
+        """Area of the part without its holes, mm²."""
         return abs(self.outline.area) - sum(abs(hole.area) for hole in self.holes)
 
 
@@ -68,9 +68,11 @@ class Stock:
     Attributes
     ----------
     count, price
-        None if unlimited, and if unknown.
-    edge, name
-        Outline of a remnant and the holes in it, empty for a rectangle; ``3000x1500``, or the name of its drawing.
+        Number of sheets, None if unlimited; price of a sheet, None if unknown.
+    edge
+        Outline of a remnant, then the holes in it; empty for a rectangle.
+    name
+        ``3000x1500``, or the name of the drawing of a remnant.
     """
 
     length: float
@@ -82,13 +84,13 @@ class Stock:
 
     @property
     def paths(self) -> tuple[Polyline, ...]:
-        """Outline, then holes."""
+        """The outline, then the holes."""
         corners = [(0.0, 0.0), (self.length, 0.0), (self.length, self.width), (0.0, self.width)]
         return self.edge or (Polyline.of_points(corners, closed=True),)
 
     @cached_property
     def area(self) -> float:
-        """Area of its outline minus its holes, mm²."""
+        """Area of the sheet without its holes, mm²."""
         outline, *holes = self.paths
         return abs(outline.area) - sum(abs(hole.area) for hole in holes)
 
@@ -99,9 +101,9 @@ class Stock:
 
 
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
-    """Return the cost of a sheet of each kind: its price if any sheet has one, else its area in mm².
+    """Return the cost of a sheet of each kind: its price if any kind has a price, else its area, mm².
 
-    A remnant without a price is free if there are sheets with a price or of a given size.
+    A remnant without a price costs nothing if any kind has a price, or if any kind is a new sheet.
     """
     if any(stock.price is not None for stock in stocks):
         return [stock.price or 0.0 for stock in stocks]
@@ -111,7 +113,7 @@ def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Placements on one sheet, number of identical sheets, and index of their stock in the nest."""
+    """Placements on one sheet, the number of identical sheets, and the index of their stock in the nest."""
 
     placements: tuple[Placement, ...]
     count: int = 1
@@ -120,14 +122,16 @@ class Layout:
 
 @dataclass(frozen=True)
 class Nest:
-    """All parts placed on sheets: one variant.
+    """A variant of a nest: all parts placed on sheets.
 
     Attributes
     ----------
     method, seed
         ``shapes`` or ``rectangles``, and the seed of the random numbers.
+    unplaced
+        Number of unplaced pieces of each part.
     repeatable
-        False if the time limit ended the search, so that the same seed may give another nest.
+        False if the time limit ended the search, so that the same seed may give a different nest.
     """
 
     parts: tuple[NestPart, ...]
@@ -140,7 +144,7 @@ class Nest:
 
     @property
     def n_sheets(self) -> int:
-        """Number of sheets, including identical ones."""
+        """Total number of sheets."""
         return sum(layout.count for layout in self.layouts)
 
     @property
@@ -154,12 +158,12 @@ class Nest:
         return sum(layout.count * self.parts[p.part].area for layout in self.layouts for p in layout.placements)
 
     def stock_of(self, layout: Layout) -> Stock:
-        """Kind of sheet of a layout."""
+        """Return the kind of sheet of a layout."""
         return self.stocks[layout.stock]
 
     @property
     def priced(self) -> bool:
-        """Whether sheets have prices, so that cost is minimized instead of area."""
+        """Whether sheets have prices; then the cost is minimized instead of the area."""
         return any(stock.price is not None for stock in self.stocks)
 
     @property
@@ -179,7 +183,7 @@ class Nest:
 
     @property
     def utilisation(self) -> float:
-        """Share of the sheets' area used by parts, 0 … 1."""
+        """Share of the sheets' area that parts use, 0 to 1."""
         return self.area / self.sheet_area if self.layouts else 0.0
 
     @cached_property
@@ -192,7 +196,7 @@ class Nest:
 
     @property
     def utilisation_of_used(self) -> float:
-        """Utilisation, 0 … 1, without the rectangular remainder of the last sheet."""
+        """Utilisation of the sheets without the rectangular remainder of the last sheet, 0 to 1."""
         if not self.layouts:
             return 0.0
         last = self.stock_of(self.layouts[-1])
@@ -201,15 +205,14 @@ class Nest:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """Sort key of nests, lower is better.
-
-        Area of the unplaced parts; cost of the sheets, or their area; used length of the last sheet (mm).
+        """Sort key of nests, the best first: area of the unplaced parts, mm²; cost or area of the sheets; used length
+        of the last sheet, mm.
         """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
-        """Yield every contour of a sheet in its position; contours of the same part share a number, from 1."""
+        """Yield every contour of a sheet in its position; all contours of a part have the same number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)
@@ -217,7 +220,7 @@ class Nest:
 
 @dataclass(frozen=True)
 class Remnant:
-    """A remnant worth keeping."""
+    """A remnant that is worth keeping, and the file with its drawing."""
 
     file: str
     count: int
@@ -226,18 +229,18 @@ class Remnant:
 
 @dataclass(frozen=True)
 class NestOutcome:
-    """Result of nesting: the variants, the best first, their drawings, and the files.
+    """Result of nesting: the variants, the best first, with their drawings and files.
 
     Attributes
     ----------
     spacing, margin
-        Checked distances between two parts, and to the edge of the sheet, mm.
+        Checked distances between two parts, and between a part and the edge of the sheet, mm.
     dropped
         One line for every variant that failed its check.
     drawings
-        For every drawn variant, the best or all, the DXF text of each sheet, one per layout.
+        For every drawn variant (the best one, or all), the DXF text of each layout.
     defaults
-        Used options that were set by the user's own defaults, as typed.
+        Used options that the user's own defaults set, as typed.
     """
 
     nests: tuple[Nest, ...]
@@ -253,13 +256,13 @@ class NestOutcome:
 
     @property
     def missing(self) -> tuple[Issue, ...]:
-        """Issues about parts and lines that are on no sheet."""
+        """Issues about parts and lines that were not placed on a sheet."""
         return missing_work(self.issues)
 
     def names(self, output: str | Path, *, all_variants: bool) -> tuple[tuple[str, ...], ...]:
-        """Return the file names for the drawings of the best variant, or of all, for the given `output`.
+        """Return the file names of the drawings of the best variant, or of all variants, derived from `output`.
 
-        Several sheets are numbered, ``sheet_1.dxf``, and so are several variants: ``sheet_v1_1.dxf``.
+        Several sheets are numbered, ``sheet_1.dxf``, and so are several variants, ``sheet_v1_1.dxf``.
         """
         output, names = Path(output), []
         for number, nest in enumerate(self.nests if all_variants else self.nests[:1], 1):

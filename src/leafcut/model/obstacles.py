@@ -1,4 +1,4 @@
-"""`Obstacles`: clamps and fixtures on the table, and rapids past them."""
+"""`Obstacles`: clamps and fixtures on the table, and the heights and routes of rapids past them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.model.cutter import widest_below
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Rectangles without cuts; rapids cross them at a safe height, or go around.
+    """Rectangles in which nothing is cut; rapids cross them at a safe height, or go around them.
 
     Attributes
     ----------
@@ -26,12 +26,13 @@ class Obstacles:
         float64[k]: minimum height of a rapid across each zone, mm; infinite if the tool cannot be lifted and must go
         around.
     radii
-        By tool, radius of the flutes, mm: minimum distance of its centre; 0 for others.
+        Tool number → radius of the flutes, mm, which is the minimum distance of its centre from a zone. Other tools
+        have 0.
     bodies
-        By tool, discs above its flutes: height above the tip, and radius, mm.
+        Tool number → discs of shank and holder as pairs (height above the tip, radius), mm.
     lowest
-        By tool, lowest height of its tip, mm. Its centre keeps clear of a zone with every disc that is then below the
-        zone's height.
+        Tool number → lowest height of its tip, mm. All discs that are then below the height of a zone must clear the
+        zone.
     """
 
     zones: NDArray[np.float64]
@@ -54,9 +55,9 @@ class Obstacles:
         return widened(self.zones, self._margins(tool or 0))
 
     def between(self, a: Point, b: Point, tool: int | None) -> float:
-        """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if no zone is in its path.
+        """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if it crosses no zone.
 
-        A rapid from an unknown position may cross any zone; it is lifted if it can be.
+        A rapid from an unknown position may cross any zone, so it must be above all of them if the tool can be lifted.
         """
         unknown = any(map(math.isnan, a))
         if unknown and math.isfinite(self.height):
@@ -69,15 +70,15 @@ class Obstacles:
         return float(self.heights[touched].max())
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
-        """Return the intermediate points of the shortest path around all zones, or None if all paths are blocked."""
+        """Return the intermediate points of the shortest route around all zones, or None if every route is blocked."""
         return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
     def round_room(self) -> NDArray[np.float64]:
-        """Return the rectangles, float64[k, 4], that contain all corners of paths around the zones, for any tool."""
+        """Return rectangles, float64[k, 4], that contain all corners of routes around the zones, for any tool."""
         widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)
         return widened(self.zones, PASSING + widest)
 
     def _margins(self, tool: int) -> NDArray[np.float64]:
-        """Return the distance that the centre of a tool keeps from each zone, float64[k], mm."""
+        """Return the distance that the centre of a tool must keep from each zone, float64[k], mm."""
         bodies, lowest = self.bodies.get(tool, ()), self.lowest.get(tool, -math.inf)
         return widest_below(self.radii.get(tool, 0.0), bodies, lowest, self.heights)

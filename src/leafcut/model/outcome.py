@@ -1,4 +1,4 @@
-"""`Outcome`: all results of a run of `optimize`; the report and the JSON answer are views of it."""
+"""`Outcome`: all results of a run of `optimize`, from which the report and the JSON answer are derived."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 
-#: Selects one of the two paths of an outcome.
+#: Name of one of the two paths of an outcome.
 Which = Literal["before", "after"]
 
 
 @dataclass(frozen=True)
 class OperationOutcome:
-    """Work of a tool: holes or slots, cycle, and the solution of its order.
+    """The work of a tool: its holes or slots, its cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. The others apply to a
-    program of another CAM: `cuts` is the number of cuts ordered with the holes, `lines` the first and the last line of
-    their section, and `staying` the holes that the tool drills in their original positions.
+    `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For foreign programs,
+    `cuts` is the number of cuts ordered together with the holes, `lines` the first and last line of their section, and
+    `staying` the holes that keep their original position in the order.
     """
 
     tool: Tool
@@ -38,32 +38,35 @@ class OperationOutcome:
 
     @property
     def holes(self) -> tuple[int, ...]:
-        """All holes that the tool drills here (or slots), those with fixed positions last."""
+        """All holes or slots of the tool; those that keep their position in the order come last."""
         return self.hole_order + self.staying
 
 
-#: Results specific to a process.
+#: Type of the results specific to a process.
 D = TypeVar("D")
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[D]):
-    """Results of a run: those common to all processes, and the process's own `detail`.
+    """Results of a run: results common to all processes, and the `detail` of the process.
 
     Attributes
     ----------
     process
-        ``drill``; ``cut`` for a sheet; ``pocket``; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
+        ``drill``, ``cut`` or ``pocket``; for a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
-        Measures of the input order, of nearest neighbour (None for programs), and of the written program.
+        Measures of the input order, of the nearest-neighbour order (None for programs), and of the written program.
     written
-        The text read back for the proof, with the line of every row. None if `path_after` was read from it.
+        Toolpath of the text as read back for the proof, with the line of every row; None if `path_after` is that
+        toolpath.
     encoding, extension
         Encoding of the program file, and its extension including the dot.
     options
-        Every option that differs from its default: flag → value as typed.
+        Flag → value as typed, for every option that differs from its default.
     defaults
-        Used options that were set by the user's own defaults, as typed.
+        Used options that the user's own defaults set, as typed.
+    made_by
+        Name of the process that made the program; it may be a plug-in.
     """
 
     part: Part
@@ -100,25 +103,25 @@ class Outcome(Generic[D]):
 
     @property
     def program_sha256(self) -> str:
-        """SHA-256 of the bytes of the program file, in hexadecimal digits."""
+        """SHA-256 of the bytes of the program file, as hexadecimal digits."""
         return hashlib.sha256(self.text.encode(self.encoding, "replace")).hexdigest()
 
     @property
     def saved_percent(self) -> float:
-        """Machine time saved relative to the drawing's order, percent."""
+        """Saved machine time compared with the order of the input, percent."""
         return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the operations' lower bounds in the unit of their costs, or None if one is missing.
+        """Sum of the lower bounds of all operations, in the unit of their costs; None if any is missing.
 
-        Each bounds the travel of a tool from the end of the previous tool's path. For several tools, the sum bounds
-        their paths one by one, not every distribution of the work.
+        Each bounds the path of one tool, from the end of the previous tool's path. So for several tools, the sum is no
+        bound for paths with other ends.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
 
     @property
     def gap(self) -> float | None:
-        """Upper bound of the relative excess over the optimal cost; None without a lower bound."""
+        """Maximum relative excess over the optimal cost; None without a lower bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

@@ -1,4 +1,4 @@
-"""`Pace`: new feeds of a program's motions, the rules for them, and lowered heights."""
+"""`Pace`: new feeds for the motions of a program, the rules for them, and lowered heights."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from leafcut.model.work_material import WorkMaterial
 class PaceRules:
     """Permitted changes to the feeds of a program.
 
-    `air` replaces feeds in air by rapids, `clearance` mm from all material; `feeds` adapts feeds to the chip. `spindle`
-    is None if the material is unknown.
+    If `air`, feed moves in air become rapids, at least `clearance` mm away from all material. If `feeds`, feeds follow
+    the chip thickness. `spindle` is None if the material is unknown.
     """
 
     air: bool
@@ -25,9 +25,9 @@ class PaceRules:
 
 @dataclass(frozen=True)
 class SpindleLoad:
-    """Limits of a spindle, W and N·mm (infinite if unknown), and the material that it cuts.
+    """Power, W, and torque, N·mm, of a spindle (infinite if unknown), and the material that it cuts.
 
-    `efficiency` is the fraction of the power that reaches the tool.
+    `efficiency` is the share of the power that reaches the tool.
     """
 
     material: WorkMaterial
@@ -42,7 +42,7 @@ class SpindleLoad:
 
 
 class PaceStretch(NamedTuple):
-    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s; infinite: a rapid."""
+    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s, infinite for a rapid."""
 
     until: float
     speed: float
@@ -50,18 +50,18 @@ class PaceStretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pace:
-    """New speeds: sections by row of the path, and the limits of the tools, by number."""
+    """New speeds: row of the path → its sections, and tool number → limits of the tool."""
 
     stretches: dict[int, tuple[PaceStretch, ...]] = field(default_factory=dict)
     limits: dict[int, ToolLimits] = field(default_factory=dict)
 
 
 class ToolLimits(NamedTuple):
-    """Limits of a tool: chip, mm per revolution at full engagement, and material removal rate, mm³/s.
+    """Limits of a tool: chip thickness, mm per revolution at full engagement, and material removal rate, mm³/s.
 
-    `stated`: the chip follows from feed and speed in the tool library, rather than from the program's worst cut.
-    `plunge` is the highest plunge rate, mm/s; infinite if the library has none. `spindle` and `teeth` are None if the
-    material, the spindle or the teeth are unknown.
+    `stated` is whether the chip thickness follows from feed and speed of the tool library, instead of the heaviest cut
+    of the program. `plunge` is the maximum plunge rate, mm/s, infinite if the library has none. `spindle` is None if
+    the material, the spindle or the number of teeth is unknown.
     """
 
     chip: float
@@ -73,14 +73,14 @@ class ToolLimits(NamedTuple):
 
 
 class CycleReturn(NamedTuple):
-    """A block of a canned cycle that shall return to the R plane, code 99, or to the initial height, 98."""
+    """A block of a canned cycle that must return to the R plane (code 99) or to the initial height (code 98)."""
 
     block: int
     code: int
 
 
 class Lowered(NamedTuple):
-    """A word of a block with a new height: the block, Z or R, mm."""
+    """A new height, mm, for the Z or R word of a block."""
 
     block: int
     letter: str

@@ -1,4 +1,4 @@
-"""`PaceChange`: effect of new speeds on a program."""
+"""`PaceChange`: the effect of new speeds on a program."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import NamedTuple
 
 
 class FeedLimit(NamedTuple):
-    """Largest load against one limit of a tool's feeds, in the original and the new program, and the limit.
+    """A limit of a tool's feeds, and the largest load in the original and in the new program.
 
     Attributes
     ----------
     name
-        ``power`` of the spindle, W, ``torque``, N·mm, ``slot``: chip at the full width, mm per revolution, ``plunge``:
-        downward speed in material, mm/s.
+        ``power`` or ``torque`` of the spindle, W or N·mm; ``slot``, the chip thickness at full width, mm per
+        revolution; or ``plunge``, the downward speed in material, mm/s.
     before, after, limit
-        A cut whose line cannot be changed keeps its feed, so `after` may exceed the limit.
+        Load in the original and in the new program, and the limit. A cut whose line cannot be changed keeps its feed,
+        so `after` may exceed the limit.
     """
 
     name: str
@@ -26,19 +27,19 @@ class FeedLimit(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolPace:
-    """Effect of new feeds on the cuts of a milling tool.
+    """The effect of new feeds on the cuts of a milling tool.
 
     Attributes
     ----------
     feed_before, feed_after
-        (lowest, highest) feed in material, mm/s.
+        Lowest and highest feed in material, mm/s.
     chip_before, chip_after, chip_limit
-        Largest chip thickness per revolution, mm (single-tooth equivalent): of the original, of the new program, and
-        the limit.
+        Maximum chip thickness per revolution, mm, as if the tool had one tooth: in the original, in the new program,
+        and the limit.
     limit_stated
-        Whether the limit follows from feed and speed in the tool library, rather than from the program's worst cut.
+        Whether the limit follows from feed and speed of the tool library, instead of the heaviest cut of the program.
     rate_before, rate_after
-        Largest material removal rate, mm³/s.
+        Maximum material removal rate, mm³/s.
     """
 
     number: int
@@ -56,17 +57,19 @@ class ToolPace:
 
 @dataclass(frozen=True)
 class PaceChange:
-    """Effect of new speeds on a program.
+    """The effect of new speeds on a program.
 
     Attributes
     ----------
     air_s, feeds_s, retracts_s
-        Time saved by rapids in the air, by new feeds, and by lower heights, s; None if not requested.
+        Time saved by rapids in air, by new feeds, and by lower heights, s; None if not requested.
+    lowered, changed
+        Number of lowered heights, and number of cuts with a new feed.
     rapids, clearance_mm
-        Number of sections that became rapids, and their smallest distance to material, mm; None if they never approach
-        any.
+        Number of sections that became rapids, and their minimum distance from material, mm; None if they are far from
+        all material.
     assumed
-        Whether the stock was unknown; material was then assumed wherever no rapid of the program went.
+        Whether the stock was unknown; then everything is material except where rapids of the program go.
     """
 
     air_s: float | None = None

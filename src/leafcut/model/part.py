@@ -1,4 +1,4 @@
-"""`Part`: content of a drawing in millimetres, independent of machines."""
+"""`Part`: the content of a drawing in millimetres, independent of machines."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ class HoleStep:
     Attributes
     ----------
     depth
-        Depth of its lower end below the top of the hole.
+        Depth of the lower end below the top of the hole.
     angle
         Included angle of the cone; π for a counterbore with a flat floor.
     tip, narrow
-        Depth of the tip of a tool with this angle that makes it, and width of the hole at its lower end.
+        Depth of the tip of a sharp tool with this angle when it cuts the section, and width of the hole at the lower
+        end.
     open
-        Whether a tool of this shape can make it from above without cutting anything else.
+        Whether a tool of this shape can cut the section from above without cutting anything else.
     """
 
     diameter: float
@@ -41,9 +42,9 @@ class HoleStep:
 class Hole:
     """A round hole in plan view, mm.
 
-    A diameter of 0 means a point with a position only. `z` is the drawn height. `depth` is the depth of the full
-    diameter below it, mm, if known from a solid, else None; then `through` states whether it is open at the bottom,
-    `flat` whether its floor is flat instead of the cone of a drill point, and `steps` lists its wider sections.
+    A diameter of 0 means a bare point. `z` is the drawn height. The other attributes are known for a solid only:
+    `depth` is the depth of the full diameter below `z`, else None; `through` is whether the hole is open at the bottom;
+    `flat` is whether its floor is flat instead of a cone; `steps` are its wider sections.
     """
 
     x: float
@@ -68,7 +69,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A routed slot: its centre line and its width, mm. It may be cut from either end."""
+    """A slot to mill along its centre line, from either end: ends of the centre line, and width, mm."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -79,10 +80,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class Grouping:
-    """Clusters of alternative points of a map; a tour visits a point of every cluster.
+    """Clusters of alternative points of a map; a tour visits one point of every cluster.
 
-    `cluster` is int32[n], the cluster of each point, numbered from 0 without gaps; `precedence` is int32[k, 2], pairs
-    (before, after) of clusters; `first` is the cluster at the start of the closed tour, -1 for any.
+    `cluster`, int32[n], is the cluster of each point, numbered from 0 without gaps. `precedence`, int32[k, 2], has
+    pairs (before, after) of clusters. `first` is the cluster at the start of the closed tour, -1 for any.
     """
 
     cluster: NDArray[np.int32]
@@ -114,16 +115,16 @@ class ProgramZero:
     Attributes
     ----------
     place
-        Description, such as "lower left corner of the part"; "" for the zero of the drawing or a point in it.
+        Description, such as "lower left corner of the part"; "" for the zero of the drawing, or for coordinates.
     x, y
-        In the drawing before it is mirrored and rotated, or in the solid after its rotation, mm.
+        Coordinates in the drawing before mirroring and rotation, or in the rotated solid, mm.
     up
         Direction of the solid that points up, a key of `TURNS`; "" for a drawing.
     level
-        Level at Z0: ``top``, ``bottom``, or ``drawn`` for the solid's own Z0. ``surface`` and ``holes``: Z0 of the
-        surface file, or of the drawing of the holes. "" for the surface of a plate.
+        Level of Z0: ``top`` or ``bottom`` of the solid, ``drawn`` for the solid's own Z0, ``surface`` for Z0 of the
+        surface file, ``holes`` for Z0 of the drawing of the holes, or "" for the surface of a plate.
     z
-        Height of Z0 in the rotated solid; for ``surface`` and ``holes`` the highest point above Z0, mm.
+        Height of Z0 in the rotated solid, mm; for ``surface`` and ``holes``, the highest point above Z0.
     """
 
     place: str = ""
@@ -134,7 +135,9 @@ class ProgramZero:
     z: float = 0.0
 
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
-        """Return name and text of the zero in X and Y, and of Z0 of a solid; `scale` is the number of mm per unit."""
+        """Return pairs (name, text) about the zero in X and Y, and about Z0 if it has a level. `scale` is the number of
+        mm per output unit.
+        """
 
         def coordinate(value: float) -> str:
             return f"{round(value / scale, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
@@ -163,17 +166,17 @@ class Part:
     name
         Name for messages: file or example.
     holes, slots
-        In file order, which is the order of the "before" measure.
-    source
-        Name of its file, and `format`, the reader that read it.
+        Holes and slots in file order, which is the order of the "before" measure.
+    source, format
+        Name of the file, and name of the reader that read it.
     edge_weight_type
-        TSPLIB's distance function if the file states one ("EUC_2D"), else empty.
+        Distance function that a TSPLIB file states, such as "EUC_2D", else empty.
     matrix
-        float64[n, n], distances of a TSPLIB file with explicit weights, else None; -1 for a forbidden connection.
+        Distances of a TSPLIB file with explicit weights, float64[n, n], else None; -1 for a forbidden connection.
     optimum
         Length of the best known tour if the file states it, else None.
     contours
-        Contours to cut from sheet or to mark, in file order; a drawing is read either for its holes and slots, for its
+        Contours to cut from sheet or to mark, in file order. A drawing is read either for its holes and slots, for its
         contours, or for its pockets.
     grouping
         Clusters of a generalised travelling salesman problem, else None.
@@ -182,11 +185,11 @@ class Part:
     openings
         Round openings through a solid whose pockets are read.
     besides
-        Drawn work of other kinds: missing if the user did not choose the kind of work, else a note.
+        Issues about drawn work of other kinds, which is missing unless the user chose the kind of work.
     edge
-        Lines around the holes or the pockets of a plate, of kind ``sheet``: displayed, never machined.
+        Lines around the holes or pockets of a plate, of kind ``sheet``; displayed, but never machined.
     reference
-        Reference for the positions of `ReadOptions.origin` (`read.reference`); None for the machined objects.
+        The geometry to which `ReadOptions.origin` refers (`read.reference`); None for the machined objects.
     zero
         Position of the program zero. For a solid, the reader sets the height, and `processes.placing` the rest.
     height
@@ -230,7 +233,7 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of all machined objects, mm; zeros for an empty part."""
+        """Smallest x and y, then largest x and y of all machined objects, mm; zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
         points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
         points += [p for c in self.pockets for p in (c.outline.extents[:2], c.outline.extents[2:])]

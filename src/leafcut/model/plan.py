@@ -1,4 +1,4 @@
-"""`Stage`, `Order` and `Candidate`: tasks to be ordered, a sequence for them, and its motion."""
+"""`Stage`, `Order` and `Candidate`: tasks to order, their sequence, and the motion of the sequence."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ class Stage:
     Attributes
     ----------
     problem
-        Tasks as clusters, their choices as nodes, with precedence and travel cost. Its start is that of the tool, or
-        None if the stage `follows` another stage.
+        Tasks as clusters, their choices as nodes, with precedence and travel cost. It has no start if the stage
+        `follows` another stage.
+    follows
+        Whether the stage starts where the previous stage ends.
     given
-        int32[tasks]: the choices in the order of the input; empty if that order cannot be used.
+        The choices in the order of the input, int32[tasks]; empty if that order cannot be used.
     first
-        int32[k]: choices that the user wants first, in this order.
+        The choices that the user wants first, int32[k], in this order.
     parts
-        Number of parts that the tasks belong to, for one ant per part; 0 for one ant per choice.
+        Number of parts to which the tasks belong, for one ant per part; 0 for one ant per choice.
     """
 
     problem: RoutingProblem
@@ -47,11 +49,11 @@ class Order:
     Attributes
     ----------
     choices
-        int32[tasks] for each stage; after a pass of the process, its own recipes.
+        The choices of each stage, int32[tasks]. After a pass of the process, they may have a form of its own.
     solutions
-        Cost, bound and history of each stage; empty if no search found the order.
+        Cost, bound and history of each stage; empty for an order that is not the result of a search.
     kept
-        Tasks that keep their position in the input, as (stage, task), with the reason.
+        Tasks that keep their position in the input: (stage, task) → reason.
     """
 
     choices: tuple[Any, ...]
@@ -62,9 +64,10 @@ class Order:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An order as motion.
+    """An order with its motion.
 
-    `text` and `written`, the toolpath read back from it, are "" and None before the program is written and proved.
+    `text` is the program, and `written` the toolpath read back from it; they are "" and None before the program is
+    written and proved.
     """
 
     order: Order
@@ -75,5 +78,5 @@ class Candidate:
     written: Toolpath | None = None
 
     def cost(self, objective: str) -> float:
-        """Return the time, s, or for the objective ``distance`` the travel, mm."""
+        """Return the machine time, s, or the travel, mm, for the objective ``distance``."""
         return self.measure.time_s if objective == "time" else self.measure.travel_mm

@@ -8,19 +8,19 @@ from typing import Any
 
 from leafcut.geometry.polyline import Polyline
 
-#: Common strategies in order of preference; the baseline of a pocket's program.
+#: Strategies that most shops use; the faster one is the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
 
-#: Kinds of outlines: pocket, island, plate, or unknown until its depth is known.
+#: Kinds of outlines: pocket, island, edge of the plate, or undecided until the nesting is known.
 POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 
-#: Maximum width of cut of a finishing pass that goes deeper than one level, in diameters.
+#: Maximum width of cut of a finishing pass deeper than one level, diameters.
 FILM = 0.2
 
 #: Share of the reachable area that may stay uncut without a warning, percent.
 UNCOVERED = 0.1
 
-#: Points closer than this are equal, so that the tool continues without a retract, mm.
+#: Maximum distance of equal points, mm; the tool continues between them without a retract.
 SAME_PLACE = 1e-6
 
 
@@ -31,11 +31,11 @@ class Pocket:
     Attributes
     ----------
     outline
-        Closed, counter-clockwise, mm.
+        Closed counter-clockwise path, mm.
     islands
-        Closed, clockwise, inside the outline, without contact to it or to each other.
+        Closed clockwise paths inside the outline, which touch neither the outline nor each other, mm.
     name
-        A number, a layer or the drawing's own name.
+        A number, a layer, or a name from the drawing.
     depth, top
         Depth of the floor below the top of the pocket, and height of the top, mm; None if unknown, as in a drawing.
     """
@@ -56,14 +56,14 @@ class Pocket:
         return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
 
     def region(self, tolerance: float = 0.01, *, filled: bool = False) -> Any:
-        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`), `filled` with its islands' areas.
+        """Return the pocket as a valid shapely Polygon (`geometry.regions.region`), without islands if `filled`.
 
         Raises
         ------
         PlanError
             The outline or an island crosses itself, or an island touches the wall or another island.
         """
-        from leafcut.geometry.regions import region  # loads shapely, which programs do not need
+        from leafcut.geometry.regions import region  # loads shapely, which jobs without pockets do not need
 
         return region(self.outline, () if filled else self.islands, tolerance, self.label)
 
@@ -77,7 +77,7 @@ class Pocket:
 class PocketLevels:
     """Heights of a pocket's levels, mm: 0 at the top of the program's pockets, negative below.
 
-    `begin` is the start of the material: 0, the floor of an enclosing pocket that is cleared before, or the surrounding
+    `begin` is the top of the material: 0, the floor of an enclosing pocket that is cleared first, or the surrounding
     surface of the solid.
     """
 
@@ -86,12 +86,12 @@ class PocketLevels:
 
     @property
     def floor(self) -> float:
-        """The last level."""
+        """Height of the last level, mm."""
         return self.levels[-1]
 
     @property
     def depth(self) -> float:
-        """Distance from the start of the material to the floor, mm."""
+        """Distance from the top of the material to the floor, mm."""
         return self.begin - self.floor
 
     @property
@@ -104,13 +104,13 @@ class PocketLevels:
 class PocketRules:
     """Rules for clearing a pocket with one tool, in the plane.
 
-    The tool is a flat end mill; lengths are in mm. `step_over` is the largest distance between adjacent passes; `stock`
-    is left on the walls by roughing for the finishing pass. `climb`: material is on the right of the tool (spindle
-    clockwise). `tolerance` is the largest deviation of a path from the exact path. `max_engagement` is in rad; None:
-    not limited.
+    The tool is a flat end mill; lengths are in mm. `step_over` is the maximum distance between adjacent passes. `stock`
+    is the thickness that roughing leaves on the walls for the finishing pass. If `climb`, the material is on the right
+    of the tool (clockwise spindle). `tolerance` is the maximum deviation of a path from the exact path.
+    `max_engagement` is in rad, None without a limit.
 
-    Passes are planned slightly closer than the step-over (`planned`), since each is accurate only within the tolerance.
-    Thus the measured step-over of a program exceeds the rule at most by rounding (`keeps`).
+    Passes are planned slightly closer than the step-over (`planned`), because each is accurate only within the
+    tolerance. So the measured step-over of a program exceeds the rule by rounding at most (`keeps`).
     """
 
     tool_diameter: float
@@ -132,21 +132,22 @@ class PocketRules:
 
     @property
     def planned(self) -> PocketRules:
-        """Rules with the reduced step-over for planning passes, so that the result keeps these rules."""
+        """Rules with a slightly smaller step-over; passes planned with them keep the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def keeps(self, step_over: float) -> bool:
-        """Return whether a measured step-over, mm, keeps these rules, with a margin for rounded numbers only."""
+        """Return whether a measured step-over, mm, keeps these rules, apart from rounding."""
         return step_over <= self.step_over + 0.5 * self.tolerance
 
 
 @dataclass(frozen=True)
 class PocketPiece:
-    """A section of the path of the tool's centre at feed, open, in the plane.
+    """An open section of the path of the tool's centre at feed, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cut material, or from pass to pass), ``air``
-    (measured: nothing is cut), or ``entry``: the first section, a closed loop on which the tool descends in a helix, so
-    that the loop is cleared at full depth. `feed` is a fraction of the tool's feed; ``air`` has its own feed.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cleared area, or from pass to pass), ``air``
+    (nothing is cut according to the simulation), or ``entry``. An entry is the first section: a closed loop along which
+    the tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed; ``air`` has its own
+    feed.
     """
 
     path: Polyline
@@ -167,7 +168,7 @@ class PocketPath:
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """Distance from the end of every section to the start of the next, mm; 0 where the tool continues."""
+        """Distance from the end of each section to the start of the next, mm; 0 where the tool continues at depth."""
         gaps = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
         return tuple(0.0 if gap <= SAME_PLACE else gap for gap in gaps)
 
@@ -178,7 +179,7 @@ class PocketPath:
 
     @property
     def finish_mm(self) -> float:
-        """Length of the finishing sections, mm; the rest of the feed is roughing."""
+        """Length of the finishing sections, mm; all other sections are roughing."""
         return sum(piece.path.length for piece in self.pieces if piece.kind == "finish")
 
     @property
@@ -199,24 +200,27 @@ class PocketMeasures:
     Attributes
     ----------
     feed_mm, rapid_mm, retracts
-        Of the path, without approach and departure.
+        Lengths of feed moves and rapids, and number of retracts, without approach and departure.
     gouge_mm2
         Area cut beyond the walls, deeper than the tolerance.
     reachable_mm2
         Area that a tool of this diameter can clear.
     uncovered_mm2
-        Part of the reachable area that stays uncut.
+        The share of the reachable area that stays uncut.
     max_step_over
-        Largest distance of a pass from the nearer of its neighbours, mm.
+        Maximum distance of a pass from the nearer of its neighbours, mm.
     max_core
-        Widest strip between two passes where fronts meet, mm: the sides of a last ring, or of a narrow channel.
+        Maximum width of a strip between two passes that meet in the middle, such as the sides of the innermost ring or
+        of a narrow channel, mm.
     max_engagement, mean_engagement
-        Engagement angle of the tool: the largest, and the mean over the length of the feed, rad.
+        Engagement angle of the tool: maximum, and mean over the length of the feed, rad.
     max_width, wide_mm
-        Width of cut: the largest, and the length of the feed on which it is much wider than the step-over
-        (`material.removal.much_wider`), mm: first cuts into solid material, cores, corners.
+        Maximum width of cut, and length of the feed moves that cut much wider than the step-over
+        (`material.removal.much_wider`), mm. Such cuts are first cuts into solid material, cores, and corners.
+    air_mm
+        Length of the feed moves that cut nothing, mm.
     floor_mm
-        Area of the permitted tool centres divided by the step-over: no path of constant pitch is much shorter.
+        Area of the permitted tool centres divided by the step-over, mm; no path with this spacing is much shorter.
     """
 
     feed_mm: float
@@ -243,10 +247,10 @@ class PocketMeasures:
 
 @dataclass(frozen=True)
 class PocketResult:
-    """Result of a strategy for a pocket: its path and measures, or the reason for none.
+    """Result of a strategy for a pocket: its path and measures, or the reason why it is refused.
 
-    `program_s` is the time of a program of this pocket alone: all levels, with every plunge and retract. `passed_over`
-    is the reason why a cheaper strategy than the chosen one is not used.
+    `program_s` is the machine time of a program for this pocket alone, s. `passed_over` is the reason why this
+    strategy was not chosen although it is cheaper than the chosen one.
     """
 
     strategy: str
@@ -259,8 +263,8 @@ class PocketResult:
 
 @dataclass(frozen=True)
 class PocketProgram:
-    """Totals of a program of several pockets: `time_s` of all levels; rapids and retracts of one level, including those
-    between pockets, mm.
+    """Figures of a program for several pockets: the time of all levels, and the rapids, mm, and retracts of one level
+    of each pocket, including those between pockets.
 
     `strategy` is the common strategy of all pockets; empty for the written program.
     """
@@ -278,12 +282,12 @@ class PocketPlan:
     Attributes
     ----------
     levels
-        Height of every level below the top of the pockets, mm, negative.
+        Heights of the levels relative to the top of the pockets, mm, negative.
     begin
-        Start of the material, mm: 0 at the top of the pockets, negative below.
+        Top of the material relative to the top of the pockets, mm, zero or negative.
     in_floor
-        If `begin` is below the top: whether it is the floor of an enclosing pocket, or else the surrounding surface of
-        the solid.
+        If `begin` is negative: whether it is the floor of an enclosing pocket; otherwise it is the surrounding surface
+        of the solid.
     """
 
     pocket: Pocket
@@ -296,17 +300,17 @@ class PocketPlan:
 
     @property
     def heights(self) -> tuple[float, ...]:
-        """Z of every level in the program, mm."""
+        """Z of each level in the program, mm."""
         return tuple(round(level + (self.pocket.top or 0.0), 6) for level in self.levels)
 
     @property
     def result(self) -> PocketResult:
-        """The chosen strategy."""
+        """The result of the chosen strategy."""
         return self.results[self.chosen]
 
     @property
     def usual(self) -> PocketResult:
-        """Baseline of the program: the faster of the plain strategies `USUAL`, else the chosen strategy."""
+        """The baseline of the program: the faster one of the strategies `USUAL`, else the chosen strategy."""
         plain = [r for r in self.results if r.path is not None and r.strategy in USUAL]
         plain = [r for r in plain if not r.passed_over] or plain
         return min(plain, key=lambda result: result.program_s, default=self.result)

@@ -1,8 +1,8 @@
-"""`RoutingProblem`: clusters of nodes to visit, a common model for all processes.
+"""`RoutingProblem`: clusters of nodes to visit, the common model of all processes.
 
-Every cluster is visited once, through exactly one of its nodes. A hole is a cluster of one node. "Route this slot from
-either end" is a cluster of two nodes; "start this contour at any of its points, in either direction" is a cluster of a
-generalised travelling salesman problem. A node has an entry point, an exit point and a service time in between.
+Every cluster is visited once, at exactly one of its nodes. A hole is a cluster of one node. A slot is a cluster of two
+nodes, one for each direction. A contour has a node for each start point and direction, as in a generalised travelling
+salesman problem. A node has an entry point, an exit point and a service time.
 """
 
 from __future__ import annotations
@@ -23,25 +23,26 @@ METRICS = (
     "linear", "dogleg",
 )  # fmt: skip
 
-#: Upper limit for coordinates, far below the overflow of a squared distance at 1e154.
+#: Upper limit for coordinates; squared distances overflow at 1e154.
 FARTHEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Heights of the tool at its positions, and safe heights between them, mm.
+    """Heights of the tool at its positions, and safe heights of travel moves between them, mm.
 
     Attributes
     ----------
     places, heights
-        float64[k, 2] and float64[k]: positions, and the height of the tool there before and after its work; at any
-        other position, such as the first, `otherwise`.
+        Positions, float64[k, 2], and the height of the tool before and after its work at each, float64[k].
+    otherwise
+        Height at all other positions, such as the start.
     safe
-        float64[rows, columns]: safe height over each square tile, row by row from the lowest y; −∞ for no obstacle.
+        Safe height over each square tile, float64[rows, columns], row by row from the lowest y; −∞ without an obstacle.
     x, y, side
-        Lower left corner of the first tile, and side of a tile.
+        Lower left corner of the first tile, and side length of a tile.
     velocity, acceleration
-        Of z, mm/s and mm/s².
+        Velocity and acceleration of the z axis, mm/s and mm/s².
     """
 
     places: NDArray[np.float64]
@@ -55,7 +56,7 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the tool's heights, float64[n], at positions float64[n, 2]; the higher one if there are two."""
+        """Return the height of the tool at each position, float64[n, 2]; if a position has two heights, the higher."""
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 
@@ -69,26 +70,27 @@ class Relief:
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """Cost of travelling from an exit to the next entry, in numbers for a kernel.
+    """Cost of a travel move from an exit to the next entry, in a form for compiled kernels.
 
     Attributes
     ----------
     name
-        One of `METRICS`: a distance in mm, a TSPLIB function, or the seconds of a ``linear`` or ``dogleg`` machine.
+        One of `METRICS`: a distance in mm, a TSPLIB function, or the time in seconds on a ``linear`` or ``dogleg``
+        machine.
     velocity, acceleration
-        Of x and y, mm/s and mm/s²; used by ``linear`` and ``dogleg``.
+        Velocity and acceleration of x and y, mm/s and mm/s², for ``linear`` and ``dogleg``.
     per_mm
-        Additional cost per length, s/mm; used by ``linear`` and ``dogleg``. It is tiny, and prefers the shorter of two
-        moves of equal time.
+        Small additional cost per length, s/mm, for ``linear`` and ``dogleg``; it favours the shorter of two moves that
+        take equal time.
     zones
-        float64[k, 4]: rectangles (x0, y0, x1, y1) in mm over which a move must be lifted.
+        Rectangles (x0, y0, x1, y1), float64[k, 4], mm, above which a move must be lifted.
     lift
         Cost of a lift, in the unit of the metric.
     matrix
-        float64[n, n] for ``EXPLICIT``.
+        Costs for ``EXPLICIT``, float64[n, n].
     relief
-        Heights of positions and moves, for metrics of positions: the cost of a move includes rising to its height and
-        descending again, in seconds of z or in mm; None: all heights are equal.
+        Heights of positions and travel moves. The cost of a move then includes the rise and the descent. None if all
+        heights are equal.
     """
 
     name: str = "euclidean"
@@ -108,7 +110,7 @@ class Metric:
 
     @property
     def unit(self) -> str:
-        """``s`` for a machine time, ``mm`` for a distance."""
+        """Unit of the cost: ``s`` for machine time, ``mm`` for distance."""
         return "s" if self.name in ("linear", "dogleg") else "mm"
 
 
@@ -119,15 +121,15 @@ class RoutingProblem:
     Attributes
     ----------
     entry, exit
-        float64[n, 2]: positions where the tool arrives at a node and leaves it, mm.
+        Positions where the tool arrives at each node and leaves it, float64[n, 2], mm.
     cluster
-        int32[n]: cluster of every node, numbered from 0 without gaps.
+        Cluster of each node, int32[n], numbered from 0 without gaps.
     service
-        float64[n]: cost of the node itself, in the unit of the metric.
+        Cost of each node itself, float64[n], in the unit of the metric.
     precedence
-        int32[k, 2]: pairs (before, after) of clusters.
+        Pairs (before, after) of clusters, int32[k, 2].
     start, end
-        (x, y) in mm, or None for a free end. Ignored if `closed`.
+        First and last position of the tool, (x, y) in mm, or None for an open end. Not used if `closed`.
     """
 
     entry: NDArray[np.float64]
@@ -158,7 +160,7 @@ class RoutingProblem:
         metric: Metric | None = None,
         **rest: object,
     ) -> RoutingProblem:
-        """Return the problem in which every point (n rows of x, y in mm) is its own cluster."""
+        """Return the problem in which each point, n rows of x and y in mm, is a cluster of its own."""
         xy = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(-1, 2))
         n = len(xy)
         return cls(

@@ -1,4 +1,4 @@
-"""Conversion of all classes of `model` to JSON and back: frozen dataclasses, tuples, arrays, enums and plain values."""
+"""Conversion of the classes of `model` to JSON and back: frozen dataclasses, tuples, arrays, enums and plain values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def to_json(value: Any) -> str:
-    """Return an object as JSON; NaN is written as null, infinity as the text "inf"."""
+    """Return an object as JSON; NaN becomes null, and infinity the text "inf"."""
     return json.dumps(plain(value), allow_nan=False)
 
 
@@ -26,14 +26,14 @@ def from_json(kind: type[T], text: str) -> T:
     Raises
     ------
     ValueError, TypeError, KeyError
-        The text is not such an object.
+        The text does not describe such an object.
     """
     value: T = _restore(kind, json.loads(text))
     return value
 
 
 def plain(value: Any) -> Any:
-    """Return a value as lists, dicts, numbers and texts."""
+    """Convert a value to lists, dicts, numbers and texts."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, np.ndarray):

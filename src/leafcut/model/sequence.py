@@ -1,4 +1,4 @@
-"""`Sequence`: a program of another CAM as tasks that can be reordered and blocks that must stay.
+"""`Sequence`: a foreign program as tasks that can be reordered, and blocks that must keep their position.
 
 Blocks are numbered as in `gcode.program.Program`.
 """
@@ -21,9 +21,13 @@ class Stay(NamedTuple):
     Attributes
     ----------
     reason
-        A name of `leafcut.processes.program.plan.staying.PHRASES`, or several, joined by a plus sign.
-    word, cause
-        Text of the cause, "" if it is the task itself; why the cause stays, "" if it does not.
+        A name of `leafcut.processes.program.plan.staying.PHRASES`, or several joined by a plus sign.
+    line
+        Line of the cause.
+    word
+        Text of the cause; "" if the task itself is the cause.
+    cause
+        Reason why the cause keeps its position; "" if it does not.
     """
 
     reason: str
@@ -34,7 +38,7 @@ class Stay(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Staying:
-    """Tasks that keep their position for the same reason (see `Stay`)."""
+    """Number of tasks that keep their position for the same reason (see `Stay`), with an explanation."""
 
     reason: str
     count: int
@@ -45,22 +49,22 @@ class Staying:
 
 @dataclass(frozen=True, slots=True)
 class PieceOfWork:
-    """Consecutive blocks that do one task and move as a whole: a hole, or a cut.
+    """A task of a foreign program: consecutive blocks that drill a hole or make a cut, and are moved as a whole.
 
-    It starts with the rapid that brings the tool over its first position, and ends when the tool is retracted.
+    The task starts with the rapid to its first position, and ends with the retract.
 
     Attributes
     ----------
     begin, end
         Half-open range of blocks.
     entry, exit
-        (x, y) in mm where the tool arrives by rapid, and where it is retracted.
+        Positions where the tool arrives by rapid, and where it retracts, (x, y) in mm.
     arrive_z, leave_z
         Height at which the tool arrives, and to which it retracts, mm.
     reversible
-        Whether it may be reversed: the tool then arrives at `exit` and is retracted at `entry`.
+        Whether the task may be done in reverse: the tool then arrives at `exit` and retracts at `entry`.
     may_free, frees
-        Whether it may detach a part, and whether it certainly does.
+        Whether the task may detach a part, and whether it certainly does.
     """
 
     begin: int
@@ -79,22 +83,22 @@ class PieceOfWork:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Tasks whose order is free except for precedence.
+    """Tasks that may be reordered as long as their precedence is kept.
 
     Attributes
     ----------
     precedence
-        int32[k, 2]: pairs (before, after) of tasks.
+        Pairs (before, after) of tasks, int32[k, 2].
     start, end
-        (x, y) in mm of the tool before the first task, and its destination after the last; None if unknown or
-        irrelevant.
+        Position of the tool before the first task, and its destination after the last task, (x, y) in mm; None if
+        unknown or irrelevant.
     clearance
-        Height of travel moves between tasks, mm; not below the original heights there.
+        Height of travel moves between tasks, mm, at least the original height.
     ties
-        By cause, int32[n, 2]: the first later task that must stay after each task, n for none; and the last earlier
-        task that must stay before it, -1 for none.
+        Cause → constraints of each task, int32[n, 2]: the first later task that must stay after it (n for none), and
+        the last earlier task that must stay before it (-1 for none).
     stays
-        Why a task cannot be moved, None if it can; empty before this is determined.
+        For each task, the reason why it cannot be moved, or None if it can; empty until this is determined.
     """
 
     pieces: tuple[PieceOfWork, ...]
@@ -109,7 +113,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Blocks that stay unchanged (half-open range); `reasons` is empty for a header or a footer."""
+    """A half-open range of blocks that are not changed; `reasons` is empty for a header or a footer."""
 
     begin: int
     end: int
@@ -125,9 +129,9 @@ class Sequence:
     items
         Unchanged blocks and sections, in the order of the new program.
     mergeable
-        Number of tool changes that joining sections would save, if that was not requested.
+        Number of tool changes that joining sections would save, if the user did not request it.
     stays
-        Why tasks outside of the sections keep their position, one entry for each.
+        For each task outside of the sections, the reason why it keeps its position.
     """
 
     items: tuple[Kept | Section, ...]
@@ -139,5 +143,5 @@ class Sequence:
 
     @property
     def sections(self) -> tuple[Section, ...]:
-        """The items that can be reordered."""
+        """The sections, whose tasks can be reordered."""
         return tuple(item for item in self.items if isinstance(item, Section))

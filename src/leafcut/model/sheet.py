@@ -1,4 +1,4 @@
-"""`Sheet`: cleaned contours of a drawing and their nesting, the input for planning cuts."""
+"""`Sheet`: the cleaned contours of a drawing with their nesting, from which cuts are planned."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class Sheet:
     Attributes
     ----------
     outline
-        Edge of the sheet itself, closed, counter-clockwise; None if unknown.
+        Edge of the sheet, closed and counter-clockwise; None if unknown.
     zones
-        Rectangles (x0, y0, x1, y1) that the torch must avoid: clamps.
+        Rectangles (x0, y0, x1, y1) that the torch must avoid, such as clamps.
     holes
-        Closed openings from earlier cuts, without metal.
+        Closed outlines of openings from earlier cuts.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Sheet:
 
     @property
     def paths(self) -> tuple[Polyline, ...]:
-        """The edge of the sheet and its holes; empty if unknown."""
+        """The edge of the sheet, then its holes; empty if the edge is unknown."""
         return () if self.outline is None else (self.outline, *self.holes)
 
     @property

@@ -1,4 +1,4 @@
-"""`ShownStock`: stock of a run for display, or the reason for none."""
+"""`ShownStock`: the stock of a run for display, or the reason why it cannot be shown."""
 
 from __future__ import annotations
 
@@ -15,20 +15,22 @@ FixtureBox = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class ShownStock:
-    """Stock of a run and the tools that cut it, as far as known.
+    """The stock of a run and the tools that cut it, as far as known.
 
     Attributes
     ----------
     block
-        Lower and upper corner of the block, mm; None: a block just around the cuts.
+        Lower and upper corner of the block, mm; None for a block just around the cuts.
     around
-        Smallest x and y, largest x and y that such a block includes at least, mm.
+        Smallest x and y, then largest x and y that a block around the cuts must include, mm.
     floor
-        Lower end of such a block, mm; None: below the deepest cut.
+        Lower end of a block around the cuts, mm; None for just below the deepest cut.
+    surface
+        The stock as a solid, which replaces the block.
     finished
-        Whether this is the finished part, which may contain holes: these are filled up to their rim first.
+        Whether `surface` is the finished part; its holes are then filled up to their rims.
     refused
-        Why the stock cannot be shown, in one line; empty if it can.
+        Reason why the stock cannot be shown, in one line; empty if it can.
     """
 
     tools: Mapping[int, Tool] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""`Simulation`: motion of a program on a machine, with its times."""
+"""`Simulation`: the motion of a program on a machine, and its time."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from leafcut.model.toolpath import Toolpath
 
 @dataclass(frozen=True)
 class Simulation:
-    """Motion of a program on a machine, and the times and lengths of `run`, starting at X0 Y0.
+    """The motion of a program on a machine: `path` as programmed, `run` from X0 Y0 on, and the measure of `run`.
 
-    `defaults` are the used options that were set by the user's own defaults, as typed.
+    `defaults` are the used options that the user's own defaults set, as typed.
     """
 
     program: str

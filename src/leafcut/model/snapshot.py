@@ -1,4 +1,4 @@
-"""`Snapshot`: state of a search for observers, and the type of an observer."""
+"""`Snapshot`: the state of a search for observers, and the type of an observer."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from leafcut.model.solution import WorkerFigures
 class Pheromone:
     """Pheromone on the edges between points.
 
-    `points` is float64[m, 2], mm; `edges` is int32[k, 2], rows of `points`, without edges of negligible pheromone;
-    `strength` is float32[k], 0 … 1: the agreement of the ants on an edge, 1 if every ant uses it.
+    `points` are positions, float64[m, 2], mm. `edges` are pairs of points, int32[k, 2]; edges with negligible pheromone
+    are omitted. `strength`, float32[k], is the agreement of the ants on each edge, from 0 to 1 if every ant uses it.
     """
 
     points: NDArray[np.float64]
@@ -28,8 +28,8 @@ class Pheromone:
 class NextPlace:
     """A step that an ant can take from a point.
 
-    `place` is the destination, from 1. `cost`, `pheromone` and `attraction` are d, τ, and η = 1 / (d + ε);
-    `probability` is that for an ant at the start of its tour.
+    `place` is the number of the destination, from 1. `cost`, `pheromone` and `attraction` are d, τ, and
+    η = 1 / (d + ε). `probability` is the probability of this step at the start of a tour.
     """
 
     place: int
@@ -41,17 +41,18 @@ class NextPlace:
 
 @dataclass(frozen=True)
 class SearchStep:
-    """Last step of an algorithm from the literature, in the symbols of its formulas.
+    """The last step of an algorithm from the literature, in the symbols of its formulas.
 
     Attributes
     ----------
     values
-        By the symbols of `docs/glossary.md`, with words for indices in a formula: ``alpha``, ``tau_max``, ``c_best``
-        (the best path yet), ``c_iteration`` (the best of this iteration).
+        Symbol of `docs/glossary.md` → value, such as ``alpha``, ``tau_max``, ``c_best`` (cost of the best path so far)
+        or ``c_iteration`` (cost of the best path of this iteration).
     depositor
-        Depositing ant of MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of all trails.
+        The ant that deposits pheromone in MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of
+        all trails.
     here, choices
-        Point of an example, and its most likely steps; empty if steps have a direction.
+        Number of an example point, and the most likely steps from it; empty if steps have a direction.
     """
 
     algorithm: str
@@ -63,19 +64,20 @@ class SearchStep:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """State of a search.
+    """The state of a search.
 
     Attributes
     ----------
     path
-        float64[m, 2], mm: points of the best path so far in the order of visits, including given ends; a closed path
+        Points of the best path so far in the order of visits, float64[m, 2], mm, including given ends. A closed path
         ends at its start. Empty for a cost matrix without coordinates.
     cost, bound
-        Travel and service in the problem's unit; the lower bound is None before it is known.
+        Cost of travel and service, and its lower bound, in the unit of the problem; the bound is None until it is
+        known.
     pheromone
-        Of ants, else None.
+        Pheromone of ant algorithms, else None.
     brightness
-        Of fireflies, float64[f]: 1 / length; else None.
+        Brightness of fireflies, 1 / length, float64[f], else None.
     """
 
     path: NDArray[np.float64]
@@ -89,7 +91,7 @@ class Snapshot:
     step: SearchStep | None = None
 
 
-#: Called by a search between its steps with a function that takes a snapshot, valid during this call only, and whether
-#: the whole search waits for the call, its clock stopped. The call does not change the result. It must be quick and
-#: take no snapshot unless somebody is watching.
+#: A function that a search calls between its steps. The first argument takes a snapshot, and is valid during the call
+#: only. The second argument is whether the whole search waits for the call with its clock stopped. The function does
+#: not change the result. It must return quickly, and should take a snapshot only if somebody is watching.
 Observer = Callable[[Callable[[], Snapshot], bool], None]

@@ -1,4 +1,4 @@
-"""`Solution`: an order with its cost and its search; `Solved`: the same for a map."""
+"""`Solution`: the order that a search returns, with its cost; `Solved`: a solved map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.part import Part
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """Work of a thread: ants built or kicks made, wall time in s, best cost (inf for none)."""
+    """Work of a search thread: number of ants or kicks, wall time, s, and best cost (inf for none)."""
 
     worker: int
     ants: int
@@ -27,19 +27,19 @@ class Solution:
     Attributes
     ----------
     nodes
-        int32[k]: one node per cluster, in order. A closed tour may start anywhere, and returns there.
+        One node per cluster in the order of visits, int32[k]. A closed tour may start at any node and returns to it.
     cost
-        Travel and service, in `unit`.
+        Cost of travel and service, in `unit`.
     history
-        (seconds since the start, cost) at every improvement.
+        Pairs (seconds since the start, cost), one for every improvement.
     iterations
-        0 for a construction heuristic.
+        Number of iterations; 0 for a construction heuristic.
     lower_bound
-        Lower bound of the cost of all paths, or None if it was not computed.
+        Lower bound of the cost, or None if it was not computed.
     stopped_early
-        True if the user or the time limit stopped it before its work budget was used.
+        Whether the user or the time limit stopped the search before its planned amount of work was done.
     spared
-        True if the search ended because its expected gain was smaller than its running time.
+        Whether the search ended because its expected gain was smaller than its running time.
     """
 
     nodes: NDArray[np.int32]
@@ -57,7 +57,7 @@ class Solution:
 
     @property
     def gap(self) -> float | None:
-        """Upper bound of the relative excess over the optimal cost; None without a lower bound."""
+        """Maximum relative excess over the optimal cost; None without a lower bound."""
         return gap(self.cost, self.lower_bound)
 
 
@@ -71,7 +71,7 @@ class Solved:
 
     @property
     def gap(self) -> float | None:
-        """Relative excess over the best known tour; without one, over the lower bound."""
+        """Relative excess over the best known tour, or else over the lower bound."""
         optimum = self.part.optimum
         return self.solution.cost / optimum - 1.0 if optimum else self.solution.gap
 

@@ -1,4 +1,4 @@
-"""`Study`: records every iteration of a search, to show how it learns."""
+"""`Study`: a record of every iteration of a search, which shows how the search learns."""
 
 from __future__ import annotations
 
@@ -11,20 +11,23 @@ from numpy.typing import NDArray
 
 from leafcut.model.snapshot import Observer, Snapshot
 
-#: Maximum number of recorded iterations of a search; of a longer one every second, every fourth, and so on.
+#: Maximum number of recorded iterations; of a longer search, only every second, every fourth … iteration is recorded.
 MAX_KEPT = 4000
 
 
 class Iteration(NamedTuple):
     """One iteration of a search; None for values that its algorithm does not have.
 
-    ========== ==================================================================================
-    number     from 1
-    seconds    since the start of the search, by its clock
-    shortest   the best path of all iterations until then, travel and service in the problem's unit
-    best       the best path of this iteration; `mean` and `worst` likewise, of finished paths
-    branching  the mean λ-branching factor of the trails after it, `order.literature.pheromone.BRANCHING_SHARE` = λ
-    ========== ==================================================================================
+    ========= ================================================================================================
+    number    number of the iteration, from 1
+    seconds   time since the start of the search, by its clock
+    shortest  cost of the best path of all iterations so far, travel and service in the unit of the problem
+    best      cost of the best path of this iteration
+    mean      mean cost of the finished paths of this iteration
+    worst     cost of the worst finished path of this iteration
+    branching mean λ-branching factor of the trails after the iteration; λ is
+              `order.literature.pheromone.BRANCHING_SHARE`
+    ========= ================================================================================================
     """
 
     number: int
@@ -39,7 +42,7 @@ class Iteration(NamedTuple):
 class Study:
     """An observer that records every iteration, and forwards calls to another observer.
 
-    It is passed as `observe` to a search. It does not change the result, and a search without it records no iterations.
+    Pass it as `observe` to a search. It does not change the result.
     """
 
     def __init__(self, observer: Observer | None = None) -> None:
@@ -48,12 +51,12 @@ class Study:
         self._lock = threading.Lock()
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Forward the call to the other observer."""
+        """Forward the call to the wrapped observer."""
         if self.observer is not None:
             self.observer(take, alone)
 
     def begin(self) -> None:
-        """Start recording another search."""
+        """Start the record of another search."""
         with self._lock:
             self.searches.append(_Kept())
 
@@ -61,7 +64,7 @@ class Study:
         self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
         branching: float | None = None,
     ) -> None:  # fmt: skip
-        """Record an iteration; `costs` are the costs of its paths, inf for unfinished ones."""
+        """Record an iteration; `costs` are the costs of its paths, inf for unfinished paths."""
         done = np.zeros(0) if costs is None else costs[np.isfinite(costs)]
         row = Iteration(number, seconds, shortest, branching=branching)
         if len(done):
@@ -70,13 +73,13 @@ class Study:
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the iterations of a search, by default of the last, always including the newest."""
+        """Return the recorded iterations of a search, by default the last one; the newest iteration is included."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 
 
 class _Kept:
-    """At most `MAX_KEPT` iterations of a search, and the newest."""
+    """At most `MAX_KEPT` iterations of a search, and the newest iteration."""
 
     def __init__(self) -> None:
         self.rows: list[Iteration] = []

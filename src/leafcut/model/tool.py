@@ -46,35 +46,34 @@ class Tool:
     Attributes
     ----------
     number
-        The T word.
+        Number in the T word.
     point_angle
         Included angle of the point, or of the cone of a chamfer mill or V-bit, rad; π for a flat end (reamer, tap, slot
         mill).
     cycle, peck, dwell
-        Canned cycle of this tool; None leaves the choice to the plan.
+        Canned cycle of this tool and its parameters; None leaves the choice to the plan.
     pitch
-        Of a tap: mm per revolution.
+        Pitch of a tap, mm per revolution.
     flute_length
-        Deepest cut, mm; None if the library does not state it.
+        Maximum depth of cut, mm; None if the library does not state it.
     depth
         Depth of a centre drill's point below the surface, mm.
     plunge_feed, teeth
-        Of `MILLS`: plunge feed, 0 if the library does not state it; number of teeth.
+        Plunge rate of `MILLS`, 0 if the library does not state it, and their number of teeth.
     corner_radius
-        Of an end mill: mm; 0 for sharp corners.
+        Corner radius of an end mill, mm; 0 for sharp corners.
     tip_diameter
-        Of `CONES`: diameter of the flat at the tip, mm; 0 for a sharp tip.
+        Diameter of the flat at the tip of `CONES`, mm; 0 for a sharp tip.
     material, life_cost
-        Material of the cutting edges, and cost per tool life, in any currency; None if the library does not state
-        it.
+        Material of the cutting edges, and cost of a worn tool in any currency; None if the library does not state it.
     shank_diameter
         Diameter above the flutes and the `shaft`, mm; None if the library does not state it.
     stickout
         Length from the tip to the holder, mm; None if the library does not state it.
     shaft, holder
-        Sections from the flutes up, and sections of the holder, each from below.
+        Sections between flutes and shank, and sections of the holder, both from below.
     assumed
-        True for a tool from no library.
+        Whether leafcut assumed the tool, because no library has it.
     """
 
     number: int
@@ -115,7 +114,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Tools for a hole: drawn diameter in mm, optional layer (wildcards), tool numbers in order of use."""
+    """Tools for a kind of hole: drawn diameter, mm, layer (with wildcards), and tool numbers in the order of use."""
 
     diameter: float
     steps: tuple[int, ...]
@@ -124,9 +123,9 @@ class Recipe:
 
 @dataclass(frozen=True)
 class ToolLibrary:
-    """Tools of a shop, by number, and its recipes.
+    """The tools and recipes of a shop.
 
-    `left_out` has one line with the reason for each tool of the file that was left out. If the library is
+    `left_out` has a line for each tool of the file that leafcut cannot use, with the reason. If the library is
     `without_feeds`, feeds and speeds of drills are assumed.
     """
 

@@ -1,7 +1,8 @@
-"""`Toolpath`: motions and commands in order, the common format of all stages after planning.
+"""`Toolpath`: motions and commands in order, the common format of everything after planning.
 
-G-code of other CAM systems is parsed into it, writers read it, and so do timing, plots and verification. It is stored
-in columns, so that a million rows stay small. Millimetres, mm/s, seconds, rpm; absolute program coordinates.
+Planners generate it, the interpreter reads G-code into it, and writers, timing, plots and verification use it. It is
+stored in columns, so that a million rows need little memory. Units are mm, mm/s, s and rpm, in absolute program
+coordinates.
 """
 
 from __future__ import annotations
@@ -43,23 +44,23 @@ WIDTH = 7
 
 @dataclass(frozen=True, eq=False)
 class Toolpath:
-    """Rows of `Kind` in columns.
+    """Motions and commands as columns of n rows; `Kind` defines the meaning of the columns.
 
     Attributes
     ----------
     kind
-        int8[n].
+        Kind of each row, int8[n].
     end
-        float64[n, 3], mm; NaN for an unknown coordinate (the axis has not moved yet), or for an axis that does not
-        move (`Kind.MACHINE`).
+        End position of each row, float64[n, 3], mm; NaN for an unknown coordinate (the axis has not moved yet), or for
+        an axis that does not move (`Kind.MACHINE`).
     value
-        float64[n]: feed, seconds or rpm, by kind.
+        Feed, seconds or rpm, depending on the kind, float64[n].
     ref
-        int32[n]: tool, cycle, arc …, by kind.
+        Number of the tool, cycle, arc …, depending on the kind, int32[n].
     line
-        int32[n]: line of the source text, counted from 1; 0 for a planned row.
+        Line of the source text, from 1, int32[n]; 0 for a planned row.
     cycles, arcs
-        Targets of `ref`.
+        The cycles and arcs to which `ref` refers.
     """
 
     kind: NDArray[np.int8]
@@ -72,7 +73,7 @@ class Toolpath:
 
     @classmethod
     def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
-        """Return the toolpath of rows without cycles and arcs."""
+        """Return the toolpath of motions without cycles and arcs."""
         rows = [(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions]
         return _of_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
 
@@ -90,7 +91,7 @@ class Toolpath:
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
 
     def take(self, rows: NDArray[Any] | list[int] | slice) -> Toolpath:
-        """Return the toolpath of some rows: indices, a mask or a slice."""
+        """Return the toolpath of the selected rows (indices, a mask or a slice)."""
         return replace(
             self,
             kind=self.kind[rows],
@@ -102,10 +103,10 @@ class Toolpath:
 
     @cached_property
     def before(self) -> NDArray[np.float64]:
-        """Position of the tool before every row, float64[n, 3], NaN for unknown coordinates.
+        """Position of the tool before every row, float64[n, 3], mm, NaN for unknown coordinates.
 
-        After a move in machine coordinates (`Kind.MACHINE`) a moved axis is unknown until it is programmed again; so is
-        the height after a probe.
+        After a move in machine coordinates (`Kind.MACHINE`), the position of a moved axis is unknown until it is
+        programmed again. The same holds for the height after a probe move.
         """
         n = len(self)
         moving = np.isin(self.kind, [int(k) for k in PLACES])
@@ -140,9 +141,9 @@ class Toolpath:
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return for every row the value of `column` at the last row of `kind` up to it, `default` before the first.
+        """Return, for every row, the value of `column` in the latest row of `kind` up to this row, or `default`.
 
-        Integers are returned as int64, others as float64.
+        Integer columns return int64, all others float64.
         """
         rows = last_rows(self.kind == kind)
         wide = np.int64 if np.issubdtype(column.dtype, np.integer) else np.float64
@@ -150,7 +151,7 @@ class Toolpath:
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest known x, y, z of all motions, including the bottoms of holes and arcs; zeros if none."""
+        """Lowest and highest known x, y and z of all motions, mm, including bottoms of holes and arcs; else zeros."""
         moving = np.isin(self.kind, [int(k) for k in MOTIONS])
         points = [self.end[moving]]
         drills = self.kind == Kind.DRILL
@@ -185,15 +186,12 @@ def _of_columns(table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs
 
 
 def plane_axes(plane: int) -> tuple[int, int, int]:
-    """Return (first, second, normal) axis numbers of G17, G18 or G19, so that G3 turns from first to second."""
+    """Return the numbers of the first, second and normal axis of G17, G18 or G19; G3 turns from first to second."""
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
 
 
 def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
-    """Return (radius mm, start angle rad, signed sweep rad) of an arc; the sweep is positive for ARC_CCW.
-
-    The start point is the end of the previous motion.
-    """
+    """Return radius, mm, start angle, rad, and signed sweep, rad, of an arc; the sweep is positive for ARC_CCW."""
     arc = path.arcs[int(path.ref[row])]
     first, second, _ = plane_axes(arc.plane)
     before, end = path.before[row], path.end[row]
@@ -207,7 +205,7 @@ def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
 
 
 def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
-    """Return the points of an arc that are extreme along an axis of its plane (ends not included), mm."""
+    """Return the points of an arc, apart from its ends, that are extreme along an axis of its plane, mm."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)
@@ -226,30 +224,30 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 
 
 def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return for every row the index of the last row up to it, inclusive, with `mask`; -1 before the first."""
+    """Return, for every row, the index of the latest masked row up to and including this row; -1 before the first."""
     return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
 
 @dataclass
 class ToolpathBuilder:
-    """Collects rows and tracks the position of the tool; `build` freezes them."""
+    """Collects rows and tracks the position of the tool; `build` returns the toolpath."""
 
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
-    #: Height before the running series of canned cycles, to which G98 returns; None outside a series.
+    #: Height before the current series of canned cycles, mm, to which G98 returns; None outside a series.
     initial_plane: float | None = None
-    #: Whether the controller depends on the height before a series of canned cycles, as LinuxCNC does.
+    #: Whether approach moves depend on the height before a series of canned cycles, as in LinuxCNC.
     slants: bool = False
-    #: kind, x, y, z, value, ref, line of every row, concatenated: 56 bytes per row.
+    #: All rows, concatenated: kind, x, y, z, value, ref, line (56 bytes per row).
     _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
 
     def kinds_from(self, row: int) -> list[int]:
-        """Return the kinds of the rows from `row` on."""
+        """Return the kinds of all rows from `row` on."""
         return [int(kind) for kind in self._rows[WIDTH * row :: WIDTH]]
 
     def rapid(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
-        """Add a rapid move; an axis that is None stays in place."""
+        """Add a rapid; an axis that is None does not move."""
         self._move(Kind.RAPID, x, y, z, 0.0, 0, line)
 
     def feed(
@@ -264,7 +262,7 @@ class ToolpathBuilder:
         self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
 
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
-        """Add a canned cycle at (x, y); its series ends with any other motion, or with `end_cycles` (G80)."""
+        """Add a canned cycle at (x, y); any other motion, or `end_cycles` (G80), ends the series."""
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
         after = cycle.height_after(initial)
         if self.slants and self.initial_plane is not None:
@@ -325,14 +323,14 @@ class ToolpathBuilder:
         self._command(Kind.HEIGHT, float(is_on), 0, line)
 
     def probe(self, z: float, *, feed: float, line: int = 0) -> None:
-        """Add a probe move down at `feed` mm/s, to `z` at most; a following SHIFT may set the new position."""
+        """Add a probe move down to height `z` at most, at `feed` mm/s; a following SHIFT may set the new position."""
         self._move(Kind.PROBE, None, None, z, feed, 0, line)
         self.position[2] = UNKNOWN
 
     def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
-        """Set the blending of corners: 610, 611 or 640, with the tolerances for corners and for short moves.
+        """Set the blending of corners (610, 611 or 640 for G61, G61.1 or G64) with its tolerance, mm.
 
-        In mm; `joining` is for short moves that the controller joins, by default `tolerance`.
+        `joining` is the tolerance for short moves that the controller joins, mm; default: `tolerance`.
         """
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
@@ -340,7 +338,7 @@ class ToolpathBuilder:
     def set_place(
         self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0
     ) -> None:
-        """Add a row FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
+        """Add a FRAME, SHIFT or FOREIGN row, after which the tool is at `place`."""
         self._rows.extend((int(kind), *place, value, ref, line))
         if kind is not Kind.FOREIGN:
             self.initial_plane = None
@@ -348,19 +346,19 @@ class ToolpathBuilder:
 
     @property
     def rows(self) -> array[float]:
-        """Rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line), to be extended in place."""
+        """All rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line); may be extended in place."""
         return self._rows
 
     @property
     def arcs(self) -> list[Arc]:
-        """Arcs so far, to be extended in place."""
+        """All arcs so far; may be extended in place."""
         return self._arcs
 
     def __len__(self) -> int:
         return len(self._rows) // WIDTH
 
     def cut_back(self, rows: int, arcs: int) -> None:
-        """Drop all rows and arcs after the given numbers; the caller sets the position."""
+        """Keep the first `rows` rows and `arcs` arcs, and drop the rest; the caller sets the position."""
         del self._rows[rows * WIDTH :]
         del self._arcs[arcs:]
 

@@ -1,4 +1,4 @@
-"""The round moves of a toolpath: arcs and helices, vectorised."""
+"""Arcs and helices of a toolpath as arrays."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
+#: First, second and normal axis of the planes 17, 18, 19; a counter-clockwise arc turns from first to second.
 AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
 
-#: Minimum length of a move with a direction, mm; shorter ones are rounding.
+#: Minimum length of a move with a direction, mm; shorter moves come from rounding.
 SHORTEST = 1e-9
 
 #: An arc that ends within this angle (rad) of its start is a full turn (`model.toolpath.arc_sweep`).
@@ -22,10 +22,11 @@ _NO_TURN = 1e-9
 
 
 class Turn(NamedTuple):
-    """The round part of moves; zeros for a straight move.
+    """Geometry of arcs and helices, one row per move; zeros for a straight move.
 
-    `radius` mm; `sweep` rad, not negative; `rise` mm along the axis of a helix. The turn is counter-clockwise about the
-    `normal` of the plane. Unit vectors `out` and `out_end` point from the centre to the start and to the end.
+    `radius` is in mm, `sweep` in rad and not negative, and `rise` is the length along the axis of a helix, mm. The turn
+    is counter-clockwise about the `normal` of the plane. The unit vectors `out` and `out_end` point from the centre to
+    the start and to the end.
     """
 
     radius: Floats
@@ -37,18 +38,22 @@ class Turn(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """All arcs of a path.
+    """All arcs and helices of a path.
 
     Attributes
     ----------
+    row
+        Row of the path.
     length
-        mm; 0 if the start is unknown.
+        Length of the arc, mm; 0 if the start is unknown.
+    plane
+        0, 1 or 2 for G17, G18 or G19.
     centre
-        In the plane, float64[n, 2], mm.
+        Centre in the plane, float64[n, 2], mm.
     angle
-        At the start, rad.
+        Angle of the start point, rad.
     end_radius
-        mm; controllers allow a small difference from the radius at the start.
+        Radius at the end, mm; controllers allow a small difference from the radius at the start.
     """
 
     row: NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""`WorkMaterial`: data of a work material for cutting forces and tool life."""
+"""`WorkMaterial`: data of a work material, from which cutting forces and tool life are computed."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 @dataclass(frozen=True)
 class ToolLife:
-    """Extended Taylor tool life of a tool kind in a material.
+    """Extended Taylor law for the life of a kind of tool in a material.
 
-    The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m).
-    With all exponents except m at 0 it is Taylor's v T^n = C, n = m.
+    The cutting speed for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p), so
+    T = (C D^q / (v f^y ae^x ap^u z^p))^(1/m). If all exponents except m are 0, this is Taylor's v T^n = C with n = m.
 
     Source: F. W. Taylor, On the Art of Cutting Metals (1907); in this form, with D for drills and mills, A. G. Kosilova
     and R. K. Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), Drilling and Milling.
@@ -23,11 +23,11 @@ class ToolLife:
     Attributes
     ----------
     constant
-        C: mm/s, for a life of 1 s, with every length 1 mm.
+        The constant C, mm/s: the speed for a life of 1 s if all lengths are 1 mm.
     life, diameter, feed, width, depth, teeth
-        The exponents m, q, y, x, u and p. The feed is per revolution of a drill, per tooth of a mill.
+        The exponents m, q, y, x, u and p. The feed is per revolution of a drill, and per tooth of a mill.
     least_feed
-        Lower end of its range of feeds, mm; the upper end is the lower end of the next.
+        Lower end of the range of feeds to which the law applies, mm; the range ends where that of the next law starts.
     """
 
     work: CuttingWork
@@ -51,7 +51,7 @@ class ToolLife:
         depth: float = 1.0,
         teeth: int = 1,
     ) -> Floats:
-        """Return the life, s, at a cutting speed, mm/s; lengths in mm."""
+        """Return the tool life, s, at a cutting speed, mm/s; lengths are in mm."""
         scaled_constant = (
             self.constant * diameter**self.diameter / (width**self.width * depth**self.depth * teeth**self.teeth)
         )
@@ -65,19 +65,19 @@ class WorkMaterial:
     Attributes
     ----------
     kc11, mc
-        Kienzle: kc = kc11 h^-mc, N/mm², with the chip thickness h in mm.
+        Constants of Kienzle's law: the specific cutting force is kc = kc11 h^-mc, N/mm², for a chip thickness h, mm.
     tensile_strength, hardness, density
-        N/mm², HB, kg/m³; 0 if unknown.
+        Tensile strength, N/mm², Brinell hardness, HB, and density, kg/m³; 0 if unknown.
     lives
-        Tool life by operation and tool material, in order of their feeds; empty if no source is known.
+        Tool life laws for each operation and tool material, in order of their feeds; empty if no source is known.
     drill_constant
-        K of the measured torque and thrust of twist drills (`leafcut.material.cutting_force`); 0: they follow from
-        `kc11` and `mc`.
+        Constant K for measured torque and thrust of twist drills (`leafcut.material.cutting_force`); if 0, they follow
+        from `kc11` and `mc`.
     drill_feed, mill_feed
-        Highest feed of a drill per revolution, and of a carbide mill per tooth, as a fraction of the diameter; 0 if
+        Maximum feed of a drill per revolution, and of a carbide mill per tooth, as a share of the diameter; 0 if
         unknown.
     sources
-        Source of each value, by key, or "estimate: …".
+        Key → source of the value, or "estimate: …".
     """
 
     name: str
@@ -95,5 +95,5 @@ class WorkMaterial:
     sources: dict[str, str] = field(default_factory=dict)
 
     def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
-        """Return the tool life data of an operation and tool material, by feed; empty if unknown."""
+        """Return the tool life laws for an operation and a tool material, in order of feed; empty if unknown."""
         return tuple(life for life in self.lives if life.work is work and life.tool_material is tool_material)
