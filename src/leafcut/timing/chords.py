@@ -1,4 +1,4 @@
-"""Moves so short that the controller merges several into one (LinuxCNC: the tolerance of G64 Q, or P without Q)."""
+"""Merging of short moves, as LinuxCNC does within the tolerance of G64 (Q, or P without Q)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,22 @@ from leafcut.model.turns import Turns
 
 
 class MovingRows(NamedTuple):
-    """The rows of a toolpath that move the tool: row, displacement (float64[m, 3], mm), arc index (-1: straight), feed
-    (mm/s), rapid, end mode, P and Q of G64 (mm), and whether the machine stops before the next move.
+    """The rows of a toolpath that move the tool, one entry per move.
+
+    Attributes
+    ----------
+    row
+        Row of the toolpath.
+    delta
+        Displacement, float64[m, 3], mm.
+    arc
+        Index of the arc, -1 for a straight move.
+    feed, rapid
+        Feed, mm/s, and whether the move is a rapid.
+    mode, tolerance, joining
+        End mode (`timing.moves`), and P and Q of G64, mm.
+    flushed
+        Whether the machine stops before the next move.
     """
 
     row: NDArray[np.int64]
@@ -26,13 +40,14 @@ class MovingRows(NamedTuple):
     flushed: NDArray[np.bool_]
 
     def take(self, rows: NDArray[np.int64]) -> MovingRows:
-        """Return selected rows, possibly repeated."""
+        """Return the selected moves; an index may occur several times."""
         return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
 def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Return the moves with straight feed moves merged, at one feed, and shallow arcs replaced by chords, as G64
-    allows. Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too).
+    """Merge straight moves of equal feed, and replace shallow arcs by chords, as G64 allows.
+
+    Source: LinuxCNC documentation, G64 ("naive CAM detector", which also applies to arcs in the XY plane).
     """
     from leafcut.kernels.chords import merge_chords
 
@@ -53,7 +68,7 @@ def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
 
 
 def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Return the moves with arcs of less than a quarter turn and a bulge below Q replaced by two chords."""
+    """Replace each arc of less than a quarter turn with a bulge below Q by two chords."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):
         return steps

@@ -1,5 +1,7 @@
-"""Junctions of moves: the speed through a corner, and the controller's motion there; and the corners of controllers
-that only slow down (``round``: junction deviation of feed moves under G64, rapids end in position).
+"""Corners between moves: the maximum speed and the motion of the controller in each.
+
+This module has the corners of controllers that only slow down (style ``round``): junction deviation between feed moves
+under G64, while rapids stop. `timing.linuxcnc` has the corners of LinuxCNC.
 """
 
 from __future__ import annotations
@@ -12,23 +14,25 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, Moves
 
-#: Cosine limit of a straight continuation, or negative: of a reversal. Source: gnea/grbl 1.1, planner.c.
+#: Cosine of the turn below which a corner is straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
 _STRAIGHT = 0.999999
 
 
 class Corners(NamedTuple):
-    """The junction after every move; the machine is at rest after the last move.
+    """The corner after every move; the machine is at rest after the last move.
 
+    Attributes
+    ----------
     speed
-        Maximum junction speed, mm/s; 0 = rest. Where an arc rounds the corner, the arc's speed is the limit.
+        Maximum speed at the corner, mm/s, 0 for a stop; infinite where an arc rounds the corner and limits the speed.
     arc_length, arc_speed, arc_acceleration
-        The arc fitted into the corner, mm, mm/s, mm/s²; length 0: none.
+        Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; length 0 for no arc.
     trim
-        Length that the arc removes from both neighbours, mm.
+        Length that the arc removes from both adjacent moves, mm.
     held_back
-        Share of the acceleration that both neighbours reserve for the bend.
+        Share of the acceleration that both adjacent moves reserve for the bend.
     overlapped
-        The next move starts while this one decelerates, each with half the acceleration.
+        Whether the next move starts while this move decelerates, each with half the acceleration.
     """
 
     speed: Floats
@@ -40,16 +44,17 @@ class Corners(NamedTuple):
     overlapped: Mask
 
 
-def plain_corners(speed: Floats) -> Corners:
-    """Return corners with a speed limit only."""
+def corners_without_arcs(speed: Floats) -> Corners:
+    """Return corners with speed limits, but without arcs and overlaps."""
     zeros = np.zeros(len(speed))
     return Corners(speed, zeros, zeros, zeros, zeros, zeros, np.zeros(len(speed), dtype=np.bool_))
 
 
 def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
-    """Return the corners of a controller that uses the junction deviation: the circle that touches both moves and
-    stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine of half the angle between them.
-    Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
+    """Return the corners of a controller that uses the junction deviation δ.
+
+    The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
+    of half the angle between the moves. Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
     """
     cosine = -(before.end * after.start).sum(axis=1)
     sine = np.sqrt(0.5 * (1.0 - np.clip(cosine, -1.0, 1.0)))
@@ -60,4 +65,4 @@ def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     speed = np.sqrt(acceleration * machine.corner_deviation * sine / (1.0 - sine))
     speed = np.where(cosine < -_STRAIGHT, np.inf, np.where(cosine > _STRAIGHT, 0.0, speed))
     joined = ~before.flushed & (before.mode == BLEND) & ~before.rapid & ~after.rapid
-    return plain_corners(np.where(joined, speed, 0.0))
+    return corners_without_arcs(np.where(joined, speed, 0.0))

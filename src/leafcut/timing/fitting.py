@@ -1,10 +1,11 @@
-"""Fit a machine profile to measured times of programs.
+"""Fit of a machine profile to measured times of programs.
 
-Apart from the feed, two parameters determine most of the time, and both are seldom known: the accelerations (one factor
-for all axes here) and the corner value (`Machine.corner_deviation`; LinuxCNC's corners have none). Both are positive,
-so their logarithms are fitted, by weighted least squares of the times with the Levenberg–Marquardt method.
-Source: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); standard errors from the
-inverse of JᵀJ: G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
+Apart from feeds, two parameters determine most of the time, and both are seldom known: the accelerations (here one
+factor for all axes) and the corner value (`Machine.corner_deviation`, which LinuxCNC does not have). Both are positive,
+so their logarithms are fitted by weighted least squares of the times with the Levenberg–Marquardt method.
+
+Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory" (1978); for standard errors from the
+inverse of JᵀJ, G. A. F. Seber and C. J. Wild, "Nonlinear regression" (1989), section 2.1.
 """
 
 from __future__ import annotations
@@ -20,26 +21,27 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.timing.toolpath import corner_style, measure
 
-#: Error of a stopwatch, s, and of the model, as a fraction of the time. Sources: manual and electronic timing differ by
-#: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); the model: docs/results/machine_time.md.
+#: Error of a stopwatch, s, and of the model, as a share of the time. Sources: manual and electronic timing differ by
+#: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model, docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
-#: Maximum factor, and inverse of the minimum factor, on the accelerations.
+#: The factor on the accelerations is searched between 1 / _WIDEST and _WIDEST.
 _WIDEST = 20.0
 #: Search range of the corner value, mm.
 _CORNERS = (1e-4, 2.0)
-#: Maximum standard errors of the logarithms for a determined parameter. At 95 % confidence, the accelerations are then
-#: within a third, and the corner value within a factor of 2. Profiles know only the latter's order of magnitude.
+#: Maximum standard errors of the logarithms with which a parameter counts as determined. At 95 % confidence, the
+#: accelerations are then within a third, and the corner value within a factor of 2; profiles usually know only its
+#: order of magnitude.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
-#: Step of the logarithms for derivatives: far above the rounding of the model, small against its changes.
+#: Step of the logarithms for numerical derivatives, large compared with the rounding of the model.
 _STEP = 0.01
 _MOST_STEPS, _SMALLEST = 40, 1e-6
-#: Minimum slope of a parameter with an effect, weighted seconds.
+#: Minimum slope of a parameter that affects the times, weighted seconds.
 _NO_EFFECT = 1e-8
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A program as it runs, and its measured time, s."""
+    """The toolpath of a program, and its measured time, s."""
 
     name: str
     path: Toolpath
@@ -53,17 +55,17 @@ class Fitted:
     Attributes
     ----------
     machine
-        With the fitted values; undetermined parameters keep the profile's values.
+        The machine with the fitted values; undetermined parameters keep the values of the profile.
     before, after
-        The model's seconds of each program, float64[n].
+        Time of each program by the model before and after the fit, float64[n], s.
     acceleration, corner
         Factor on the accelerations, and corner value, mm; None if not fitted.
     error
-        Relative standard error by name (acceleration, corner); inf without effect.
+        Parameter (acceleration, corner) → relative standard error; inf if the parameter has no effect.
     condition
         Condition number of the weighted Jacobian; inf if a parameter has no effect, 1 for a single parameter.
     held
-        Reason why a parameter was not fitted, by name.
+        Parameter → reason why it was not fitted.
     """
 
     machine: Machine
@@ -77,13 +79,13 @@ class Fitted:
 
 
 def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
-    """Return the model's seconds of programs, float64[n], each starting at X0 Y0."""
+    """Return the time of each program by the model, float64[n], s; each starts at X0 Y0."""
     return np.array([measure(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
 def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
-    """Return the machine with the accelerations and the corner value that best fit the measured times. A parameter
-    that the programs do not determine, or that has no effect, keeps its value; the corner value is dropped first.
+    """Fit accelerations and corner value to the measured times. A parameter that the programs do not determine, or that
+    has no effect, keeps its value; if in doubt, the corner value does.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -101,7 +103,7 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
         logs, jacobian = _least_squares(programs, machine, parameters, seconds, weight)
         changed = _with_parameters(machine, parameters, logs)
         after = model_seconds(programs, changed)
-        step_errors, step_condition = _errors(jacobian, parameters, (after - seconds) * weight)
+        step_errors, step_condition = _standard_errors(jacobian, parameters, (after - seconds) * weight)
         condition = step_condition if not errors else condition
         errors |= step_errors
         undetermined = [name for name in parameters if step_errors[name] > _KNOWN[name]]
@@ -126,7 +128,7 @@ def _reason_held(error: float, name: str) -> str:
     return f"the best {name} is implausible for a machine; check the measurements"
 
 
-def _start(machine: Machine, parameters: Sequence[str]) -> Floats:
+def _start_values(machine: Machine, parameters: Sequence[str]) -> Floats:
     values = {"acceleration": 1.0, "corner": machine.corner_deviation}
     return np.log([values[name] for name in parameters])
 
@@ -165,7 +167,7 @@ def _residuals(
 def _least_squares(
     programs: Sequence[Measured], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the fitted logarithms, float64[p], and the weighted Jacobian there, float64[n, p]."""
+    """Return the fitted logarithms, float64[p], and the weighted Jacobian at the solution, float64[n, p]."""
     low, high = _bounds(parameters)
 
     def off(logs: Floats) -> Floats:
@@ -179,7 +181,7 @@ def _least_squares(
             columns.append((off(logs + step) - off(logs - step)) / (2.0 * _STEP))
         return np.column_stack(columns)
 
-    current = np.clip(_start(machine, parameters), low, high)
+    current = np.clip(_start_values(machine, parameters), low, high)
     residual, damping = off(current), 1e-3
     jacobian = slopes(current)
     for _ in range(_MOST_STEPS):
@@ -201,15 +203,15 @@ def _least_squares(
     return current, jacobian
 
 
-def _errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
+def _standard_errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
     """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
-    The variance is that of the residuals, but at least 1, the variance expected from the weights.
+    The variance is estimated from the residuals; it is at least 1, the variance that the weights imply.
     """
     degrees_of_freedom = len(residual) - len(parameters)
     spread = max(1.0, float(residual @ residual) / degrees_of_freedom if degrees_of_freedom > 0 else 1.0)
     size = np.sqrt((jacobian * jacobian).sum(axis=0))
     if np.any(size < _NO_EFFECT):
-        # Without the parameter that has no effect, judge the others separately.
+        # One parameter has no effect: compute the error of each parameter on its own.
         separate_errors = np.where(size < _NO_EFFECT, math.inf, math.sqrt(spread) / np.maximum(size, _NO_EFFECT))
         return dict(zip(parameters, separate_errors.tolist(), strict=True)), math.inf
     singular = np.linalg.svd(jacobian / size, compute_uv=False)

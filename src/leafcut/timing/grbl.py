@@ -1,5 +1,5 @@
-"""Times of moves on GRBL 1.1: converts the rows of a toolpath to the input of `kernels.grbl_clock`, which simulates
-the board's planner, buffers and serial line.
+"""Times of moves on GRBL 1.1, from `kernels.grbl_clock`, which simulates the planner, buffers and serial line of the
+board.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.timing.moves import REST, Moves, changes_power
 #: Bytes per second of GRBL's serial line: 115200 baud, ten bits per byte (BAUD_RATE, the same on every board).
 BYTES_PER_SECOND = 11_520
 
-#: Step of a dwell, s (DWELL_TIME_STEP).
+#: Time step of dwells, s (DWELL_TIME_STEP).
 DWELL_STEP = 0.05
 
 #: Maximum number of chords of an arc: GRBL counts them in 16 bits.
@@ -29,15 +29,20 @@ MOST_CHORDS = 65535
 _COMMENT = re.compile(r"\([^)]*\)|;.*|\s+")
 _WORD = re.compile(r"[A-Z]")
 
-#: Rows at which GRBL does not stop, besides those without effect.
+#: Kinds of rows at which GRBL never stops.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
 def stops_of(path: Toolpath, machine: Machine) -> Mask:
-    """Return the rows before which the machine must stop, bool[n].
+    """Return the mask of the rows before which the machine must stop, bool[n].
 
-    M3, M4, M5, M7, M8 and M9 with an effect; an S while the spindle turns, but for a beam only if its block has no
-    move; a dwell, a pause, the end, a change of origin or length offset; and blocks that are not understood.
+    The machine stops before:
+
+    - M3, M4, M5, M7, M8 and M9 that change a state, and an S while the spindle turns. For a laser, an S stops the
+      machine only in a block without a move.
+    - A dwell, a pause, the end, and a change of origin or length offset.
+    - Blocks that are not understood.
+
     Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
     """
     kind = path.kind
@@ -57,14 +62,16 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """Bytes and words of each line as sent, without blanks and comments, int64[n]; by row, 0 where no line starts."""
+    """Number of bytes and of words of each sent line, without blanks and comments, int64[n]. As columns of a toolpath,
+    both are 0 in rows at which no line starts.
+    """
 
     size: NDArray[np.int64]
     words: NDArray[np.int64]
 
 
 def sent_lines(text: Iterable[str]) -> SentLines:
-    """Return the size of each line of a program, from line 1 on."""
+    """Return the size of each line of a program; the first entry is line 1."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
     words = [len(_WORD.findall(line)) for line in sent]
@@ -72,7 +79,9 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the program lines that start at the rows of a path; without the text, one line of three decimals each."""
+    """Return the size of the program line that starts at each row of a path. Without the text, the size is estimated
+    for three decimals.
+    """
     n = len(path)
     if lines is not None and path.line.any():
         starts = np.append(True, path.line[1:] != path.line[:-1])[:n]
@@ -98,18 +107,18 @@ def grbl_seconds(
     lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> Floats:
-    """Return the seconds of every move, float64[m], including the loss at a stop before it, but without dwells.
+    """Return the time of every move, float64[m], s, including the loss at a stop before it, but without dwells.
 
     Parameters
     ----------
     path, delta, moves
-        Rows without canned cycles; displacement of every row, float64[n, 3], mm; the moves.
+        Toolpath without canned cycles, displacement of every row, float64[n, 3], mm, and its moves.
     waits
-        Time that the machine stands at every row, float64[n], s.
+        Time at rest in every row, float64[n], s.
     lines
-        The lines of the text, if there is one.
+        Sizes of the lines of the text, if known.
     pace
-        Factor on the times of the serial line and the processor; 0 is an infinitely fast controller.
+        Factor on the times of the serial line and the processor; 0 for an infinitely fast controller.
     """
     from leafcut.kernels.grbl_clock import BEGAN, grbl_clock, new_board
 
@@ -128,7 +137,7 @@ def grbl_seconds(
     programmed = path.value[moves.row]
     feed = np.where(programmed > 0.0, np.minimum(programmed, machine.max_feed), machine.max_feed)
     feed[moves.rapid] = np.inf
-    arcs = _arcs(moves, machine.arc_tolerance)
+    arcs = _arc_chords(moves, machine.arc_tolerance)
     sent = lines_by_row(path, lines)
     scratch = (np.zeros(n), np.zeros(3))
     grbl_clock(board, move, *sent, stops, waits, position, feed, *arcs, limits, machine.corner_deviation, *scratch)
@@ -139,8 +148,10 @@ def grbl_seconds(
     return seconds
 
 
-def _arcs(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Return the chords of arcs: number, angle per chord, vectors of the circle, and rise per chord."""
+def _arc_chords(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
+    """Return the chords of arcs: their number, the angle per chord, rad, two vectors that span the circle, and the rise
+    per chord, mm.
+    """
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep
     flat = np.sqrt(np.maximum(tolerance * (2.0 * radius - tolerance), 1e-12))

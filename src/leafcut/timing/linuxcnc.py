@@ -1,14 +1,16 @@
-"""The corners and arcs of LinuxCNC's trajectory planner, version 2.9.
+"""Corners and arcs of LinuxCNC's trajectory planner, version 2.9.
 
-Facts from its documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and its source (emc/tp/tp.c,
-blendmath.c, tc.c of the 2.9 branch), restated as formulas; checked against the simulated machine
+The formulas follow the documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and the source
+(emc/tp/tp.c, blendmath.c, tc.c of the 2.9 branch). They were checked against the simulated machine
 (`python -m benchmarks machine_time`).
 
-A bend from unit vector u to w needs, in one servo cycle, the acceleration (w - u) v / cycle. If this is at most the
-kink ratio (0.1) for every axis, the bend counts as tangent. It is passed at full speed, and both moves reserve that
-share of their acceleration. A sharper bend may be passed at the speed that just satisfies this limit. Under G64, a
-corner may also be rounded by an arc within the tolerance. Or the next move starts while the previous one decelerates,
-each with half the acceleration. The fastest of the three is used. Between rapid and feed the machine stops.
+A bend from unit vector u to w needs the acceleration (w - u) v / cycle in one servo cycle. If no axis needs more than
+the kink ratio (0.1) of its acceleration, the bend counts as tangent. It is passed at full speed, and both moves reserve
+that share of their acceleration. A sharper bend may be passed at the speed that just keeps this limit.
+
+Under G64, there are two alternatives: an arc within the tolerance rounds the corner, or the next move starts while the
+previous move decelerates, each with half the acceleration. The fastest of the three is used. The machine stops between
+a rapid and a feed move.
 """
 
 from __future__ import annotations
@@ -28,19 +30,20 @@ CYCLE = 0.001
 #: Minimum duration of a move, s: TP_MIN_SEGMENT_CYCLES cycles.
 SHORTEST = 1.02 * CYCLE
 
-#: Look-ahead depth, moves: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
+#: Number of moves of the look-ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
 DEPTH = 50
 
-#: A move shorter than this many cycles before a corner's arc is merged into it: [TRAJ]ARC_BLEND_GAP_CYCLES.
+#: The rest of a move before the arc of a corner is merged into the arc if it takes fewer servo cycles:
+#: [TRAJ]ARC_BLEND_GAP_CYCLES.
 GAP_CYCLES = 4
 
-#: Maximum share of the acceleration normal to an arc, and the tangential share; their squares sum to 1.
+#: Maximum shares of the acceleration normal and tangential to an arc; their squares sum to 1.
 NORMAL, TANGENTIAL = np.sqrt(3.0) / 2.0, 0.5
 
-#: Maximum deviation at a corner as a share of the shorter move, whatever G64 allows.
-_DEVIATION_PART = 0.25
+#: Maximum deviation at a corner as a share of the shorter move, even if G64 allows more.
+_DEVIATION_SHARE = 0.25
 
-#: Cosine of the turn from which a corner is a reversal: 178 degrees.
+#: Cosine of the turn above which a corner is a reversal: 178 degrees.
 _REVERSAL = np.cos(np.radians(178.0))
 
 _TINY = 1e-6
@@ -73,7 +76,7 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
         arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
         trim=np.where(with_arc, corner.trim, 0.0),
         held_back=np.where(unlimited, 0.0, held_back),
-        # The planner halves the acceleration of a move that may be followed, even if none follows.
+        # The planner halves the acceleration of a move that another move may follow, even if none does.
         overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
     )
 
@@ -91,14 +94,14 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
     angle, reach = _arc_bounds(before, after, half_angle)
     turn = np.pi - 2.0 * angle
-    acceleration = _in_plane(before, after, np.asarray(machine.acceleration))
+    acceleration = _maximum_in_plane(before, after, np.asarray(machine.acceleration))
     whole = np.minimum(before.length, after.length)
     tolerance = np.where(before.tolerance > 0, before.tolerance, np.inf)
-    tolerance = np.minimum(tolerance, _DEVIATION_PART * whole)
+    tolerance = np.minimum(tolerance, _DEVIATION_SHARE * whole)
     reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
     widest = np.tan(angle) * reach
     speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _requested_speed(before, after, machine, turn))
-    # As wide as the speed requires, or as an overlap of both moves would be.
+    # The arc is as wide as the speed requires, or as an overlap of both moves would be.
     half = 0.5 * acceleration
     overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
     radius = np.maximum(speed * speed / (NORMAL * acceleration), np.minimum(overlap_s * speed / turn, widest))
@@ -109,10 +112,10 @@ def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -
 
 
 def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
-    """Return half the angle of each corner, and the length of both moves available to a blend arc, mm.
+    """Return half the angle of each corner, rad, and the length of both moves that is available to a blend arc, mm.
 
-    Half of a straight move; two thirds of the sweep of an arc at its end, one third at its start. An arc that turns in
-    the direction of the corner is replaced by its chord, which narrows the angle.
+    A blend arc may use half of a straight move, two thirds of the sweep of an arc at its end, and one third at its
+    start. An arc that turns in the direction of the corner is replaced by its chord, which narrows the angle.
     """
     angle, reach = half_angle, np.full(len(half_angle), np.inf)
     for move, share, inwards in (
@@ -129,7 +132,7 @@ def _arc_bounds(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats
 
 
 def _coplanar(before: Moves, after: Moves) -> Mask:
-    """Return whether the corner lies in the planes of its arcs; otherwise no arc is fitted."""
+    """Return whether each corner is in the planes of its adjacent arcs; otherwise no blend arc is fitted."""
     across = np.cross(before.end, after.start)
     size = np.sqrt((across * across).sum(axis=1))
     flat = np.ones(len(before), dtype=np.bool_)
@@ -139,8 +142,8 @@ def _coplanar(before: Moves, after: Moves) -> Mask:
     return flat
 
 
-def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Return the maximum length of a vector in the plane of each corner that keeps every axis within its bound."""
+def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
+    """Return, for each corner, the maximum length of a vector in its plane whose components are within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
@@ -149,9 +152,9 @@ def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
 
 
 def _requested_speed(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
-    """Return the requested speed on a corner's arc, limited to the speed that the axes allow along the whole arc."""
+    """Return the requested speed on each blend arc, limited to the speed that the axes allow on the whole arc."""
     requested = np.maximum(before.velocity, after.velocity)
-    allowed = _in_plane(before, after, np.asarray(machine.rapid_velocity))
+    allowed = _maximum_in_plane(before, after, np.asarray(machine.rapid_velocity))
     # Between two straight moves, the velocity vector moves along the side of a triangle; its height is allowed too.
     steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
     first = np.minimum(before.limit, after.limit / steepest)
@@ -171,8 +174,9 @@ def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float)
 def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Return the speeds of two overlapping moves: of the first when the second starts, and the speed that it reaches.
-    `half` are the accelerations, `shortened` the share of their lengths that certainly remains.
+    """Return the speeds of two overlapping moves, mm/s: of the first move when the second starts, and of the second
+    move when the first ends. `half` are their accelerations, and `shortened` is the share of their lengths that
+    certainly remains.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
@@ -185,8 +189,10 @@ def overlap_speeds(
 
 
 def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
-    """Return the limits of velocity and acceleration along moves that share the acceleration with the normal: at most
-    `NORMAL` across and `TANGENTIAL` along it, or on a wider arc the rest of the circle.
+    """Return the limits of velocity, mm/s, and of acceleration, mm/s², along each move.
+
+    On an arc, the acceleration is shared: at most `NORMAL` across the path, and `TANGENTIAL` along it. An arc with less
+    normal acceleration leaves more for the tangential acceleration.
     """
     radius = moves.turn.radius
     is_arc = radius > 0

@@ -1,12 +1,12 @@
 """Times of moves with look-ahead.
 
-Every corner has a maximum speed (`timing.corners`). In the backward pass, each corner is limited to the speed from
-which the tool can still slow down for the following moves within the look-ahead. In the forward pass, it is limited to
-the speed that the tool can reach. Between two corners the velocity is a trapezoid.
+Every corner has a maximum speed (`timing.corners`). The backward pass limits each corner to the speed from which the
+tool can still slow down for the following moves within the look-ahead. The forward pass limits it to the speed that the
+tool can reach. Between two corners, the velocity has the shape of a trapezoid.
 
-Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. With v² ≤ w² + 2 a d between
-corners, v² + S is the minimum of w² + S over the corners ahead. Likewise, v² - S is the minimum of w² - S over the
-corners before.
+Both passes are running minima. Let S be the cumulative sum of 2 a d up to each corner. Because v² ≤ w² + 2 a d between
+corners, v² + S is the minimum of w² + S over the following corners, and v² - S is the minimum of w² - S over the
+preceding corners.
 """
 
 from __future__ import annotations
@@ -31,15 +31,17 @@ from leafcut.timing.linuxcnc import (
 )
 from leafcut.timing.moves import Moves
 
-#: Look-ahead of a controller that does not specify it; large enough to have no effect.
+#: Look-ahead of a controller that does not specify it, in moves; large enough to have no effect.
 _FAR = 500
 
-#: Junctions per block, so that intermediate arrays stay in the processor's cache.
+#: Number of corners per block, which keeps intermediate arrays in the processor's cache.
 _BLOCK = 1 << 13
 
 
 class Pieces(NamedTuple):
-    """Moves and corner arcs, in order: mm, mm/s, mm/s². `join` is the speed limit at the end of a piece."""
+    """Moves and corner arcs as motion segments in order: mm, mm/s, mm/s². `join` is the speed limit at the end of a
+    segment, and `move` the index of its move.
+    """
 
     length: Floats
     velocity: Floats
@@ -49,10 +51,10 @@ class Pieces(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the seconds of every move, float64[m], with the arc in the corner after it (style linuxcnc or round)."""
+    """Return the time of every move, with the arc in the corner after it, float64[m], s (styles linuxcnc and round)."""
     if not len(moves):
         return np.zeros(0)
-    # A straight move has radius 0 and a reversal has width 0; the quotients are discarded afterwards.
+    # Divisions by the radius 0 of straight moves and the width 0 of reversals are discarded afterwards.
     with np.errstate(divide="ignore", invalid="ignore"):
         return _seconds(moves, machine, style)
 
@@ -68,13 +70,13 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
 
 
 def round_speed(moves: Moves, acceleration: Floats) -> Floats:
-    """Return the speed limit of arcs by their normal acceleration, mm/s."""
+    """Return the speed limit of each arc by its normal acceleration, mm/s; infinite for straight moves."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
 
 
 def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
-    """Return all corners. The last move is followed by itself, which has no effect because it is flushed."""
+    """Return the corners of all moves. The last move follows itself, which has no effect, because it ends at rest."""
     blocks = []
     for first in range(0, len(moves), _BLOCK):
         before, after = moves[first : first + _BLOCK], moves[first + 1 : first + 1 + _BLOCK]
@@ -125,7 +127,7 @@ def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, accele
 
 
 def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Floats:
-    """Return the seconds of every move from its pieces, with a look-ahead of `depth` pieces."""
+    """Return the time of every move from its motion segments, s, with a look-ahead of `depth` segments."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)
     limit[:-1] = np.minimum(limit[:-1], velocity[1:])
@@ -150,9 +152,10 @@ def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Fl
 
 
 def _lookahead_minimum(value: Floats, depth: int) -> Floats:
-    """Return the minimum of every value and the `depth` values after it, in blocks of the window's size: a window is
-    the end of one block and the start of the next.
-    Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
+    """Return the minimum of every value and the `depth` values after it.
+
+    The values are divided into blocks as long as the window, so a window consists of the end of one block and the start
+    of the next. Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
     """
     window = depth + 1
     padded = np.full((-(-len(value) // window) + 1) * window, np.inf)

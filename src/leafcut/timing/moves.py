@@ -1,5 +1,6 @@
-"""The moves of a toolpath in columns: length, direction, speed, and the data needed for look-ahead. Rows that do not
-move the tool are omitted, but mark where a move must end at rest.
+"""The moves of a toolpath as columns: length, direction, speed, and the data needed for look-ahead.
+
+Rows that do not move the tool are omitted; they only determine where a move must end at rest.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.model.turns import AXES, SHORTEST, Turn, Turns
 from leafcut.timing.chords import MovingRows, joined_steps
 
-#: End modes of a move: at rest, exact path with tangent transitions (G61), or blended (G64).
+#: End modes of a move: stop, exact path with tangent transitions (G61), or blending (G64).
 REST, EXACT, BLEND = 0, 1, 2
 
-#: Rows without a move at which the machine does not stop.
+#: Kinds of rows without a move at which the machine does not stop.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 
@@ -29,14 +30,18 @@ class Moves:
 
     Attributes
     ----------
+    row
+        Row of the toolpath.
     length, velocity, limit, acceleration
-        `velocity` is the requested speed, at most `limit`, the speed that the axes allow along the move.
+        Length of the move, its requested speed, the maximum speed that the axes allow along it, and its acceleration.
     start, end
-        Unit tangents, float64[m, 3].
+        Unit tangents at both ends, float64[m, 3].
+    turn
+        Geometry of arcs and helices.
     mode, tolerance
-        `REST`, `EXACT` or `BLEND` after the move; P of G64, 0 without.
+        End mode (`REST`, `EXACT` or `BLEND`), and P of G64, mm, 0 without P.
     flushed
-        The machine stops before the next move for another command.
+        Whether the machine stops before the next move to execute another command.
     """
 
     row: NDArray[np.int64]
@@ -70,11 +75,13 @@ def moves_of(
     joining: Floats,
     cycle_s: float = 0.0,
 ) -> Moves:
-    """Return the moves of a path without canned cycles. `delta`: displacement of every row, float64[n, 3], mm; `mode`,
-    `tolerance`, `joining`: by row: end mode of the move, and P and Q of G64 in mm; `cycle_s`: minimum duration of a
-    move: the planning interval of the controller.
+    """Return the moves of a path without canned cycles.
+
+    `delta` is the displacement of every row, float64[n, 3], mm. `mode`, `tolerance` and `joining` are the end mode, and
+    P and Q of G64, mm, of every row. `cycle_s` is the planning interval of the controller, s, the minimum duration of a
+    move.
     """
-    steps = _steps(path, machine, delta, turns, mode, tolerance, joining)
+    steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
         steps = joined_steps(steps, turns)
     length, limit, acceleration, start, end = _straight_limits(steps, machine)
@@ -94,7 +101,7 @@ def moves_of(
     return Moves(steps.row, length, velocity, limit, acceleration, start, end, turn, steps.rapid, *ends)
 
 
-def _steps(
+def _moving_rows(
     path: Toolpath,
     machine: Machine,
     delta: Floats,
@@ -118,8 +125,8 @@ def _steps(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return the rows that only change the power of a beam in the block of a move, without a stop. Source: GRBL 1.1,
-    laser mode ($32=1), gcode.c.
+    """Return the mask of the rows that only change the laser power in the block of a move, which does not stop the
+    machine. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)

@@ -1,15 +1,15 @@
-"""The time of a single move from rest to rest with constant acceleration.
+"""Time of a single move from rest to rest with constant acceleration.
 
 Derivation. A move of length d with maximum velocity v and acceleration a needs v/a seconds and v²/2a millimetres to
 reach v, and the same to stop. If d ≥ v²/a, the velocity is reached. The time is d/v for the whole length at v, plus v/a
-because the mean velocity of the two ramps is v/2: t = d/v + v/a. Otherwise the move switches from acceleration to
-deceleration half way: d/2 = a (t/2)²/2, hence t = 2 √(d/a). Both are equal at d = v²/a.
+because the mean velocity of the two ramps is v/2: t = d/v + v/a. Otherwise, the move switches from acceleration to
+deceleration halfway: d/2 = a (t/2)²/2, so t = 2 √(d/a). Both times are equal at d = v²/a.
 
 A straight move along a unit vector u keeps axis i within v_i and a_i if v = min v_i/|u_i| and a = min a_i/|u_i|.
-With δ = d u, two numbers suffice: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i, with
-t = cruise + ramp/cruise if cruise² ≥ ramp, else 2 √ramp.
+With δ = d u, two numbers suffice: cruise = d/v = max |δ_i|/v_i and ramp = d/a = max |δ_i|/a_i. The time is
+t = cruise + ramp/cruise if cruise² ≥ ramp, else t = 2 √ramp.
 
-Moves start and end at rest here; `timing.lookahead` carries speed through corners.
+`timing.lookahead` computes the times of moves that pass corners without a stop.
 """
 
 from __future__ import annotations
@@ -30,9 +30,8 @@ def trapezoid_time(distance: float, velocity: float, acceleration: float) -> flo
 @overload
 def trapezoid_time(distance: NDArray[np.float64], velocity: Number, acceleration: Number) -> NDArray[np.float64]: ...
 def trapezoid_time(distance: Number, velocity: Number, acceleration: Number) -> Number:
-    """Return the seconds of a move of `distance` ≥ 0 mm from rest to rest, limited by `velocity` and `acceleration`.
-
-    Numbers give a number; arrays broadcast against each other. mm, mm/s, mm/s².
+    """Return the time, s, of a move from rest to rest over a distance ≥ 0, mm, limited by velocity, mm/s, and
+    acceleration, mm/s². Arrays are broadcast against each other.
     """
     cruise, ramp = distance / velocity, distance / acceleration
     if isinstance(cruise, float) and isinstance(ramp, float):
@@ -51,12 +50,12 @@ def move_time(
     machine: Machine,
     feed: float | NDArray[np.float64] | None = None,
 ) -> float | NDArray[np.float64]:
-    """Return the duration, s, of straight moves by `delta` (float64[..., 3], mm) from rest to rest.
+    """Return the time, s, of straight moves from rest to rest by `delta`, float64[..., 3], mm.
 
-    Without `feed`, the move is a rapid in the machine's style: ``linear`` moves keep every axis within its velocity and
-    acceleration. On a ``dogleg`` machine, each axis moves independently, and the slowest determines the time. With
-    `feed` (mm/s, along the path), the move is straight and limited by the axes and by `max_feed`; a feed that is not
-    positive counts as `max_feed`. `Machine.acceleration_factor` applies to all. An unknown delta (NaN) costs nothing.
+    Without `feed`, the move is a rapid. On a ``linear`` machine, it keeps every axis within its velocity and
+    acceleration. On a ``dogleg`` machine, each axis moves on its own, and the slowest axis determines the time. With
+    `feed`, mm/s, the move is also limited by the feed and by `max_feed`; a feed that is not positive counts as
+    `max_feed`. `Machine.acceleration_factor` applies to all moves. An unknown delta (NaN) takes no time.
     """
     moved = np.abs(np.nan_to_num(np.asarray(delta, dtype=np.float64)))
     cruise = moved / np.asarray(machine.rapid_velocity)
@@ -74,7 +73,7 @@ def move_time(
 
 
 def _times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Seconds of moves with cruise = distance / velocity and ramp = distance / acceleration, elementwise."""
+    """Return the times, s, of moves with cruise = distance / velocity and ramp = distance / acceleration."""
     reached = cruise * cruise >= ramp
     safe = np.where(reached & (cruise > 0), cruise, 1.0)
     seconds: NDArray[np.float64] = np.where(reached, cruise + ramp / safe, 2.0 * np.sqrt(ramp))

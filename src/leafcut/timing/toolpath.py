@@ -1,4 +1,4 @@
-"""The cost of a whole toolpath on a machine: lengths, and seconds by kind of motion."""
+"""Measure of a whole toolpath on a machine: lengths, and time by kind of motion."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from leafcut.timing.profile import move_time
 #: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
-#: A move is starved if waiting for lines costs more than this share of its time.
-LATE_PART = 0.1
+#: A move counts as starved if waiting for lines costs more than this share of its time.
+STARVED_SHARE = 0.1
 
-#: Kinds that set the tool position without moving it.
-_RESTATED = [int(k) for k in PLACES if k not in MOTIONS]
+#: Kinds of rows that set the position of the tool without a move.
+_REPOSITIONING = [int(k) for k in PLACES if k not in MOTIONS]
 
 #: The work offset of `Machine.work_offset`: G54.
 _FIRST_FRAME = 540
@@ -44,7 +44,9 @@ def corner_style(machine: Machine) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PathTimes:
-    """The times of a toolpath with expanded canned cycles, s; `source` has the row of the original toolpath."""
+    """A toolpath with expanded canned cycles, and the time of each row, s. `source` is the row of the original toolpath
+    from which each row comes.
+    """
 
     path: Toolpath
     source: NDArray[np.int32]
@@ -58,25 +60,25 @@ def measure(
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
 ) -> Measure:
-    """Return lengths (mm) and machine time (s) of a toolpath.
+    """Return the lengths, mm, and the machine time, s, of a toolpath.
 
-    Rows that are `beam_off`, bool[n], are travel moves at feed: those of a beam that is off. `start` is the tool
-    position before the first move, (x, y) in mm, if the path does not state it.
+    Feed moves in rows marked by `beam_off`, bool[n], are travel moves, because the beam is off. `start` is the position
+    of the tool before the first move, (x, y) in mm, if the path does not state it.
 
-    Canned cycles are expanded. Moves are joined as the controller joins them (`timing.lookahead`), and the machine
-    stops at every other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move
-    changes the power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the
-    power-on state; a planned path in G61, as our posts write it.
+    Canned cycles are expanded. The controller blends moves as in `timing.lookahead`, and the machine stops at every
+    other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move changes the
+    power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the power-on state.
+    A planned path is assumed to run in G61, the mode that leafcut writes.
 
-    A tool change costs `tool_change_s`, including the first; changing to the tool in the spindle costs nothing. A
-    spindle that starts or changes speed costs `spindle_start_s`, or the following dwell if that is longer; both count
-    as ``spindle``. Pauses cost nothing, because the operator's time is unknown.
+    Every tool change takes `tool_change_s`, unless the tool is already in the spindle. A spindle that starts or changes
+    its speed takes `spindle_start_s`, or the following dwell if that is longer; both count as ``spindle``. Pauses take
+    no time, because the time of the operator is unknown.
 
-    An unknown coordinate costs nothing. A move between program and machine coordinates is exact if the machine's
-    `work_offset` is known. Otherwise its time is estimated from half of the axis travel, its length counts as 0, and it
-    costs nothing if the travel is unknown. Raises PlanError if the expanded cycles have too many moves.
+    A move with an unknown coordinate takes no time along that axis. A move between program and machine coordinates is
+    exact if the `work_offset` of the machine is known. Otherwise, its time is estimated from half of the axis travel if
+    that is known, and its length counts as 0. Raises PlanError if the expanded cycles have too many moves.
     """
-    path, source, delta, turns, moves, move_times, standing_seconds = _timed(path, machine, start, lines)
+    path, source, delta, turns, moves, move_times, standing_seconds = _time_path(path, machine, start, lines)
     dark_feed = (path.kind == Kind.FEED) & (beam_off[source] if beam_off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark_feed
     seconds = {
@@ -99,37 +101,37 @@ def measure(
 def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
     """Return the rows that a GRBL board executes more slowly because it waits for lines, and the loss of each, s.
 
-    The reference is a board whose serial line and processor take no time. The loss of the first move after a stop,
-    before which lines are read, is excluded. For other controllers the result is empty. Raises PlanError if the
-    expanded cycles have too many moves.
+    The loss is relative to a board whose serial line and processor take no time. The first move after a stop is
+    excluded, because lines are read during the stop. For other controllers, the result is empty. Raises PlanError if
+    the expanded cycles have too many moves.
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
-    timed, fastest = _timed(path, machine, None, lines), _timed(path, machine, None, lines, pace=0.0).move_times
+    timed, fastest = _time_path(path, machine, None, lines), _time_path(path, machine, None, lines, pace=0.0).move_times
     loss = timed.move_times - fastest
     follows = np.append(False, ~timed.moves.flushed[:-1])[: len(loss)]
-    starved = follows & (loss > LATE_PART * fastest)
+    starved = follows & (loss > STARVED_SHARE * fastest)
     return timed.source[timed.moves.row[starved]], loss[starved]
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of every moving row of a path without canned cycles, s, float64[n], as summed by `measure`."""
-    return _timed(path, machine).moving
+    """Return the time of motion in every row of a path without canned cycles, float64[n], s, as `measure` sums it."""
+    return _time_path(path, machine).moving
 
 
 def clock(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of every row. Their sum is the time of `measure` with the same `lines` and `start`. Raises
-    PlanError if the expanded cycles have too many moves.
+    """Return the time of every row; `measure` with the same `lines` and `start` returns the sum. Raises PlanError if
+    the expanded cycles have too many moves.
     """
-    timed = _timed(path, machine, start, lines)
+    timed = _time_path(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
 
 
-class _Timed(NamedTuple):
-    """A path with expanded cycles, the source of its rows, and their times: displacement of the rows, mm; arcs; moves
-    and their seconds; standing time per row, s.
+class _TimedPath(NamedTuple):
+    """A toolpath with expanded cycles: the original row of each row (`source`), the displacement of each row, mm, its
+    arcs, its moves with their times, s, and the time at rest in each row, s.
     """
 
     path: Toolpath
@@ -142,17 +144,17 @@ class _Timed(NamedTuple):
 
     @property
     def moving(self) -> Floats:
-        """Moving time of each row, s, float64[n]."""
+        """Time of motion in each row, float64[n], s."""
         return np.bincount(self.moves.row, weights=self.move_times, minlength=len(self.path)).astype(np.float64)
 
 
-def _timed(
+def _time_path(
     path: Toolpath,
     machine: Machine,
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
     pace: float = 1.0,
-) -> _Timed:
+) -> _TimedPath:
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expand(path, style)
     path, probing = _probes_as_feeds(path)
@@ -170,14 +172,15 @@ def _timed(
         move_times = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         move_times[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
-    return _Timed(path, source, delta, turns, moves, move_times, standing_seconds)
+    return _TimedPath(path, source, delta, turns, moves, move_times, standing_seconds)
 
 
 def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
-    """Return the path with its probes as feed moves to the contact point, and the rows of these, bool[n].
+    """Replace probe moves by feed moves to the contact point; return the path and the mask of the probe rows, bool[n].
 
-    The contact point is assumed at the program's surface: the height in the SHIFT (G92) after the probe. A probe
-    without one costs nothing, because its length is unknown. In other CAMs' programs, it is a FOREIGN row with a feed.
+    The contact point is assumed at the height of the SHIFT (G92) after the probe, the surface of the program. A probe
+    without such a row takes no time, because its length is unknown. In foreign programs, a probe is a FOREIGN row with
+    a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -193,7 +196,9 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 def _expand(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the path with expanded cycles, the source row of each row, end modes, and P and Q of G64 in mm."""
+    """Expand all cycles; return the path, and for each of its rows the original row, the end mode, and P and Q of G64,
+    mm.
+    """
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
@@ -218,16 +223,16 @@ def _length(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the displacement of every row per axis, float64[n, 3] mm: the known part, and an estimate otherwise.
+    """Return two arrays of the displacement of every row along each axis, float64[n, 3], mm: known displacements, and
+    estimates of unknown ones.
 
-    Each axis is tracked separately, in program or machine coordinates. Some rows redefine its position: a work offset,
-    G92, a block that is not understood. For the first move of an axis, the first `n_started` axes start at `start`,
-    with z at 0.
+    Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
+    understood redefines its position. The first `n_started` axes start at `start`, with z at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
     moving = (path.kind <= Kind.ARC_CCW) | in_machine
-    restated = np.isin(path.kind, _RESTATED) & ((path.kind != Kind.FOREIGN) | (path.ref != STILL))
+    restated = np.isin(path.kind, _REPOSITIONING) & ((path.kind != Kind.FOREIGN) | (path.ref != STILL))
     shifted = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != _FIRST_FRAME))
     offset = None if shifted.any() else machine.work_offset
     for axis in range(3):
@@ -248,11 +253,11 @@ def _displacements(
 
 
 def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
-    """Return the standing time of every row for a dwell, a tool change or the spindle, s.
+    """Return the time at rest in every row, float64[n], s, for dwells, tool changes and the spindle.
 
-    The tool in the spindle at the start is unknown, so the first tool is changed to. A dwell that only waits for the
-    spindle counts as spindle time. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next speed
-    is a start again. GRBL does not wait for the spindle, and rounds dwells up to whole steps.
+    The tool in the spindle at the start is unknown, so the first TOOL row is a tool change. A dwell that only waits for
+    the spindle counts as spindle time. A tool change stops the spindle, as M6 does on LinuxCNC and Haas, so the spindle
+    must start again. GRBL does not wait for the spindle, and rounds dwells up to whole steps.
     """
     seconds = np.zeros(len(path))
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
@@ -278,15 +283,15 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     return seconds
 
 
-#: Rows allowed between a spindle start and the dwell that waits for it.
-_DWELL, _BESIDE = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
+#: Kinds of rows that may be between a spindle start and the dwell that waits for it.
+_DWELL, _IGNORED_ROWS = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
 
 
 def _dwell_after(kinds: list[int], row: int) -> int | None:
-    """Return the row of the dwell after a row, with only coolant and length offset between; None if there is none."""
+    """Return the row of the dwell that follows a row, apart from coolant and length offset rows, or None."""
     for after in range(row + 1, len(kinds)):
         if kinds[after] == _DWELL:
             return after
-        if kinds[after] not in _BESIDE:
+        if kinds[after] not in _IGNORED_ROWS:
             break
     return None

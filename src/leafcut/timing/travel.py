@@ -1,4 +1,4 @@
-"""Cost and height of travel between positions on a machine."""
+"""Cost and height of travel moves between positions on a machine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: Many orders of a grid take equally long, because the faster axis waits. A millionth of a second per mm selects the
-#: shortest of them and changes no measured time.
+#: Additional cost of travel, s/mm. Many orders of a grid take equally long, because the faster axis waits; this selects
+#: the shortest of them without changing any measured time.
 TIE_BREAK = 1e-6
-#: Metrics of machines and of the plane; the others are for maps.
+#: Metrics of machines and of the plane; all other metrics are for maps.
 _MACHINES = ("euclidean", "chebyshev", "manhattan", "linear", "dogleg")
 
 
@@ -30,13 +30,13 @@ def travel_metric(
     lift_height_mm: float = 0.0,
     relief: Relief | None = None,
 ) -> Metric:
-    """Return the cost of travel between holes on `machine`.
+    """Return the cost of travel moves between positions on a machine.
 
-    ``time``: seconds of a rapid in x and y, with the acceleration factor included in the accelerations. A move over one
-    of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) also costs the Z rapids up and down by `lift_height_mm`, each from
-    rest to rest. ``distance``: millimetres, plus twice the height for a lift. With a `relief`, a move also costs the
-    rise to its travel height and the descent. Raises PlanError for zones that are not rows of four finite numbers, a
-    negative height, or an unknown objective.
+    For the objective ``time``, the cost is the time of a rapid in x and y. A move across one of the `zones`, float64[k,
+    4], (x0, y0, x1, y1) in mm, also costs two Z rapids by `lift_height_mm`, each from rest to rest. For the objective
+    ``distance``, the cost is the length, mm, plus twice the height for a lift. With a `relief`, a move also costs the
+    rise to its travel height and the descent. Raises PlanError for zones that are not rows of four finite numbers, for
+    a negative height, or for an unknown objective.
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
@@ -70,8 +70,8 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b` (mm) over a level sheet, as computed in the search. Raises PlanError if
-    the metric is for maps, or travel heights differ.
+    """Return the cost of travel from `a` to `b`, mm, over a flat sheet, as the search computes it. Raises PlanError if
+    the metric is for maps, or if travel heights differ.
     """
     from leafcut.kernels.cost import CODES, distance
 
@@ -87,8 +87,10 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
 
 
 def travel_heights(relief: Relief, xy: Points, dogleg: bool) -> Floats:
-    """Return the height of travel from each position to the next, float64[n - 1], mm. The tiles that a straight move
-    touches count, or the whole box between the positions if the axes are unsynchronised (`dogleg`).
+    """Return the safe height of the travel move from each position to the next, float64[n - 1], mm.
+
+    The move must clear the tiles that it touches. If the axes move independently (`dogleg`), it must clear all tiles
+    in the box between the two positions.
     """
     from leafcut.kernels.cost import DOGLEG, LINEAR, relief_table, way_heights
 
