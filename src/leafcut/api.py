@@ -28,7 +28,7 @@ from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing
 from leafcut.processes.settings import collect, files_read, settings_for
 from leafcut.read import Input
-from leafcut.results.base import of_model
+from leafcut.results.base import as_result
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -141,7 +141,7 @@ def optimize(
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
-    return of_model(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
+    return as_result(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
 
 
 def drill(
@@ -310,7 +310,7 @@ def nest(
     outcome, read = registry.command("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return of_model(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
+    return as_result(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
@@ -352,7 +352,7 @@ def solve(
     settings = _settings("solve", options, None, defaults_file)
     part = source if isinstance(source, Part) else read(source, settings.read, looking_for(progress, "reading"))
     solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
-    return of_model(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
+    return as_result(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
 
 
 def _tour(
@@ -408,7 +408,7 @@ def simulate(
 
     settings = _settings("simulate", options, None, defaults_file)
     outcome = registry.command("simulate")(program, settings, dialect, progress)
-    return of_model(
+    return as_result(
         SimulationResult,
         outcome,
         [*_file_names(program), *_profile_files(dialect), defaults_file, *files_read(settings)],
@@ -474,7 +474,7 @@ def stock(
     settings = _settings("stock", options, None, defaults_file)
     outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
     read = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return of_model(StockResult, outcome, read)
+    return as_result(StockResult, outcome, read)
 
 
 def tool_speeds(
@@ -522,7 +522,7 @@ def tool_speeds(
     if save:
         texts[str(save)] = registry.command("cutting_data_library")(outcome, settings, save)
     write_together(texts)
-    return of_model(ToolSpeedsResult, outcome, inputs)
+    return as_result(ToolSpeedsResult, outcome, inputs)
 
 
 def verify(
@@ -553,7 +553,7 @@ def verify(
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
     read = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return of_model(VerificationResult, proof, read)
+    return as_result(VerificationResult, proof, read)
 
 
 def output_name(

@@ -1,4 +1,4 @@
-"""Text of a program under construction: blocks with line numbers, and a memory of modal words."""
+"""Text of a program under construction: numbered blocks, without modal words that are already active."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LAST_NUMBER = 99_990
 
 
 class Blocks:
-    """Collects lines. Modal words are omitted while they are still active."""
+    """Collects the lines of a program, and tracks the active modal words."""
 
     def __init__(self, dialect: Dialect, numbered: bool) -> None:
         self.lines: list[str] = []
@@ -22,8 +22,8 @@ class Blocks:
         self._number = 0
         self._active: dict[str, str] = {}
 
-    def say(self, *words: str) -> None:
-        """Write one block; empty words are omitted, and so is an empty block."""
+    def write(self, *words: str) -> None:
+        """Write a block of words; empty words are left out, and a block without words is not written."""
         kept = [word for word in words if word]
         if self._dialect.one_command:
             commands = [word for word in kept if word[0] in "GM"]
@@ -43,12 +43,12 @@ class Blocks:
         self.lines.append(text)
 
     def comment(self, text: str) -> None:
-        """Write a text as one or more comment lines."""
+        """Write a text as comment lines."""
         dialect = self._dialect
         self.lines += comment_lines(text, dialect.max_line, dialect.uppercase_comments, dialect.comments)
 
     def modal(self, group: str, word: str) -> str:
-        """Return the word, or "" if it is already active in its group."""
+        """Activate a modal word in its group; return the word, or "" if it was active already."""
         repeat = self._dialect.one_command and group == "motion"
         if self._active.get(group) == word and not repeat:
             return ""
@@ -56,6 +56,6 @@ class Blocks:
         return word
 
     def forget(self, groups: Iterable[str]) -> None:
-        """Forget the active words of these groups, so that the next ones are written."""
+        """Forget the active words of these groups; the next word of each group is then written in any case."""
         for group in groups:
             self._active.pop(group, None)

@@ -1,4 +1,4 @@
-"""Comments that no controller can misinterpret."""
+"""Comments that no controller can mistake for commands."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import unicodedata
 
 from leafcut.gcode.active_comments import is_active_comment
 
-#: ASCII replacements of shop characters; ? ! ~ act at once when GRBL receives them, % ends a tape.
+#: ASCII replacements of special characters. GRBL acts at once on ? ! and ~, and % ends a tape.
 _PLAIN = str.maketrans(
     {"(": "[", ")": "]", "{": "[", "}": "]", "%": " pct", "?": ".", "!": ".", "~": "-", "×": "x", "–": "-", "—": "-"}
     | {"µ": "u", "μ": "u", "°": " deg", "Ø": "D", "ø": "d", "⌀": "D", "²": "2", "³": "3", "·": ",", "→": "->"}
@@ -19,7 +19,7 @@ _MATERIAL = re.compile(r"\Ao\s*=", re.IGNORECASE)
 
 
 def plain_text(text: str) -> str:
-    """Return a text as one line of printable ASCII without parentheses and without words that a controller acts on.
+    """Return a text as one line of printable ASCII, without parentheses and without words on which a controller acts.
 
     >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
     'D3 mm [steel] MSG, 20 pct'
@@ -34,7 +34,7 @@ def plain_text(text: str) -> str:
 
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:
-    """Return a text as comments in parentheses or after semicolons, at most `width` characters per line."""
+    """Return a text as comments in parentheses or after semicolons, with at most `width` characters per line."""
     plain = plain_text(text)
     if uppercase:
         plain = plain.upper()

@@ -1,4 +1,4 @@
-"""Header comments of a program: its source, options to regenerate it, and set-up."""
+"""Header comments of a program: its source, the options to regenerate it, and the set-up."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ def header_lines(
 ) -> list[str]:
     """Return the lines of the header.
 
-    `seconds` are the machine times before and after; `beside` describes the former. `part` is the solid or surface that
-    the program was made for, and its placement. `negative` names the axes on whose negative side the part lies. The
-    header has no date or other changing data, so that the same seed gives the same bytes.
+    `seconds` are the machine times before and after the optimisation, and `beside` describes the order before. `part`
+    is the solid or surface for which the program is written, and its placing. `negative` names the axes on which the
+    part reaches the negative side of the zero. The header has no date or other changing data, so the same seed gives
+    the same file.
     """
     lines = [f"leafcut {version}", f"source: {source}"]
     if part:

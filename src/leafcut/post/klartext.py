@@ -1,4 +1,4 @@
-"""Programs in Heidenhain Klartext: drilling, by cycle 200 and straight moves."""
+"""Drilling programs in Heidenhain Klartext, with cycle 200 and straight moves."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _WIDTH = 70
 
 
 class KlartextWriter(Writer):
-    """Writes row after row; every block has a number, and a ~ at its end continues it on the next line."""
+    """Writes drilling programs in Klartext: every block has a number, and a ~ continues a block on the next line."""
 
-    #: A move other than to a hole ends the cycle.
+    #: Any move except to a hole ends a cycle, so no word is needed.
     end_of_cycle = ""
     calls_cycles = True
 
     _speed_now = 0.0
 
-    def _begin(self, header: Sequence[str]) -> None:
+    def _write_header(self, header: Sequence[str]) -> None:
         # All blocks are numbered at the end.
         self.out = Blocks(self.dialect, numbered=False)
         lines = self.out.lines
@@ -40,24 +40,24 @@ class KlartextWriter(Writer):
             lines += comment_lines(line, _WIDTH, style=";")
         self._speeds = self._speeds_of_tools()
 
-    def _text(self) -> str:
+    def _program_text(self) -> str:
         blocks = [*self.out.lines, f"END PGM {_NAME} MM"]
         return "".join(f"{number} {block}\n" for number, block in enumerate(blocks))
 
-    def _lacks(self, kind: Kind) -> str:
+    def _unsupported_message(self, kind: Kind) -> str:
         names = {Kind.ARC_CW: "arcs", Kind.ARC_CCW: "arcs", Kind.MACHINE: "moves to machine zero"}
         return (
             f"{self.dialect.name}: leafcut writes only drilling programs in this language, not "
             f"{names.get(kind, kind.name.lower())}"
         )
 
-    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
         lacks = (Kind.ARC_CW, Kind.ARC_CCW, Kind.MACHINE, Kind.BLENDING)
-        known = {kind: write for kind, write in super()._writing().items() if kind not in lacks}
+        known = {kind: write for kind, write in super()._writers().items() if kind not in lacks}
         return {**known, Kind.OFFSET: lambda row: None}
 
     def _speeds_of_tools(self) -> dict[int, float]:
-        """Return the speed for each TOOL row: that of the next spindle start."""
+        """Return TOOL row → speed of the next spindle start, rpm."""
         speeds: dict[int, float] = {}
         tool = -1
         for number, row in enumerate(self.path):
@@ -74,22 +74,22 @@ class KlartextWriter(Writer):
     # -- moves -------------------------------------------------------------------------------------------------------
 
     def _rapid(self, row: Motion) -> None:
-        sideways = self._changes(row.end[0], 0) or self._changes(row.end[1], 1)
+        sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         if not self.safe and (sideways or math.isnan(row.end[2])):
             raise PostError("at the start, and after a change of tool, the first move must be in Z alone")
-        self.out.say("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
-        self._arrive(row)
+        self.out.write("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
+        self._track_position(row)
 
     def _feed(self, row: Motion) -> None:
         self._check_cutting(row)
-        self.out.say("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
-        self._arrive(row)
+        self.out.write("L", *self._axes(row), "R0", "F" + self.numbers.feed(row.value))
+        self._track_position(row)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
             self._define(cycle, row)
             self.out.forget("XY")
-        self.out.say("L", *self._place_words(row), "R0", "FMAX", "M99")
+        self.out.write("L", *self._place_words(row), "R0", "FMAX", "M99")
 
     def _define(self, cycle: DrillCycle, row: Motion) -> None:
         rounded = self.numbers.said
@@ -111,8 +111,8 @@ class KlartextWriter(Writer):
     # -- commands ----------------------------------------------------------------------------------------------------
 
     def _dwell(self, row: Motion) -> None:
-        self.out.say("CYCL DEF 9.0 DWELL TIME")
-        self.out.say(f"CYCL DEF 9.1 DWELL {format_number(row.value, 3)}")
+        self.out.write("CYCL DEF 9.0 DWELL TIME")
+        self.out.write(f"CYCL DEF 9.1 DWELL {format_number(row.value, 3)}")
 
     def _tool(self, row: Motion) -> None:
         if self.spinning:
@@ -121,15 +121,15 @@ class KlartextWriter(Writer):
         self.out.lines += comment_lines(f"T{row.ref} {name}".strip(), _WIDTH, style=";")
         self._speed_now = self._speeds.get(self.row, 0.0)
         speed = f"S{format_number(self._speed_now, 0)}" if self._speed_now else ""
-        self.out.say(f"TOOL CALL {row.ref} Z", speed)
+        self.out.write(f"TOOL CALL {row.ref} Z", speed)
         self.safe = self.at_machine_height
         self.out.forget("XYZ")
 
     def _spindle(self, row: Motion) -> None:
         self.spinning = row.value != 0.0
         if not self.spinning:
-            self.out.say("M5")
+            self.out.write("M5")
             return
         if abs(row.value) != self._speed_now:
             raise PostError(f"{self.dialect.name}: each tool has a single speed here, set by its TOOL CALL")
-        self.out.say("M3" if row.value > 0 else "M4")
+        self.out.write("M3" if row.value > 0 else "M4")

@@ -1,4 +1,4 @@
-"""The writer of G-code: row after row of a toolpath in a controller's dialect; base class for other languages."""
+"""Writer that converts a toolpath to G-code in a controller's dialect; base class of writers for other languages."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axe
 from leafcut.options import PostOptions
 from leafcut.post.blocks import Blocks
 from leafcut.post.comments import plain_text
-from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, said_with
+from leafcut.post.words import coolant_words, cycle_parameters, cycle_words, dwell_word, has_cycle
 
 
 class Writer:
-    """Writes row after row, and tracks the state of the controller."""
+    """Writes the rows of a toolpath one after the other, and tracks the state of the controller."""
 
-    #: Word that ends a modal cycle; whether a called cycle keeps its feed and its return height until then.
+    #: Word that ends a modal cycle.
     end_of_cycle = "G80"
+    #: Whether a cycle is defined once and then called at each hole, with the same feed and return height.
     calls_cycles = False
 
     def __init__(
@@ -41,10 +42,10 @@ class Writer:
         self.preselect_tool = preselect_tool
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
         self.out = Blocks(dialect, options.line_numbers)
-        # Written coordinates of the tool, and the same in mm; None and NaN if unknown.
+        # Position of the tool as written (None if unknown), and in mm (NaN if unknown).
         self.place: list[str | None] = [None, None, None]
         self.position = [math.nan, math.nan, math.nan]
-        # Whether X and Y may move; whether the tool is at a machine height; the length offset still to be activated.
+        # Whether X and Y may move, whether the tool is at a machine height, and the length offset to activate.
         self.safe = self.at_machine_height = False
         self.pending_offset: int | None = None
         self.cycle: DrillCycle | None = None
@@ -54,13 +55,13 @@ class Writer:
         self.spinning = False
         self.ended = False
         self.row, self.next_kind = 0, Kind.END
-        #: Tools of the remaining changes, without the first.
+        #: Tools of all changes after the first.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
     def program(self, header: Sequence[str]) -> str:
-        """Return the whole text."""
-        self._begin(header)
-        write = self._writing()
+        """Return the text of the program."""
+        self._write_header(header)
+        write = self._writers()
         kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
         for number, (motion, next_kind) in enumerate(zip(self.path, kinds, strict=False)):
             self.row = number
@@ -70,19 +71,19 @@ class Writer:
             if motion.kind is not Kind.DRILL:
                 self._leave_cycle()
             if motion.kind not in write:
-                raise PostError(self._lacks(motion.kind))
+                raise PostError(self._unsupported_message(motion.kind))
             write[motion.kind](motion)
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
-        return signed(self._text())
+        return signed(self._program_text())
 
-    def _lacks(self, kind: Kind) -> str:
+    def _unsupported_message(self, kind: Kind) -> str:
         return f"{self.dialect.name} has no words for a toolpath's {kind.name}"
 
-    def _text(self) -> str:
+    def _program_text(self) -> str:
         return "".join(f"{line}\n" for line in (*self.out.lines, *["%"] * (self.dialect.percent == "frame")))
 
-    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
         return {
             Kind.RAPID: self._rapid,
             Kind.FEED: self._feed,
@@ -102,7 +103,7 @@ class Writer:
 
     # -- head --------------------------------------------------------------------------------------------------------
 
-    def _begin(self, header: Sequence[str]) -> None:
+    def _write_header(self, header: Sequence[str]) -> None:
         dialect, lines = self.dialect, self.out.lines
         name = plain_text(header[0]) if header else ""
         if dialect.percent == "frame":
@@ -116,16 +117,16 @@ class Writer:
         for line in (*header, *(dialect.notes if header else ())):
             self.out.comment(line)
         for line in dialect.opening:
-            self.out.say(line)
-        self.out.say(dialect.units_inch if self.numbers.inch else dialect.units_mm)
+            self.out.write(line)
+        self.out.write(dialect.units_inch if self.numbers.inch else dialect.units_mm)
         for line in dialect.preamble:
-            self.out.say(line)
+            self.out.write(line)
         self.out.modal("plane", "G17")
 
     # -- moves -------------------------------------------------------------------------------------------------------
 
     def _rapid(self, row: Motion) -> None:
-        sideways = self._changes(row.end[0], 0) or self._changes(row.end[1], 1)
+        sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         z = row.end[2]
         if not self.safe and (sideways or math.isnan(z)):
             raise PostError(
@@ -139,8 +140,8 @@ class Writer:
             offset = self._offset_words(self.pending_offset)
             self.pending_offset = None
         words = self._axes(row, only_z=bool(offset) or not self.safe)
-        self.out.say(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
-        self._arrive(row)
+        self.out.write(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
+        self._track_position(row)
 
     def _rapid_feed_word(self) -> str:
         if not self.dialect.rapid_feed or math.isnan(self.rapid_velocity):
@@ -149,8 +150,8 @@ class Writer:
 
     def _feed(self, row: Motion) -> None:
         self._check_cutting(row)
-        self.out.say(self.out.modal("motion", "G1"), *self._axes(row), self._feed_word(row))
-        self._arrive(row)
+        self.out.write(self.out.modal("motion", "G1"), *self._axes(row), self._feed_word(row))
+        self._track_position(row)
 
     def _arc(self, row: Motion) -> None:
         self._check_cutting(row)
@@ -171,11 +172,11 @@ class Writer:
             self.out.forget("XYZ"[axis] for axis in axes[:2])
             for axis in axes[:2]:
                 words[axis] = self._axis(row, axis)
-        self.out.say(plane, motion, *words, *centre, *turns, self._feed_word(row))
-        self._arrive(row)
+        self.out.write(plane, motion, *words, *centre, *turns, self._feed_word(row))
+        self._track_position(row)
 
     def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
-        """Refuse an arc so short, or so close to a full circle, that rounding would turn it into its opposite."""
+        """Refuse an arc so short, or so close to a full circle, that rounding might exchange the two."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
         if max(steps) < 1e-6:
             return
@@ -191,11 +192,11 @@ class Writer:
         if all(math.isnan(v) for v in row.end):
             raise PostError("a cut to an unknown position")
 
-    def _changes(self, value: float, axis: int) -> bool:
+    def _is_changed(self, value: float, axis: int) -> bool:
         return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
 
     def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
-        """Return all known axes if none changes."""
+        """Return the words of the changed axes, or of all known axes if none changes."""
         if only_z:
             self.out.forget("Z")
             return [self._axis(row, 2)]
@@ -217,7 +218,7 @@ class Writer:
     def _feed_word(self, row: Motion) -> str:
         return self.out.modal("F", "F" + self.numbers.feed(row.value))
 
-    def _arrive(self, row: Motion) -> None:
+    def _track_position(self, row: Motion) -> None:
         for axis, value in enumerate(row.end):
             if not math.isnan(value):
                 self.place[axis], self.position[axis] = self.numbers.length(value), value
@@ -242,8 +243,8 @@ class Writer:
 
     def _move_machine(self, words: list[str], to_zero: bool) -> None:
         if self.dialect.machine_move == "G28" and to_zero:
-            self.out.say("G91", "G28", *words)
-            self.out.say("G90")
+            self.out.write("G91", "G28", *words)
+            self.out.write("G90")
         elif 530 not in self.dialect.g_codes:
             raise PostError(
                 f"{self.dialect.name} has no moves in machine coordinates; take tool_change.position out of the "
@@ -251,7 +252,7 @@ class Writer:
             )
         else:
             self.out.forget(["motion"])
-            self.out.say("G53", self.out.modal("motion", "G0"), *words)
+            self.out.write("G53", self.out.modal("motion", "G0"), *words)
 
     # -- canned cycles -----------------------------------------------------------------------------------------------
 
@@ -264,21 +265,21 @@ class Writer:
             same = self._is_active(cycle) and self.cycle.to_initial == cycle.to_initial
             if not same or self.feed_of_cycle != row.value:
                 self._leave_cycle()
-        # A tool below the R plane would approach a called hole there, because the cycle does not lift it first.
+        # A called cycle does not lift the tool first: a tool below the R plane would travel to the hole at its height.
         low = self.calls_cycles and self.numbers.said(self.position[2]) < self.numbers.said(cycle.r_plane)
-        if not has_cycle(cycle, self.dialect) or low or not self._can_return(cycle, row.end[2]):
+        if not has_cycle(cycle, self.dialect) or low or not self._can_return_to(cycle, row.end[2]):
             self._expand(row, cycle)
             return
         self._write_hole(row, cycle)
         self.cycle, self.feed_of_cycle = cycle, row.value
-        self._arrive(row)
+        self._track_position(row)
         self._axis(row, 2)
 
     def _is_active(self, cycle: DrillCycle) -> bool:
-        return self.cycle is not None and said_with(self.cycle) == said_with(cycle)
+        return self.cycle is not None and cycle_parameters(self.cycle) == cycle_parameters(cycle)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
-        """Omit the words of the cycle if it is active."""
+        """Write the block of a hole, without the words of the cycle if the cycle is active."""
         is_active = self._is_active(cycle)
         if not is_active:
             self.out.forget(["motion", "retract", *"XY"])
@@ -287,26 +288,26 @@ class Writer:
         name, words = cycle_words(cycle, self.numbers, self.dialect)
         position = self._place_words(row)
         name, words = ("", []) if is_active else (name, words)
-        self.out.say(plane, retract, name, *position, *words, self._feed_word(row))
+        self.out.write(plane, retract, name, *position, *words, self._feed_word(row))
 
     def _place_words(self, row: Motion) -> list[str]:
-        """Return X and Y if neither changes."""
+        """Return the changed words of X and Y, or both if neither changes."""
         words = [self._axis(row, 0), self._axis(row, 1)]
         if not any(words):
             self.out.forget("XY")
             words = [self._axis(row, 0), self._axis(row, 1)]
         return words
 
-    def _can_return(self, cycle: DrillCycle, height: float) -> bool:
-        """Return whether the tool will be at `height` after the cycle; starts a new series if that helps.
+    def _can_return_to(self, cycle: DrillCycle, height: float) -> bool:
+        """Return whether the cycle can end at `height`, mm; start a new series of cycles if that is necessary.
 
-        After G99 in the same series, the initial plane of G98 is still the height before the first hole. LinuxCNC's
-        move to the next hole depends on it (`DrillCycle.approach_in_series`). A hole that it would not approach at the
-        current height starts a new series, or is expanded.
+        Within a series, G98 returns to the height before its first hole, even after G99. LinuxCNC's move to the next
+        hole depends on that height (`DrillCycle.approach_in_series`). If the tool would not approach the hole at the
+        current height, a new series starts.
         """
         if self.cycle is not None:
-            returns = self._returns(cycle, self.initial, height)
-            restarts = self.dialect.cycle_words == "fagor" and said_with(self.cycle) != said_with(cycle)
+            returns = self._returns_to(cycle, self.initial, height)
+            restarts = self.dialect.cycle_words == "fagor" and cycle_parameters(self.cycle) != cycle_parameters(cycle)
             current = self.position[2]
             rises = current < cycle.height_after(self.initial)
             level = not rises and cycle.approach_in_series(self.initial, current) == "level"
@@ -314,9 +315,9 @@ class Writer:
                 return True
             self._leave_cycle()
         self.initial = self.position[2]
-        return self._returns(cycle, self.initial, height)
+        return self._returns_to(cycle, self.initial, height)
 
-    def _returns(self, cycle: DrillCycle, initial: float, height: float) -> bool:
+    def _returns_to(self, cycle: DrillCycle, initial: float, height: float) -> bool:
         return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
     def _expand(self, row: Motion, cycle: DrillCycle) -> None:
@@ -336,14 +337,14 @@ class Writer:
 
     def _leave_cycle(self) -> None:
         if self.cycle is not None:
-            self.out.say(self.end_of_cycle)
+            self.out.write(self.end_of_cycle)
             self.out.forget(["motion"])
             self.cycle = None
 
     # -- commands ----------------------------------------------------------------------------------------------------
 
     def _dwell(self, row: Motion) -> None:
-        self.out.say("G4", dwell_word(row.value, self.dialect))
+        self.out.write("G4", dwell_word(row.value, self.dialect))
 
     def _tool(self, row: Motion) -> None:
         is_manual = self.dialect.changes_by_hand
@@ -353,19 +354,19 @@ class Writer:
         self.out.comment(f"T{row.ref} {name}".strip())
         tool = self._tool_word(row.ref)
         if self.dialect.tool_change == "M0":
-            self.out.say("M0", tool)
+            self.out.write("M0", tool)
         elif is_manual:
-            self.out.say(tool)
-            self.out.say(self.dialect.stop_word)
+            self.out.write(tool)
+            self.out.write(self.dialect.stop_word)
         else:
             self._change_tool(tool, row.ref)
             following = next(self.tools, row.ref)
             if following != row.ref and self.preselect_tool:
-                self.out.say(self._tool_word(following))
+                self.out.write(self._tool_word(following))
         self.pending_offset = row.ref if self.dialect.length_offset else None
-        # At a machine height any tool is clear of the part; elsewhere the new tool may be longer.
+        # Any tool is clear of the part at a machine height; at other heights, the new tool may be too long.
         self.safe = self.at_machine_height
-        # Operators restart at a tool change: the first move after it repeats all words, including G0.
+        # Operators restart programs at a tool change, so the first move after it repeats all words, including G0.
         self.out.forget(["motion", *"XYZF"])
 
     def _tool_word(self, number: int) -> str:
@@ -373,7 +374,7 @@ class Writer:
 
     def _change_tool(self, word: str, number: int) -> None:
         offset = f"D{number}" if self.dialect.length_offset == "D" else ""
-        self.out.say(word, offset, "M6")
+        self.out.write(word, offset, "M6")
         self.out.modal("D", offset)
 
     def _offset(self, row: Motion) -> None:
@@ -381,7 +382,7 @@ class Writer:
             self.pending_offset = row.ref if self.dialect.length_offset else None
         else:
             self.pending_offset = None
-            self.out.say(self.dialect.length_offset_off)
+            self.out.write(self.dialect.length_offset_off)
 
     def _offset_words(self, number: int) -> list[str]:
         if self.dialect.length_offset == "D":
@@ -390,28 +391,28 @@ class Writer:
 
     def _spindle(self, row: Motion) -> None:
         if row.value == 0.0:
-            self.out.say("M5")
+            self.out.write("M5")
             self.spinning = False
             return
-        self.out.say("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
+        self.out.write("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
         if not self.spinning and self.start_s > 0 and self.next_kind is not Kind.DWELL:
-            self.out.say("G4", dwell_word(self.start_s, self.dialect))
+            self.out.write("G4", dwell_word(self.start_s, self.dialect))
         self.spinning = True
 
     def _coolant(self, row: Motion) -> None:
-        self.out.say(*coolant_words(row.ref, self.coolant_mode, self.dialect))
+        self.out.write(*coolant_words(row.ref, self.coolant_mode, self.dialect))
         self.coolant_mode = row.ref
 
     def _blending(self, row: Motion) -> None:
         exact = row.ref != 640
         tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
-        self.out.say("G61" if exact else "G64", tolerance)
+        self.out.write("G61" if exact else "G64", tolerance)
 
     def _pause(self, row: Motion) -> None:
         if row.ref and "M1" not in self.dialect.m_words.split():
             raise PostError(f"{self.dialect.name} has no optional stop (M1)")
-        self.out.say("M1" if row.ref else self.dialect.stop_word)
+        self.out.write("M1" if row.ref else self.dialect.stop_word)
 
     def _end(self, row: Motion) -> None:
-        self.out.say(self.dialect.end_word)
+        self.out.write(self.dialect.end_word)
         self.ended = True

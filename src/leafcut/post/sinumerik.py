@@ -1,4 +1,4 @@
-"""Programs in the native language of Siemens controls: MCALL CYCLE81, T="1", D1, SUPA; otherwise G-code."""
+"""Programs in the native language of Siemens controls: G-code with MCALL CYCLE81, T="1", D1 and SUPA."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from leafcut.post.words import peck_text
 
 
 class SinumerikWriter(Writer):
-    """Writes row after row.
+    """Writes programs in the language of Siemens controls.
 
-    Under MCALL every block with a move drills, and so does a block with only F. Therefore F is written before the call,
-    and MCALL alone before anything else.
+    While MCALL is active, every block with a move drills a hole, and so does a block with F alone. So F is written
+    before the call, and MCALL alone ends the cycle before any other block.
     """
 
     end_of_cycle = "MCALL"
@@ -23,12 +23,12 @@ class SinumerikWriter(Writer):
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         if self.cycle is None:
-            self.out.say(self.out.modal("plane", "G17"))
-            self.out.say(self._feed_word(row))
-            self.out.say(self._call(cycle, row.end[2]))
+            self.out.write(self.out.modal("plane", "G17"))
+            self.out.write(self._feed_word(row))
+            self.out.write(self._call(cycle, row.end[2]))
             self.out.forget(["motion", *"XY"])
         position = self._place_words(row)
-        self.out.say(self.out.modal("motion", "G0"), *position)
+        self.out.write(self.out.modal("motion", "G0"), *position)
 
     def _call(self, cycle: DrillCycle, after: float) -> str:
         length = self.numbers.length
@@ -48,8 +48,8 @@ class SinumerikWriter(Writer):
         return f'T="{number}"'
 
     def _change_tool(self, word: str, number: int) -> None:
-        self.out.say(word)
-        self.out.say("M6")
+        self.out.write(word)
+        self.out.write("M6")
 
     def _tool(self, row: Motion) -> None:
         super()._tool(row)
@@ -60,6 +60,6 @@ class SinumerikWriter(Writer):
 
     def _move_machine(self, words: list[str], to_zero: bool) -> None:
         self.out.forget(["motion"])
-        self.out.say(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
+        self.out.write(self.out.modal("motion", "G0"), "SUPA", *words, "D0")
         # The length offset is off now; the next move in Z activates it again.
         self.pending_offset = self._tool_now

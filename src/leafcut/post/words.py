@@ -1,4 +1,4 @@
-"""Words for dwells, coolants and canned cycles; the only module where dialects differ in kind."""
+"""Words for dwells, coolants and canned cycles in each dialect."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _COOLANT_WORDS = {1: "M7", 2: "M8"}
 
 
 def dwell_word(seconds: float, dialect: Dialect) -> str:
-    """Return the word for a dwell: P or K, in seconds, milliseconds or hundredths."""
+    """Return the word for a dwell: P or K, in seconds, milliseconds or hundredths of a second."""
     if not seconds >= 0.0:
         raise PostError(f"a dwell of {seconds:g} s")
     unit = dialect.dwell_unit
@@ -24,12 +24,12 @@ def dwell_word(seconds: float, dialect: Dialect) -> str:
 
 
 def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
-    """Return the words that change the coolants from `before` to `mode`; bits: 1 mist, 2 flood.
+    """Return the words that change the coolant from mode `before` to `mode`; bit 1 is mist, bit 2 is flood.
 
     Raises
     ------
     PostError
-        The controller cannot do that.
+        The controller has no word for the change.
     """
     if mode == 0:
         return ["M9"]
@@ -42,18 +42,18 @@ def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
     return words
 
 
-def said_with(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
-    """Return the words that belong to a cycle; G98 and G99 are separate words."""
+def cycle_parameters(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
+    """Return the parameters that a cycle keeps while it is modal; G98 and G99 are separate words."""
     return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell
 
 
 def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
-    """Return whether the controller has this cycle; otherwise it is expanded.
+    """Return whether the controller has this cycle; otherwise, the cycle must be expanded.
 
     Raises
     ------
     PostError
-        It is a tapping cycle, which cannot be expanded, or the cycle lacks a required word.
+        The controller lacks a tapping cycle, which cannot be expanded, or the cycle lacks a required parameter.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck > 0:
         raise PostError(f"{cycle.name} needs the depth of a peck")
@@ -74,22 +74,22 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
     """Return the G word of a cycle, and its other words except X, Y and F."""
     r_plane, bottom = numbers.length(cycle.r_plane), numbers.length(cycle.bottom)
     if dialect.cycle_words == "fagor":
-        # There G82 is G81 with a dwell: see the sources in fagor8055.toml.
+        # On Fagor controls, G82 is G81 with a dwell; fagor8055.toml has the sources.
         dwelling = [dwell_word(cycle.dwell, dialect)] if cycle.name == "G82" else []
         return ("G81" if dwelling else cycle.name), [f"Z{r_plane}", f"I{bottom}", *dwelling]
     words = [f"Z{bottom}", f"R{r_plane}"]
     if cycle.name in ("G83", "G73"):
         words.append(f"Q{peck_text(cycle, numbers)}")
-    # Tapping states its dwell of 0: LinuxCNC would use the dwell of the last G82.
+    # G84 states its dwell even if it is 0, because LinuxCNC would otherwise use the dwell of the last G82.
     if cycle.name == "G82" or (cycle.name == "G84" and "G84" in dialect.dwell_cycles):
         words.append(dwell_word(cycle.dwell, dialect))
     return cycle.name, words
 
 
 def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
-    """Return the text of a peck, rounded so that the number of pecks stays the same.
+    """Return the text of a peck depth, rounded without a change of the number of pecks.
 
-    10 mm in three pecks of 3.3333 mm would otherwise need a fourth peck of 0.001 mm.
+    Otherwise, 10 mm in three pecks of 3.3333 mm would need a fourth peck of 0.001 mm.
     """
     r_plane, bottom = numbers.said(cycle.r_plane), numbers.said(cycle.bottom)
     count = len(peck_depths(cycle))

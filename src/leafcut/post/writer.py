@@ -1,9 +1,9 @@
-"""Write a `Toolpath` in the dialect of a controller.
+"""Conversion of a `Toolpath` to a program in the dialect of a controller.
 
     write_program(toolpath, dialect("haas"), PostOptions(), header=["plate.dxf"])
 
-It writes the rows of the toolpath one after the other, and adds no motion. It refuses a move in X or Y while the tool
-height is unknown: before the first move in Z, and after every tool change.
+The rows of the toolpath are written one after the other, without additional motion. A move in X or Y is refused while
+the height of the tool is unknown: before the first move in Z, and after every tool change.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from leafcut.post.klartext import KlartextWriter
 from leafcut.post.row_writer import Writer
 from leafcut.post.sinumerik import SinumerikWriter
 
-#: Writer by language of a dialect; G-code for any other.
+#: Language of a dialect → its writer; all other dialects use the writer of G-code.
 _WRITERS: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
@@ -36,22 +36,26 @@ def write_program(
     rapid_velocity: float = math.nan,
     preselect_tool: bool = False,
 ) -> str:
-    """Return the program.
+    """Return the text of the program.
 
     Parameters
     ----------
     toolpath
-        mm, mm/s, s, rpm; its last row is `Kind.END`. Numbers are rounded to the decimals of the dialect, so that a
-        position read back differs by at most half of the last decimal. `Kind.OFFSET` rows are not needed: the length
-        offset of every tool is activated with its first move in Z.
+        Motion in mm, mm/s, s and rpm; its last row is `Kind.END`. Numbers are rounded to the decimals of the dialect,
+        so a position read back differs by at most half of the last decimal. `Kind.OFFSET` rows are not needed: the
+        length offset of every tool is activated with its first move in Z.
     options
-        Units, line numbers, program number, header and repeated words. The dialect is the argument's.
+        Units, line numbers, program number and header. The dialect of the options is not used.
     header
-        Comment lines at the top; the first names the program. Not written with `options.header` off.
+        Comment lines at the top; the first line names the program. They are not written if `options.header` is off.
+    tool_names
+        Tool number → name for comments.
     rapid_velocity
-        Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
+        Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN to leave it out.
     spindle_start_s
-        Dwell after a spindle start that has no dwell of its own in the toolpath.
+        Dwell, s, after a spindle start that has no dwell in the toolpath.
+    preselect_tool
+        Whether the next tool is named after each tool change.
 
     Raises
     ------
@@ -66,7 +70,7 @@ def write_program(
 
 
 def check_options(dialect: Dialect, options: PostOptions) -> None:
-    """Raise `PostError` for inches or numbered blocks if the controller does not support them."""
+    """Raise PostError for inches or line numbers if the controller does not support them."""
     if options.output_units == "inch" and not dialect.units_inch:
         raise PostError(f"--output-units inch: {dialect.name} programs are in millimetres; leave it out")
     if options.line_numbers and not dialect.line_numbers:

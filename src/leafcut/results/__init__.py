@@ -1,1 +1,1 @@
-"""Results of the library: subclasses of the model's results that can describe, show and save themselves."""
+"""Results that the library returns: results of `model` with methods to describe, show and save them."""

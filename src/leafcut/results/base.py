@@ -1,4 +1,4 @@
-"""Common methods of all results: describe, show, save."""
+"""Methods of all results: describe, show, save."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from leafcut.files.schemas import ANSWER, numbered
 from leafcut.files.whole_files import OutputError, check_output, write_together
 from leafcut.model.issue import Issue, Severity
 
-#: Maximum number of dangers and missing work listed below the picture in a notebook.
+#: Maximum number of issues about dangers and missing work below the picture in a notebook.
 _MOST_ISSUES = 5
 
-#: File extension ("" for any other) → content of the file.
+#: File extension ("" for all others) → function that returns the content of the file.
 Kinds = dict[str, Callable[[], str | bytes]]
 R = TypeVar("R", bound="Result")
 
 
 @dataclass(frozen=True, repr=False, eq=False, kw_only=True)
 class Result:
-    """Base class of all results; `save` never overwrites `inputs`, the files that were read."""
+    """Base class of all results. `inputs` are the files that were read; `save` never overwrites them."""
 
     inputs: tuple[str, ...] = ()
 
@@ -34,7 +34,7 @@ class Result:
         return "".join(letter if letter.isprintable() else "?" for letter in line)
 
     def _repr_html_(self) -> str:
-        """Return the notebook display: the picture as an image, which runs no script, and the line of `repr`."""
+        """Return the display in a notebook: the picture as an image, which cannot run scripts, and the `repr`."""
         line, svg = escape(repr(self)), self._picture()
         worst = [issue for issue in self._issues() if issue.severity in (Severity.DANGER, Severity.MISSING)]
         lines = [line, *(escape(f"{issue.severity}: {issue}") for issue in worst[:_MOST_ISSUES])]
@@ -43,7 +43,7 @@ class Result:
         return f"<figure>{image}<figcaption>{'<br>'.join(lines)}</figcaption></figure>"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain values: the object that the command prints with ``--json``."""
+        """Return the result as plain values, like the object that the command prints with ``--json``."""
         return dict(numbered(ANSWER, self._answer()))
 
     def save(self, path: str | Path) -> None:
@@ -52,7 +52,7 @@ class Result:
         Raises
         ------
         OptionError
-            The result has no such format.
+            The result does not support the format.
         OutputError
             The file cannot be written, or is one of `inputs`.
         """
@@ -80,7 +80,7 @@ class Result:
         return self._kinds()
 
     def _kinds(self) -> Kinds:
-        """Return the formats that `save` can write as a single file."""
+        """Return the formats that `save` writes as a single file."""
         pictured: Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
 
@@ -98,7 +98,7 @@ class Result:
         return found
 
 
-def of_model(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
-    """Return a result of the model as a result of the library; `inputs` are the files that were read, or None."""
+def as_result(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
+    """Convert a result of `model` to a result of the library; `inputs` are the files that were read, None for none."""
     values = {field.name: getattr(found, field.name) for field in fields(found)}
     return kind(**values, inputs=tuple(dict.fromkeys(str(one) for one in inputs if one is not None)))

@@ -1,4 +1,4 @@
-"""Parts on sheets as a result."""
+"""Result of nesting."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from leafcut.results.base import Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class NestResult(Result, NestOutcome):
-    """Parts on sheets. `save` writes the best nest as ``.dxf`` (several sheets numbered), ``.svg`` or ``.json``."""
+    """Parts nested on sheets. `save` writes the best nest as ``.dxf``, ``.svg`` or ``.json``; several DXF files are
+    numbered.
+    """
 
     def _line(self) -> str:
         best = self.nests[0]

@@ -1,4 +1,4 @@
-"""The simulation of a program as a result."""
+"""Result of the simulation of a program."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SimulationResult(Result, Simulation):
-    """The motion of a program on a machine. `save` writes ``.json``, or its path as ``.svg``."""
+    """The motion of a program on a machine. `save` writes ``.json``, or a picture of the path as ``.svg``."""
 
     def _line(self) -> str:
         dangers = sum(issue.severity is Severity.DANGER for issue in self.issues)

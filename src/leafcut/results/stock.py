@@ -1,4 +1,4 @@
-"""The remaining stock of a program as a result."""
+"""Result of stock removal: the remaining stock of a program."""
 
 from __future__ import annotations
 

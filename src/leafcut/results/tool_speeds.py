@@ -1,4 +1,4 @@
-"""Speeds and feeds of tools as a result."""
+"""Result of the choice of speeds and feeds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ToolSpeedsResult(Result, CuttingData):
-    """Speeds and feeds of tools. `save` writes ``.json`` or the fronts as ``.svg``."""
+    """Speeds and feeds of tools. `save` writes ``.json``, or the Pareto fronts as ``.svg``."""
 
     def _line(self) -> str:
         chosen = f"{count_of(len(self.tools), 'tool')} for {self.material.name}, chosen by {self.objective}"

@@ -1,4 +1,4 @@
-"""A map and a tour as a result."""
+"""Result of solving a map: a tour."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.results.base import Kinds, Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TourResult(Result, Solved):
-    """A map and a tour. `save` writes ``.tour`` (TSPLIB), the points of the map as ``.csv``, ``.svg`` or ``.json``."""
+    """A map with a tour. `save` writes ``.tour`` (TSPLIB), ``.csv`` (the points of the map), ``.svg`` or ``.json``."""
 
     def _line(self) -> str:
         gap = "" if self.gap is None else f", gap {100.0 * self.gap:.2f} %"

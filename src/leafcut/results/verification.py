@@ -1,4 +1,4 @@
-"""Result type for the comparison of two programs."""
+"""Result of the comparison of two programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.results.base import Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class VerificationResult(Result, Certificate):
-    """Whether two programs do the same work. `save` writes ``.json``; there is no picture."""
+    """The comparison of two programs. `save` writes ``.json``; it has no picture."""
 
     def _line(self) -> str:
         if not self.same:

@@ -68,7 +68,7 @@ class _TorchWriter(Writer):
         # If the controller moves Z, the program may travel from its first block on.
         self.safe = not dialect.states_z
 
-    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+    def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {
             Kind.TORCH: self._switch,
             Kind.HEIGHT: self._switch,
@@ -79,14 +79,14 @@ class _TorchWriter(Writer):
             Kind.TOOL: self._choose_tool,
             Kind.OFFSET: self._activate_offset,
         }
-        return {**super()._writing(), **more}
+        return {**super()._writers(), **more}
 
     # -- the head ----------------------------------------------------------------------------------------------------
 
-    def _begin(self, header: Sequence[str]) -> None:
-        super()._begin(header)
+    def _write_header(self, header: Sequence[str]) -> None:
+        super()._write_header(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
-            self.out.say("G61")  # an earlier program may have left the rounding of corners on
+            self.out.write("G61")  # an earlier program may have left the rounding of corners on
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
                 f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "
@@ -99,7 +99,7 @@ class _TorchWriter(Writer):
         number = self.options.material_number
         if number is not None:
             for block in self.torch.material:
-                self.out.say(block.format(number=number))
+                self.out.write(block.format(number=number))
         elif self.torch.material_comment:
             self.out.lines.append(self._material_comment())
 
@@ -138,7 +138,7 @@ class _TorchWriter(Writer):
             return
         if self.compensating:
             raise PostError("the feed cannot change (M67) while the controller compensates the kerf (G41, G42)")
-        self.out.say(f"M67 E{self.torch.feed_output} Q{format_number(percent, _PERCENT_DECIMALS)}")
+        self.out.write(f"M67 E{self.torch.feed_output} Q{format_number(percent, _PERCENT_DECIMALS)}")
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
@@ -168,10 +168,10 @@ class _TorchWriter(Writer):
         torch = self.torch
         if row.value:
             words = torch.mark_on if row.ref else torch.on
-            self.out.say(words.format(power=self._power(row)))
+            self.out.write(words.format(power=self._power(row)))
             self.lit = row
         else:
-            self.out.say(torch.mark_off if row.ref else torch.off)
+            self.out.write(torch.mark_off if row.ref else torch.off)
             self.lit = None
 
     @staticmethod
@@ -181,11 +181,11 @@ class _TorchWriter(Writer):
     def _choose_tool(self, row: Motion) -> None:
         if self.lit is not None or self.compensating:
             raise PostError("the tool cannot be changed (M6) while the torch is on")
-        self.out.say(f"T{row.ref}", "M6")
+        self.out.write(f"T{row.ref}", "M6")
 
     def _activate_offset(self, row: Motion) -> None:
         """Activate the tool offset; the next move must have both X and Y."""
-        self.out.say("G43", f"H{row.ref}")
+        self.out.write("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
             self.place[axis], self.position[axis] = None, math.nan
@@ -194,10 +194,10 @@ class _TorchWriter(Writer):
         if self.compensating:
             raise PostError("outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)")
         if row.kind is Kind.TORCH and self.torch.power:
-            self.out.say("S" + (self._power(self.lit) if row.value and self.lit else "0"))
+            self.out.write("S" + (self._power(self.lit) if row.value and self.lit else "0"))
             return
         number = self.torch.arc_output if row.kind is Kind.TORCH else self.torch.height_output
-        self.out.say(f"{'M63' if row.value else 'M62'} P{number}")
+        self.out.write(f"{'M63' if row.value else 'M62'} P{number}")
 
     def _compensation(self, row: Motion) -> None:
         words = self.torch.compensation
@@ -205,11 +205,11 @@ class _TorchWriter(Writer):
             self._set_feed_share(next(self.compensated))  # M67 is not allowed while the controller compensates
         self.compensating = row.ref != 40
         if not self.compensating:
-            self.out.say("G40")
+            self.out.write("G40")
         else:
             by_width = words.endswith(".1")
             register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
-            self.out.say(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
+            self.out.write(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
 
     def _probe(self, row: Motion) -> None:
         if not self.torch.probe:
@@ -217,17 +217,17 @@ class _TorchWriter(Writer):
         self._check_cutting(row)
         self.out.forget(["motion", "Z"])
         feed = self.out.modal("F", "F" + self.numbers.feed(row.value))
-        self.out.say(self.out.modal("motion", self.torch.probe), self._axis(row, 2), feed)
+        self.out.write(self.out.modal("motion", self.torch.probe), self._axis(row, 2), feed)
         self._forget_height()
 
     def _shift(self, row: Motion) -> None:
         """Set Z to the height at which the probe tripped, or cancel that shift."""
         self._forget_height()
         if math.isnan(row.end[2]):
-            self.out.say("G92.1")
+            self.out.write("G92.1")
             return
-        self.out.say("G92", self._axis(row, 2))
-        self._arrive(row)
+        self.out.write("G92", self._axis(row, 2))
+        self._track_position(row)
 
     def _forget_height(self) -> None:
         self.out.forget("Z")
@@ -235,7 +235,7 @@ class _TorchWriter(Writer):
 
     def _end(self, row: Motion) -> None:
         for block in self.torch.finish:
-            self.out.say(block)
+            self.out.write(block)
         super()._end(row)
 
 
