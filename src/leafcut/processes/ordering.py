@@ -49,9 +49,9 @@ def find_order(
     Parameters
     ----------
     options
-        Options of the search; default: those of the job.
+        Options of the search; default: the options of the job.
     deadline
-        Deadline of the search; default: that of the job. A nearest-neighbour order has no deadline.
+        Deadline of the search; default: the deadline of the job. A nearest-neighbour order has no deadline.
 
     Raises SolveError if the precedence of the tasks cannot be kept, or if the algorithm does not support it. Raises
     PlanError if the algorithm returns an order that does not do each task once (`check_order`).
@@ -190,7 +190,7 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another one starts at its end. `quick` searches without
+    """Return a solution for every stage; a stage that follows another stage starts at its end. `quick` searches without
     progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """
     followers = [number for number, stage in enumerate(stages) if stage.follows and number]

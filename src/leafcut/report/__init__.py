@@ -1,1 +1,1 @@
-"""Reports: a summary for the terminal and a page for the screen and for paper."""
+"""Reports: a summary for the terminal, a page for screen and paper, JSON answers, and pictures."""

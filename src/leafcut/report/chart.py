@@ -1,4 +1,4 @@
-"""Charts: cost against seconds, and bars."""
+"""Charts: best cost over the time of a search, and bars."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
 _MAX_POINTS = 600
-# Minimum share of the cost that was gained for a visible curve.
+#: Minimum improvement for a visible curve, as a share of the cost.
 _FLAT = 1e-5
-#: Ratio of times from which the time axis is logarithmic.
+#: Ratio of the last to the first time above which the time axis is logarithmic.
 _LOG_FROM = 20.0
 _LINE_HEIGHT = 14.0
 #: Space for the label at the end of the curve.
@@ -39,7 +39,7 @@ TIME_KINDS = {
 
 @dataclass(frozen=True)
 class _Axes:
-    """`log` makes the time axis logarithmic."""
+    """Ranges of the axes, and whether the time axis is logarithmic (`log`)."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]
@@ -57,9 +57,9 @@ class _Axes:
 
 
 def convergence(solution: Solution, nearest: float | None, words: str) -> str:
-    """Return the chart of the best cost over time, or an empty text if nothing was improved.
+    """Return the chart of the best cost over time, or "" if the search did not improve the cost.
 
-    `nearest` is the cost of the nearest neighbour order, drawn as a dashed line if known.
+    `nearest` is the cost of the nearest-neighbour order, drawn as a dashed line if known. `words` is the title.
     """
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
     if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
@@ -70,14 +70,14 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     under = _SPACE_UNDER_BOUND if "lower bound" in known else _MARGIN
     axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds, under)
     factor, unit = _shown_unit(solution.unit, axes.costs[1])
-    lines = [_level(axes, name, level) for name, level in known.items()]
+    lines = [_level_line(axes, name, level) for name, level in known.items()]
     return element(
         "svg",
         title(words),
         _grid(axes, factor, unit),
         *lines,
         _curve(axes, history, solution.unit),
-        *_level_words(axes, known, solution.unit),
+        *_level_labels(axes, known, solution.unit),
         viewBox=f"0 0 {short(WIDTH)} {short(HEIGHT)}",
         class_="chart",
         role="img",
@@ -141,7 +141,7 @@ def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
         return [(v, tick_words(v, step)) for v in ticks(low, high, step)]
     powers = range(math.ceil(math.log10(low) - _EMPTY), math.floor(math.log10(high) + _EMPTY) + 1)
     marks = [(10.0**p, f"{10.0**p:.{max(0, -p)}f}") for p in powers]
-    # Fewer than two powers of ten on the axis: mark its ends instead.
+    # With fewer than two powers of ten on the axis, mark its ends instead.
     return marks if len(marks) > 1 else [(v, f"{v:.2g}") for v in (low, high)]
 
 
@@ -151,7 +151,7 @@ def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
     end_x, end_y = WIDTH - _RIGHT, points[-1][1]
     words.append(f"H{short(end_x)}")
-    # The cost only falls, so there is space above the curve: place the label above the highest step in its width.
+    # The cost never rises, so there is space above the curve: place the label above the highest step in its width.
     over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
     label_y = min([end_y, *over]) - 8
     label_y = label_y if label_y > _TOP + 4 else end_y + 16
@@ -160,13 +160,13 @@ def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     return element("path", d="".join(words), class_="curve") + dot + label
 
 
-def _level(axes: _Axes, name: str, level: float) -> str:
+def _level_line(axes: _Axes, name: str, level: float) -> str:
     y = short(axes.y(level))
     return element("path", d=f"M{short(_LEFT)} {y}H{short(WIDTH - _RIGHT)}", class_=f"level {name.partition(' ')[0]}")
 
 
-def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """A label is below its line, or above it at the bottom of the chart."""
+def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
+    """Return the labels of the level lines, each below its line, or above it at the bottom of the chart."""
     words = []
     for name, level in levels.items():
         y = axes.y(level)
@@ -177,7 +177,7 @@ def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
 
 
 def stacked_bar(times: dict[str, float], longest: float) -> str:
-    """Return a stacked bar of times by kind; its full width is `longest` seconds."""
+    """Return a stacked bar of times by kind, s; the full width stands for `longest` seconds."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
         width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0

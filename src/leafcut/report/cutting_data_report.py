@@ -1,4 +1,4 @@
-"""Speeds and feeds for the terminal and as JSON."""
+"""Report of speeds and feeds for the terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 _MM_PER_M = 1000.0
-#: Label of the best point per objective.
+#: Objective → label of its best point.
 _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
 def cutting_data_as_json(data: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
-    """Return the answer of `leafcut tools speeds --json`: mm, s, kW, N·m, N, m/min for speeds, mm/min for feeds."""
+    """Return the answer of `leafcut tools speeds --json` in mm, s, kW, N·m and N, with cutting speeds in m/min and
+    feeds in mm/min.
+    """
     return {
         **({"input": data.source} if data.source else {}),
         "machine": data.machine.name,
@@ -69,7 +71,9 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
 
 
 def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
-    """Print for each tool the quickest, cheapest and longest-lived speed and feed, and the library's own."""
+    """Print for each tool the speeds and feeds with the least time, the least cost and the longest life, and the speed
+    and feed of the library.
+    """
     from rich.table import Table
 
     def show(words: str, style: str = "") -> None:
@@ -110,7 +114,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
 
 def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
-    """Return the points to show, quickest first, and the library's own point."""
+    """Return the best point for each objective, and the point of the library or the options, by name."""
     points = front.points
     shown = {
         "quickest": min(points, key=lambda p: (p.time, p.cost)),

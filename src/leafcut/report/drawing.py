@@ -1,4 +1,4 @@
-"""Drawing of a path over its holes: one scene for both paths, so that they can be compared at a glance."""
+"""Drawing of a path over its holes. The paths before and after share one scene, so they are easy to compare."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ if TYPE_CHECKING:
 
 #: Maximum number of numbered stops; with more, the colour of the path shows the order.
 MAX_NUMBERS = 120
-#: Number of colours of the ramp along a path, number of tool colours, and number of styles in which the tool colours
-#: repeat (solid, hollow, dashed, dotted).
+#: Number of colours of the ramp along a path, number of tool colours, and number of line styles by which repeated tool
+#: colours differ.
 RAMP = 24
 TOOL_COLOURS = 8
-TOOL_MANNERS = 3
+TOOL_STYLES = 3
 
-# Minimum drawn size of holes, user units: with few holes, and with many.
+#: Minimum drawn size of holes, user units, with few and with many holes.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
-#: Drawn size of a hole of unknown diameter: share of the mean spacing, and maximum, user units.
+#: Drawn size of holes of unknown diameter: share of the mean spacing, and maximum, user units.
 _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MAX_GROUPS = 64
-#: Stops of cuts are numbered up to this number, or with this spacing, user units.
+#: Stops of cuts are numbered if they are at most this many, or at least this far apart, user units.
 _FEW_NUMBERS = 24
 _SPACE_FOR_NUMBERS = 20.0
-#: Rapids are shown up to this distance beyond the work, as a share of its size; a far park position stays outside.
+#: Rapids are shown up to this distance beyond the work, as a share of its size; a distant park position is not shown.
 _BEYOND = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Holes with the same tool and size: drawn `size` and `points`, float64[n, 2], in user units."""
+    """Holes with the same tool and size: drawn size, and centres, float64[n, 2], in user units."""
 
     tool: int
     size: float
@@ -58,10 +58,25 @@ class Dots:
 class Scene:
     """Data shared by all drawings of an outcome.
 
-    `tools` are the tool numbers in the order of use; a hole has the colour of its last tool (-1: no tool). `slots` are
-    (tool, width, centre line) in user units. `numbered`: stops have numbers. `enlarged`: some holes are drawn too
-    large; `unsized`: some diameters are unknown. `extent` is the size of the work in mm; `edge` holds the lines of the
-    edge of the plate in user units, float64[k, 2, 2]. `missing` are the issues of missing work.
+    Attributes
+    ----------
+    tools
+        Tool numbers in the order of use.
+    dots, slots
+        Holes, and slots as (tool, width, centre line), in user units. A hole has the colour of its last tool, -1
+        without a tool.
+    numbered
+        Whether stops have numbers.
+    discs
+        Centre and drawn radius of each hole, float64[n, 3], user units.
+    enlarged, unsized
+        Whether some holes are drawn too large, and whether some diameters are unknown.
+    extent
+        Size of the work, mm.
+    edge
+        Edge of the plate, float64[k, 2, 2], user units.
+    missing
+        Issues about missing work.
     """
 
     frame: Frame
@@ -80,7 +95,7 @@ class Scene:
 
 
 def build_scene(outcome: Outcome) -> Scene:
-    """Return the scene of an outcome; an empty part gives an empty window."""
+    """Return the scene of an outcome; the scene of an empty part is an empty frame."""
     part = outcome.part
     before, after = (trace(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
@@ -102,10 +117,12 @@ def build_scene(outcome: Outcome) -> Scene:
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
     numbered = max(len(before.stops), len(after.stops)) <= MAX_NUMBERS
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
-        numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
+        numbered = numbered and _median_spacing(frame.place(np.unique(after.stops, axis=0))) >= _SPACE_FOR_NUMBERS
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
     true_sizes, sized = diameters * frame.scale, diameters > 0.0
-    sizes = np.where(sized, np.maximum(true_sizes, smallest), _size_of_unsized(frame, len(diameters), smallest))
+    sizes = np.where(
+        sized, np.maximum(true_sizes, smallest), _size_of_unknown_diameters(frame, len(diameters), smallest)
+    )
     placed = frame.place(part.hole_xy)
     slots = tuple(
         (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
@@ -139,13 +156,13 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
     return Frame.around((x0, y0), (x1, y1))
 
 
-def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
-    """Return a visible size without overlap."""
+def _size_of_unknown_diameters(frame: Frame, holes: int, smallest: float) -> float:
+    """Return a drawn size that is visible and avoids overlaps, user units."""
     apart = math.sqrt(frame.width * frame.height / max(holes, 1))
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
 
-def _apart(places: NDArray[np.float64]) -> float:
+def _median_spacing(places: NDArray[np.float64]) -> float:
     if len(places) < 2:
         return math.inf
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
@@ -154,7 +171,7 @@ def _apart(places: NDArray[np.float64]) -> float:
 
 
 def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
-    """Return the holes grouped by tool and size, largest first, so that no hole hides a smaller one."""
+    """Group the holes by tool and size, the largest first, so that no hole hides a smaller one."""
     if len(np.unique(sizes)) > _MAX_GROUPS:  # too many sizes: round them to steps of 5 %
         sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
     keys, group = np.unique(np.stack([-sizes, tools], axis=1), axis=0, return_inverse=True)
@@ -163,20 +180,20 @@ def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArra
 
 
 def tool_class(scene: Scene, tool: int) -> str:
-    """Return the CSS class of a tool's colour: neutral for a single tool, ``idle`` for no tool."""
+    """Return the CSS class of a tool's colour: ``only`` for a single tool, ``idle`` without a tool."""
     if tool < 0:
         return "idle"
     if len(scene.tools) == 1:
         return "only"
-    manner = tool // TOOL_COLOURS % TOOL_MANNERS
+    manner = tool // TOOL_COLOURS % TOOL_STYLES
     return f"t{tool % TOOL_COLOURS}" + (f" again{manner}" if manner else "")
 
 
 def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Return the drawing of the path ``before`` or ``after`` as an SVG element with `words` as its title.
 
-    `holes` given as ``"=name"`` draws the holes in this SVG with that id. ``"#name"`` takes them from another SVG of
-    the page, so that a hundred thousand holes are stored once. `size` adds width and height.
+    If `holes` is ``"=name"``, the holes are drawn as a group with this id. If it is ``"#name"``, they are taken from
+    another SVG of the page, so that a hundred thousand holes are stored only once. `size` adds width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
@@ -190,7 +207,7 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
             + drawn
         )
     drawn += missing_drawing(frame, scene.missing)
-    inside = (drawn, element("g", *paths, clip_path=f"url(#{window})"), *_ends(scene, path))
+    inside = (drawn, element("g", *paths, clip_path=f"url(#{window})"), *_end_marks_and_numbers(scene, path))
     return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 
 
@@ -215,7 +232,7 @@ def _holes(scene: Scene, name: str) -> str:
 
 
 def _rapids(scene: Scene, path: Trace) -> str:
-    """One colour if stops are numbered, otherwise a colour ramp from first to last."""
+    """Draw the rapids in one colour if stops are numbered, otherwise in a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
@@ -227,7 +244,7 @@ def _rapids(scene: Scene, path: Trace) -> str:
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
-    """Return the colour index of each cutting tool by tool number; empty for a single tool."""
+    """Return tool number → colour index of the tools that cut; empty for a single tool."""
     if len(scene.tools) < 2:
         return {}
     cutting = set(np.unique(scene.after.cut_tool).tolist())
@@ -239,7 +256,7 @@ def _cuts(scene: Scene, path: Trace) -> str:
         return ""
     segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
     length = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
-    # Keep cuts with a small step-over visible as separate lines.
+    # Lines are so thin that cuts with a small step-over remain separate.
     width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
     lines = []
     for number in [*colours, None]:
@@ -250,7 +267,7 @@ def _cuts(scene: Scene, path: Trace) -> str:
     return in_steps(*lines)
 
 
-def _ends(scene: Scene, path: Trace) -> list[str]:
+def _end_marks_and_numbers(scene: Scene, path: Trace) -> list[str]:
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}
@@ -260,7 +277,7 @@ def _ends(scene: Scene, path: Trace) -> list[str]:
     radii = _radii(scene, places)
     last = list(visits).index(tuple(path.stops[-1].tolist()))
     free = radii.copy()
-    marks = _marks(scene, places, free, last)
+    marks = _mark_ends(scene, places, free, last)
     if not scene.numbered:
         return marks
     return [
@@ -270,8 +287,10 @@ def _ends(scene: Scene, path: Trace) -> list[str]:
 
 
 def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
-    """Place the numbers; `stops` is float64[k, 4]: x, y, the radius to keep clear, and the radius of the hole."""
-    frame, font = scene.frame, _font(stops[:, :2])
+    """Draw the numbers of stops. `stops`, float64[k, 4], has x, y, the radius to keep clear, and the radius of the
+    hole.
+    """
+    frame, font = scene.frame, _font_size(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
     around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))
     spots = place_labels(stops, words, font, around)
@@ -280,7 +299,7 @@ def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[
 
 
 def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the radius of the largest hole at each position, 0 without a hole (the end of a slot)."""
+    """Return the radius of the largest hole at each position, user units; 0 at the end of a slot."""
     sizes: dict[tuple[int, int], float] = {}
     for x, y, radius in scene.discs.tolist():
         key = (round(x * STEPS), round(y * STEPS))
@@ -288,7 +307,7 @@ def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([sizes.get((round(x * STEPS), round(y * STEPS)), 0.0) for x, y in places.tolist()])
 
 
-def _font(places: NDArray[np.float64]) -> float:
+def _font_size(places: NDArray[np.float64]) -> float:
     if len(places) < 2:
         return 11.0
     apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
@@ -296,8 +315,8 @@ def _font(places: NDArray[np.float64]) -> float:
     return float(np.clip(0.45 * np.median(apart.min(axis=1)), 7.0, 11.0))
 
 
-def _marks(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
-    """Enlarges the `radii` of the first stop, a ring, and the last, a square."""
+def _mark_ends(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
+    """Mark the first stop by a ring and the last stop by a square; enlarge their `radii` accordingly."""
     radii[0] = ring = max(radii[0] + 3.0, 4.5)
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)

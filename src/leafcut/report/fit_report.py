@@ -1,4 +1,4 @@
-"""Report of the comparison with a stop-watch: each program before and after the fit, and the quality of the fit."""
+"""Report of a fit to measured times: the time of each program before and after the fit, and the quality of the fit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
     from leafcut.timing.fitting import Fitted
 
-#: Share of tool changes in a program from which they are reported: their time, from the profile, may be wrong.
+#: Share of the time above which tool changes are reported, because their time in the profile may be wrong.
 _LARGE_SHARE = 0.1
 
 
@@ -50,7 +50,7 @@ def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
         lines.append(f"corner value: {fitted.corner:.3g} mm (± {100.0 * fitted.error['corner']:.0f} %)")
     if fitted.acceleration is not None and fitted.corner is not None:
         lines.append(f"the programs distinguish the two: condition {fitted.condition:.1f}")
-    if sum(simulation is not None for simulation in (fitted.acceleration, fitted.corner)) == len(measured):
+    if sum(value is not None for value in (fitted.acceleration, fitted.corner)) == len(measured):
         lines.append("as many parameters as programs: the fit is exact; measure another program to test it")
     titles = {"acceleration": "accelerations", "corner": "corner value"}
     lines += [f"{titles[name]} kept: {reason}" for name, reason in fitted.held.items()]
@@ -64,7 +64,7 @@ def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
 def fit_as_json(
     fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float], written: str
 ) -> dict[str, Any]:
-    """Return the fit as JSON data."""
+    """Return the fit as plain values for the JSON answer."""
     programs = [
         {"program": simulation.program, "measured_s": seconds, "before_s": float(before), "after_s": float(after)}
         for simulation, seconds, before, after in zip(simulations, measured, fitted.before, fitted.after, strict=True)

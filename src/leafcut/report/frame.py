@@ -1,4 +1,4 @@
-"""The frame of a drawing: its range in mm and scale, with axes and a scale bar."""
+"""Frame of a drawing: the shown range in mm, its scale, axes, and a scale bar."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 
-#: Width of a drawing in user units, about the width of a column on a screen in pixels. A part much wider than high uses
-#: both columns.
+#: Width of a drawing, user units: about the width of one column, or of both columns, on a screen in pixels.
 WIDTH = 480.0
 WIDE = 960.0
 _WIDE_FROM = 2.4
@@ -25,10 +24,10 @@ _WIDEST_NUMBERS = 120.0
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the part: maps mm (y up) to user units (y down).
+    """A window on the part, which maps mm (y up) to user units (y down).
 
-    `low` and `high` are its corners in mm, `scale` user units per mm, `left` the space for the numbers of the y axis,
-    `width` and `height` the size of the window in user units.
+    `low` and `high` are the corners of the window in mm, and `scale` is the number of user units per mm. `left` is the
+    space for the numbers of the y axis, and `width` and `height` are the size of the window, in user units.
     """
 
     low: tuple[float, float]
@@ -40,9 +39,9 @@ class Frame:
 
     @classmethod
     def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
-        """Return the frame around two corners, with a margin.
+        """Return the frame around two corners, in mm, with a margin.
 
-        A frame more than `wide_from` times as wide as high uses both columns.
+        A frame that is more than `wide_from` times as wide as high uses both columns.
         """
         span = max(high[0] - low[0], high[1] - low[1])
         margin = _MARGIN * span if span > 0 else 10.0
@@ -54,7 +53,7 @@ class Frame:
         width = (WIDE if spans[0] > wide_from * spans[1] else WIDTH) - left - _RIGHT
         height = min(max(width * spans[1] / spans[0], _SMALLEST_HEIGHT), _LARGEST_HEIGHT)
         scale = min(width / spans[0], height / spans[1])
-        # Fill the window to its edges; the rest is empty plate around the part.
+        # Extend the range to the edges of the window, so that the part is in its middle.
         low = (middle[0] - width / scale / 2, middle[1] - height / scale / 2)
         high = (middle[0] + width / scale / 2, middle[1] + height / scale / 2)
         return cls(low, high, scale, left, width, height)
@@ -66,11 +65,11 @@ class Frame:
 
     @property
     def wide(self) -> bool:
-        """True for a drawing that needs the whole width of a page."""
+        """Whether the drawing needs the whole width of a page."""
         return self.width > WIDTH
 
     def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return points in mm, float64[…, 2], in user units of the window (not yet shifted by `origin`)."""
+        """Convert points, float64[…, 2], from mm to user units, relative to the upper left corner of the window."""
         placed: NDArray[np.float64] = np.stack(
             [(points[..., 0] - self.low[0]) * self.scale, (self.high[1] - points[..., 1]) * self.scale], axis=-1
         )
@@ -78,13 +77,14 @@ class Frame:
 
     @property
     def origin(self) -> tuple[float, float]:
-        """Upper left corner of the window in the drawing."""
+        """Upper left corner of the window in the drawing, user units."""
         return (self.left, _TOP)
 
     def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
-        """Return the SVG element of a drawing: its axes, and `inside` in user units from the frame's corner.
+        """Return the SVG element of a drawing with its axes.
 
-        `size`: the SVG stands alone and needs its size.
+        `inside` are elements in user units relative to the window, `window` is the id of its clip path, and `kind` is
+        the CSS class. If `size`, the SVG is a file of its own and states its size.
         """
         (width, height), (x, y) = self.size, self.origin
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
@@ -103,7 +103,7 @@ class Frame:
         )
 
     def axes(self) -> str:
-        """Return the frame's edge with ticks in mm on the left and below, and a scale bar."""
+        """Return the edge of the frame, ticks in mm on the left and below, and a scale bar."""
         step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
         marks, numbers = [], []
         x0, y0 = self.origin
@@ -127,7 +127,7 @@ class Frame:
         return f"rotate(-90 {short(x)} {short(y)})"
 
     def _bar(self, step: float) -> str:
-        """The bar has the length of a tick step; it stays true when the page is scaled or printed."""
+        """Return a scale bar as long as a tick step; it remains correct when the page is scaled or printed."""
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"

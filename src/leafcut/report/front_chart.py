@@ -1,4 +1,4 @@
-"""Chart of the fronts of time, cost and tool life per tool, and their speeds and feeds on the machine."""
+"""Chart of the Pareto front of each tool (time, cost, tool life), with its speeds and feeds."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Point
     from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
-#: Size of a panel, the header of a tool's two panels, and margins, user units.
+#: Width and height of a panel, height of the header above a tool's two panels, and margins, user units.
 _WIDE, _HIGH, _HEAD = 430.0, 290.0, 46.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 16.0, 14.0, 44.0
 _FOOT = 58.0
 #: Margin around the data, as a share of its range.
 _MARGIN = 0.07
 _MAX_POINTS = 600
-#: Points farther from the front than this multiple of its range are not drawn.
+#: The given point is drawn only within this multiple of the front's range from the front.
 _MAX_DISTANCE = 2.0
-#: Positions of labels beside their marks, best first (on the right or not, vertical shift); distance and letter width.
-_BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
+#: Positions of labels relative to their marks, the best first: (on the right or not, vertical shift), user units.
+_LABEL_POSITIONS = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
+#: Distance of labels from their marks, and width of a letter, user units.
 _OFF, _LETTER = 11.0, 6.3
 _SECONDS_PER_HOUR = 3600.0
 _STYLE = """
@@ -47,19 +48,19 @@ svg.front { background: var(--page); }
 
 
 def check_name(file: str | Path | None) -> None:
-    """Raise `OptionError` if a file does not end in ``.svg``."""
+    """Raise OptionError if the name of a file does not end in ``.svg``."""
     if file is not None and Path(file).suffix.lower() != ".svg":
         raise OptionError(
             f"--plot: '{Path(file).name}' is not a picture that can be written; name a file ending in .svg"
         )
 
 
-#: Left, top, right, bottom.
+#: A box: left, top, right, bottom, user units.
 _Box = tuple[float, float, float, float]
 
 
 #: Values on the axes of the panels.
-_SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
+_AXIS_VALUES: tuple[Callable[[CuttingPoint], float], ...] = (
     lambda point: point.time,
     lambda point: point.cost,
     lambda point: point.rpm,
@@ -69,7 +70,7 @@ _SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
 
 @dataclass(frozen=True)
 class _Axis:
-    """Maps numbers to user units along a side of a panel."""
+    """Maps values to user units along a side of a panel."""
 
     low: float
     high: float
@@ -78,7 +79,7 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
-        """`values` are not negative; a margin is added around them."""
+        """Return the axis over some values, which must not be negative, with a margin."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
@@ -92,15 +93,15 @@ class _Axis:
 
 
 def front_svg(data: CuttingData) -> str:
-    """Return the fronts of all tools as a stand-alone SVG, two panels for each.
+    """Return the Pareto fronts of all tools as a stand-alone SVG with two panels for each tool.
 
-    On the left the cost per part over its time; on the right the spindle speeds and feed rates. The colour is the
-    tool's life, violet for the shortest and teal for the longest.
+    The left panel shows the cost of a part over its time, the right panel the feed rate over the spindle speed. The
+    colour stands for the tool life, from violet (shortest) to teal (longest).
     """
     lives = [point.life for tool in data.tools for point in tool.points]
-    shade = _shade(min(lives), max(lives))
+    shade = _colour_index(min(lives), max(lives))
     width, row_height = 2 * _WIDE, _HEAD + _HIGH
-    rows = [element("g", _tool(tool, data, shade), transform=f"translate(0 {short(k * row_height)})")
+    rows = [element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {short(k * row_height)})")
             for k, tool in enumerate(data.tools)]  # fmt: skip
     bottom = len(rows) * row_height
     height = bottom + _FOOT
@@ -124,13 +125,13 @@ def front_svg(data: CuttingData) -> str:
     )
 
 
-def _shade(shortest: float, longest: float) -> Callable[[float], int]:
-    """Logarithmic."""
+def _colour_index(shortest: float, longest: float) -> Callable[[float], int]:
+    """Return a function that maps a tool life to the index of a ramp colour, on a logarithmic scale."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
 
-def _tool(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
+def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
     holes = f"{front.holes} hole{'s' * (front.holes != 1)}" if front.holes else "milling"
     head = text(front.tool.label, 16, 30, class_="name")
     description = f"{front.tool_material.value} · {holes} · {data.material.name} on {data.machine.name}"
@@ -139,8 +140,8 @@ def _tool(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) ->
     beside = text(description, 2 * _WIDE - 16, 30, text_anchor="end")
     points = _thinned(front.points, front.chosen)
     left = _panel(
-        front, points, shade, 0.0, lambda p: p.time / _unit(points)[0], lambda p: p.cost,
-        (f"time of one part, {_unit(points)[1]}", "cost of one part"),
+        front, points, shade, 0.0, lambda p: p.time / _time_unit(points)[0], lambda p: p.cost,
+        (f"time of one part, {_time_unit(points)[1]}", "cost of one part"),
     )  # fmt: skip
     right = _panel(
         front, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,
@@ -149,7 +150,7 @@ def _tool(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) ->
     return head + beside + left + right
 
 
-def _unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
+def _time_unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
     longest = max(point.time for point in points)
     if longest >= 2 * _SECONDS_PER_HOUR:
         return _SECONDS_PER_HOUR, "h"
@@ -197,15 +198,15 @@ def _panel(
         + "".join(numbers)
         + axes
         + _dots(points, place, shade)
-        + _marks(front, [place(point) for point in points], place, frame)
+        + _draw_marks(front, [place(point) for point in points], place, frame)
     )
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return None for a point far away, which would squeeze the front."""
+    """Return the point as given, or None if it is so far from the front that the front would be drawn too small."""
     if front.given is None:
         return None
-    for value_of in _SHOWN:
+    for value_of in _AXIS_VALUES:
         values = [value_of(point) for point in front.points]
         reach = _MAX_DISTANCE * ((max(values) - min(values)) or max(values))
         if not min(values) - reach <= value_of(front.given) <= max(values) + reach:
@@ -232,7 +233,7 @@ class _Frame:
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
-def _marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
+def _draw_marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
     points = front.points
     place_of = {
         "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
@@ -251,7 +252,7 @@ def _marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], 
         kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
         drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
         words = ", ".join(names)
-        box, label = _label(words, (x, y), dots, [*boxes, *(_around(corner) for corner in places)], frame)
+        box, label = _label(words, (x, y), dots, [*boxes, *(_mark_box(corner) for corner in places)], frame)
         boxes.append(box)
         labels.append(label)
     if chosen not in places:
@@ -259,14 +260,14 @@ def _marks(front: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], 
     return "".join((*drawn, *labels))
 
 
-def _around(place: Point) -> _Box:
+def _mark_box(place: Point) -> _Box:
     return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
 
 
 def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
     wide = _LETTER * len(words)
     best: tuple[float, _Box, str] | None = None
-    for number, (right, up) in enumerate(_BESIDE):
+    for number, (right, up) in enumerate(_LABEL_POSITIONS):
         x, y = at[0] + (_OFF if right else -_OFF), at[1] + 4 + up
         box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
         hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)

@@ -1,4 +1,4 @@
-"""JSON answers of the commands: plain values, with the keys that scripts rely on."""
+"""JSON answers of the commands as plain values; scripts rely on the keys."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the outcome as a dict of lists, dicts, texts and finite numbers; unknown values are None.
+    """Return an outcome as plain values; unknown values are None.
 
-    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` applies to the travel between holes, in the unit of
-    the objective, s or mm. It is the sum over the operations, each starting at the end of the previous one.
-    `gap_percent` is the maximum excess of the travel over it.
+    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is the lower bound of the travel, in the unit of the
+    objective, s or mm, summed over the operations; each starts at the end of the previous operation. `gap_percent` is
+    the maximum excess of the travel over this bound.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)
@@ -70,7 +70,7 @@ def _put(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
 
 
 def solved_as_json(solved: Solved) -> dict[str, Any]:
-    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's metric."""
+    """Return the answer of `leafcut solve --json`; lengths are in the unit of the map's metric."""
     part, solution, gap = solved.part, solved.solution, solved.gap
     grouped = {} if part.grouping is None else {"clusters": part.grouping.n_clusters}
     return {
@@ -113,7 +113,7 @@ def simulation_as_json(simulation: Simulation) -> dict[str, Any]:
 
 
 def verification_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return the answer of `leafcut verify --json`: the proof, each difference with its message."""
+    """Return the answer of `leafcut verify --json`: the proof, and the message of each difference."""
     answer = certificate_as_json(proof)
     for row, difference in zip(answer["differences"], proof.differences, strict=True):
         row["words"] = str(difference)
@@ -121,7 +121,7 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
 
 
 def certificate_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return a proof as plain values, as in the answer of `optimize`."""
+    """Return a proof as plain values, in the form of the answer of `optimize`."""
     return {
         "same": proof.same,
         "differences": [
@@ -143,7 +143,7 @@ def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
 
 
 def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
-    """Return missing work as plain values: kind, count, positions (mm, program coordinates), and reason."""
+    """Return missing work as plain values: kind, count, positions in program coordinates, mm, and reason."""
     return [
         {
             "what": i.missing.what,
@@ -171,9 +171,8 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
-    """A tool with two operations (holes and slots) has two entries.
-
-    `staying` is the number of its holes that keep their old positions. A `beam` has a power.
+    """Return the entry of an operation; a tool for holes and slots has two entries. A `beam` has a power instead of a
+    spindle speed.
     """
     tool = operation.tool
     return {
@@ -206,7 +205,9 @@ def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
 
 
 def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return the figures and tables of an outcome for the studio; words as ``{"words": template, "values": {…}}``."""
+    """Return figures and tables of an outcome for the studio; translatable texts have the form
+    ``{"words": template, "values": {…}}``.
+    """
     tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.tables()}
     times = {
         "kinds": tables["times"]["kinds"],

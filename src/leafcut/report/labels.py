@@ -1,4 +1,4 @@
-"""Place the numbers of holes: beside them, clear of other holes and numbers and, if possible, of paths."""
+"""Placement of the numbers of holes, clear of other holes, of other numbers and, if possible, of paths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 DIGIT_WIDTH = 0.56
 CAP_HEIGHT = 0.72
 
-#: Penalties: covering another number is far worse than a hole, and a hole worse than a line.
+#: Penalties for a number outside the drawing, and for covering another number, a hole, or a line.
 _OUTSIDE = _ON_NUMBER = 1000.0
 _ON_HOLE = 60.0
 _ON_LINE = 4.0
 _WORST_ACCEPTED = 999.0
 _GAP = 1.2
 
-#: Directions around the hole (y down), preferred first.
+#: Directions from the hole to its number (y down), the preferred ones first.
 _DIRECTIONS = ((1, -1), (-1, -1), (1, 1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
 _DIAGONAL = 0.72
 
@@ -27,7 +27,8 @@ _DIAGONAL = 0.72
 class Surroundings:
     """Objects that numbers should not cover, in user units (y down).
 
-    `holes` float64[n, 3]: x, y, radius. `lines` float64[m, 2, 2]. `size`: width and height of the drawing.
+    `holes`, float64[n, 3], has x, y and radius. `lines`, float64[m, 2, 2], are segments. `size` is width and height of
+    the drawing.
     """
 
     holes: NDArray[np.float64]
@@ -38,9 +39,10 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Return the centre of each number, in user units, or None if every position would cover another number.
+    """Return the centre of each number, user units, or None if it would cover another number everywhere.
 
-    `stops` is float64[n, 4]: x, y, the radius to keep clear, and the radius of the hole, inside which a number may fit.
+    `stops`, float64[n, 4], has x, y, the radius to keep clear, and the radius of the hole, inside which a number may
+    fit.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
@@ -61,7 +63,7 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return candidates float64[k, 2]: inside the hole if it is large enough, then around it."""
+    """Return the candidate centres, float64[k, 2]: inside the hole if it is large enough, then around it."""
     (x, y), reach = centre, free + _GAP
     around = []
     for dx, dy in _DIRECTIONS:
@@ -97,7 +99,7 @@ def _costs(
 
 
 def crossing(lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which segments, float64[m, 2, 2], intersect the box from `low` to `high`: bool[m] (slab test)."""
+    """Return the mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
     if not len(lines):
         return np.zeros(0, dtype=bool)
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]

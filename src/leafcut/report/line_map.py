@@ -1,4 +1,4 @@
-"""Map rows of a planned toolpath to lines of the program written from it."""
+"""Matching of the rows of a planned toolpath to the lines of the program written from it."""
 
 from __future__ import annotations
 
@@ -8,51 +8,51 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Tolerance of rounded positions, mm: half of 0.0001 inch at worst, and again where they add up.
+#: Tolerance of positions, mm: rounding errors are at most half of 0.0001 inch each, and may add up.
 _ROUNDING = 0.01
-#: Maximum number of program rows between two matched rows of the plan.
+#: Number of rows of the program that are searched for the next row of the plan.
 _AHEAD = 40
 _SMALLEST_MOVE = 1e-9
 _RAPIDS = (Kind.RAPID, Kind.MACHINE)
 
 
 def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
-    """Return the line of every row of a plan without canned cycles, int32[n], from 1; 0 for none.
+    """Return the program line of every row of a planned toolpath without canned cycles, int32[n], from 1.
 
-    `written` is the program read back. Its moves are matched in order, by kind and end. Actions without a word in the
-    program (a torch that descends and pierces) get the line of the next row.
+    `written` is the program read back. Moves are matched in order, by kind and end position. Rows that the program does
+    not state, such as the descent of a torch, get the line of the next row. All lines are 0 if no row matches.
     """
     written = expand(written)
-    plan_rows, written_rows = _moving(planned), _moving(written)
-    a, b = (_marks(path, rows) for path, rows in ((planned, plan_rows), (written, written_rows)))
-    matches = _aligned(a, b)
+    plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
+    a, b = (_move_keys(path, rows) for path, rows in ((planned, plan_rows), (written, written_rows)))
+    matches = _match_rows(a, b)
     line = np.zeros(len(planned), dtype=np.int32)
     known = matches >= 0
     line[plan_rows[known]] = written.line[written_rows[matches[known]]]
-    return _filled(line)
+    return _fill_gaps(line)
 
 
-def _moving(path: Toolpath) -> NDArray[np.int64]:
+def _moving_rows(path: Toolpath) -> NDArray[np.int64]:
     before = path.before
     moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
-    # A row that gives an axis its first position also counts.
+    # A row that sets the first position of an axis counts as a move.
     unmoved = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
     return np.flatnonzero(moves & ~unmoved.all(axis=1))
 
 
-def _marks(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return float64[k, 4]: rapid or not, and the end."""
+def _move_keys(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the data by which moves are matched, float64[k, 4]: rapid or not, and end position."""
     return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
 
 
 def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Unknown values match anything."""
+    """Return whether moves match; unknown coordinates match any value."""
     near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
     return np.asarray(near.all(axis=-1))
 
 
-def _aligned(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return for every row of `a` its row of `b`, in order, -1 for none."""
+def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return, for every row of `a`, the matching row of `b`, -1 for none; matches are in ascending order."""
     if len(a) == len(b) and _equal(a, b).all():
         return np.arange(len(a))
     matches = np.full(len(a), -1, dtype=np.int64)
@@ -65,8 +65,8 @@ def _aligned(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64
     return matches
 
 
-def _filled(line: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Fill missing lines with the next line, and at the end with the last."""
+def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Replace missing lines by the next known line, and at the end by the last known line."""
     rows = np.flatnonzero(line)
     if not len(rows):
         return line

@@ -1,4 +1,4 @@
-"""Marks over the paths of a drawing: arrow heads, first and last position."""
+"""Marks over the paths of a drawing: arrow heads, and the first and last position."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from leafcut.report.svg import element, short, text
 _MAX_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
 _ARROW = 4.2
-#: Minimum distance of arrow heads, user units.
+#: Minimum distance between arrow heads, user units.
 _ARROWS_APART = 13.0
 _GOLDEN = 0.618034
-#: Space for a word beside a mark; nearer to the right edge, the word is on the left.
+#: Space for a word next to a mark, user units; closer to the right edge, the word is on the left of the mark.
 _WORD = 50.0
 
 
 def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
-    """Return arrow heads, half length `reach`, in the middle of some of the longer rapids, spread over the path."""
+    """Draw arrow heads in the middle of some longer rapids, spread over the path; `reach` is half their length."""
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
     if not len(long):
         return ""
     if len(long) > _MAX_ARROWS:
-        # One from each section, at varying positions: in the rows of a grid, a fixed position would align all heads.
+        # Take one rapid from each section of the path, at varying positions: heads in a grid should not be aligned.
         spread = np.arange(_MAX_ARROWS) + np.arange(_MAX_ARROWS) * _GOLDEN % 1.0
         long = long[(spread * len(long) / _MAX_ARROWS).astype(np.int64)]
     heads: list[str] = []
@@ -42,7 +42,7 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
 
 
 def head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
-    """Return path data of an arrow head from its centre, unit direction, and half its length."""
+    """Return the path data of an arrow head with a centre, a unit direction, and half its length (`reach`)."""
     (mx, my), (dx, dy) = middle, along
     wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
     tip = (mx + dx * reach, my + dy * reach)
@@ -52,9 +52,9 @@ def head(middle: tuple[float, float], along: tuple[float, float], reach: float) 
 def end_marks(
     first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
 ) -> list[str]:
-    """Return a ring around the first position and a square around the last, each as x, y and radius, user units.
+    """Draw a ring around the first position and a square around the last, each given as x, y and radius, user units.
 
-    `size` is width and height of the drawing to add the words "start" and "end", otherwise empty.
+    If `size` has the width and height of the drawing, the words "start" and "end" are added.
     """
     (x0, y0, ring), (x1, y1, half) = first, last
     square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
@@ -66,7 +66,7 @@ def end_marks(
 
 
 def word_side(x: float, width: float) -> float:
-    """Return the side of a mark at x for its word: 1 right, -1 left."""
+    """Return the side on which a mark at x gets its word: 1 for right, -1 for left."""
     return -1.0 if x > width - _WORD else 1.0
 
 

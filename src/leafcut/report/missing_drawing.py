@@ -1,4 +1,4 @@
-"""Missing work in drawings: red hatching, or a cross if no outline is known."""
+"""Missing work in drawings: red hatching, or crosses if outlines are unknown."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from leafcut.model.issue import Issue, MissingWork
     from leafcut.report.frame import Frame
 
-#: Distance of hatch lines, and half the size of a cross, user units.
+#: Spacing of hatch lines, and half the size of a cross, user units.
 _HATCH, _CROSS = 6.0, 4.5
 #: Chord error of arcs, user units.
 _CHORDS = 0.06
@@ -28,7 +28,7 @@ _MAX_LINES = 300
 
 
 def missing_points(issues: Iterable[Issue]) -> Points:
-    """Return the points that a drawing of missing work must include, float64[n, 2], mm."""
+    """Return points that the frame of a drawing with missing work must contain, float64[n, 2], mm."""
     points: list[tuple[float, float]] = []
     for issue in issues:
         if issue.missing is not None:
@@ -38,16 +38,18 @@ def missing_points(issues: Iterable[Issue]) -> Points:
 
 
 def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
-    """Return the missing work as SVG in user units from the frame's corner; "" for none."""
-    return "".join(_of_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None)
+    """Draw missing work as SVG, in user units relative to the window of the frame; "" if no work is missing."""
+    return "".join(
+        _draw_missing_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None
+    )
 
 
-def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
+def _draw_missing_work(frame: Frame, work: MissingWork, reason: str) -> str:
     words = title(f"missing: {clean(reason)}")
     if work.outlines:
         rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MAX_MARKS]]
         edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
-        hatch = "".join(_hatch(ring) for ring in rings)
+        hatch = "".join(_hatch_lines(ring) for ring in rings)
         return element("g", words, in_steps(element("path", d=edges)), element("path", d=hatch), class_="missing")
     if not work.where:
         return ""
@@ -59,8 +61,8 @@ def _of_work(frame: Frame, work: MissingWork, reason: str) -> str:
     return element("g", words, element("path", d=crosses), class_="missing")
 
 
-def _hatch(ring: Points) -> str:
-    """Lines at 45°, user units."""
+def _hatch_lines(ring: Points) -> str:
+    """Return the path data of hatch lines at 45° inside a ring, user units."""
     area = shapely.make_valid(shapely.Polygon(ring))
     x0, y0, x1, y1 = shapely.bounds(area).tolist()
     first = _HATCH * math.ceil((x0 + y0) / _HATCH)

@@ -1,4 +1,4 @@
-"""Facts of new speeds and heights: the savings, and the change of each tool's feeds."""
+"""Facts about new speeds and heights: the savings, and the change of each tool's feeds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 if TYPE_CHECKING:
     from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 
-#: Name, displayed unit and conversion factor of each feed limit.
+#: Feed limit → displayed name, unit, and conversion factor.
 _LIMITS = {
     "power": ("power", "kW", 0.001),
     "torque": ("torque", "N·m", 0.001),
@@ -57,7 +57,7 @@ def _tool_words(tool: ToolPace) -> str:
 
 
 def _limit_words(limit: FeedLimit) -> str:
-    """Format as "power 1.2 → 0.9 kW, at most 0.9"."""
+    """Return a limit as text: ``power 1.2 → 0.9 kW, at most 0.9``."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {limit_text}"

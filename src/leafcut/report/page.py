@@ -1,4 +1,4 @@
-"""The report page as one self-contained HTML file, and drawings as separate files."""
+"""The report page as a self-contained HTML file, and drawings as separate files."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 #: Tolerance for equal heights of the stock, mm.
 _TOLERANCE = 0.01
-#: Colours of a picture of the stock; more would only enlarge the page.
+#: Number of colours in a picture of the stock; more would only enlarge the page.
 _COLOURS = 160
 
 
 def write_page(report: PathReport[Any]) -> str:
-    """Return the report as one self-contained HTML page: no script, no request, styles and pictures inside.
+    """Return the report as a self-contained HTML page with styles and pictures, without scripts and requests.
 
-    Everything from files is escaped by the template or by `svg.element`; a content security policy blocks all scripts.
+    The template or `svg.element` escapes all text from files, and a content security policy blocks scripts.
     """
     from markupsafe import Markup, escape
 
@@ -44,12 +44,12 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Mark options as unbreakable in escaped text: browsers would break them after the dashes."""
+    """Mark options in escaped text as unbreakable, because browsers would break lines after the dashes."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
 def path_svg(report: PathReport[Any], which: Which) -> str:
-    """Return the path ``before`` or ``after`` over the work, as a stand-alone SVG file."""
+    """Return the path ``before`` or ``after`` over the work as a stand-alone SVG."""
     return styled(report.drawing(which), drawing_css() + _own_css(report))
 
 
@@ -100,9 +100,9 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
-    """Return the page content for the stock; None if it is unknown.
+    """Return the content of the page about the remaining stock; None if it is unknown.
 
-    ``pictures`` lists (title, data URL, size); ``same`` states whether they differ.
+    ``pictures`` lists (title, data URL, size). ``same`` is a sentence on the difference between before and after.
     """
     from leafcut.material.same_stock import stock_differences
     from leafcut.material.solid import solid_of
@@ -125,7 +125,7 @@ def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
 
 
 def _picture(title: str, solid: Solid, *, with_travel: bool = False) -> tuple[str, str, str]:
-    """Return title, data URL and size."""
+    """Return title, data URL and size of a picture of the remaining stock."""
     from PIL import Image
 
     from leafcut.report.stock_picture import OverStock, stock_png

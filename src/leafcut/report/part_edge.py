@@ -1,4 +1,4 @@
-"""The edge of a plate in drawings, clipped to the surroundings of the work."""
+"""The edge of a plate in drawings."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from leafcut.geometry.polyline import Polyline
 if TYPE_CHECKING:
     from leafcut.model.part import Part
 
-#: Maximum distance of shown lines from the work, as a share of its size; hides the frame of a drawing sheet.
+#: Lines farther from the work than this share of its size do not affect the shown range, such as a drawing frame.
 _BEYOND = 1.0
 _MIN_DISTANCE = 10.0
 _TOLERANCE = 0.05
 
 
 def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the bounding-box corners of the edge contours near the work, float64[k, 2], mm."""
+    """Return the corners of the bounding boxes of all edge contours near the work, float64[k, 2], mm."""
     boxes = np.array([c.path.extents for c in part.edge]).reshape(-1, 2, 2)
     beyond = max(_BEYOND * float((high - low).max()), _MIN_DISTANCE)
     near = (boxes[:, 0] >= low - beyond).all(axis=1) & (boxes[:, 1] <= high + beyond).all(axis=1)
@@ -27,7 +27,7 @@ def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -
 
 
 def edge_segments(part: Part) -> NDArray[np.float64]:
-    """Return the edge as straight segments, float64[k, 2, 2], mm."""
+    """Return the edge of a part as straight segments, float64[k, 2, 2], mm."""
     return np.concatenate([np.zeros((0, 2, 2)), *(path_segments(contour.path) for contour in part.edge)])
 
 

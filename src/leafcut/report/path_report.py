@@ -1,4 +1,4 @@
-"""Facts and pictures of work along one path: holes and slots, or a program. Base class for other processes."""
+"""Facts and pictures of work along one path: holes and slots, or a foreign program. Base class of all reports."""
 
 from __future__ import annotations
 
@@ -32,16 +32,20 @@ D = TypeVar("D")
 
 
 class PathReport(Generic[D]):
-    """Facts and pictures of an outcome drawn as paths over holes; other processes override parts of it.
+    """Facts and pictures of an outcome, drawn as paths over holes. Reports of processes override some methods.
 
     Attributes
     ----------
     came_in
         Origin of the order before: ``drawing``, ``plan`` file or ``program``.
     proof, found
-        Kind of proof, for the badge of the page; result of the proof, for the summary.
+        Kind of proof for the badge of the page, and result of the proof for the summary.
+    ordered
+        Whether a search ordered the work.
     package, template
-        Package and name of the page's template; the package of a process also has a style sheet of that name.
+        Package and name of the template of the page. The package of a process also has a style sheet of that name.
+    travel
+        Heading of the column of travel lengths.
     cleared
         Width that the tool clears along its path, mm; 0 if drawings show lines.
     """
@@ -56,16 +60,16 @@ class PathReport(Generic[D]):
     cleared = 0.0
 
     def __init__(self, outcome: Outcome[D], counts: Sequence[Fact] = ()) -> None:
-        """Report an outcome; `counts` replace the counts of holes, slots and tools."""
+        """Create the report of an outcome; `counts` replace the counts of holes, slots and tools."""
         self.outcome = outcome
         self._counts = counts
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the three orders: before, nearest neighbour, as written."""
+        """Return the measures of the three orders: before, nearest neighbour, and written."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the known orders by name, from the original to the written order."""
+        """Return name and measure of each known order, from the original to the written order."""
         measures = zip(self.order_names(), self.stated(), strict=True)
         return [(name, measure) for name, measure in measures if measure is not None]
 
@@ -77,7 +81,7 @@ class PathReport(Generic[D]):
 
     @cached_property
     def facts(self) -> list[Fact]:
-        """All facts, title facts first."""
+        """All facts; those of the title come first."""
         bound = self.bound_words()
         return [
             *(self._counts or self.counts()),
@@ -98,17 +102,17 @@ class PathReport(Generic[D]):
         ]
 
     def own_facts(self) -> list[Fact]:
-        """Return the facts specific to this process."""
+        """Return the facts specific to the process."""
         return self.savings()
 
     def savings(self) -> list[Fact]:
-        """Return the facts of time that other changes than the order save."""
+        """Return facts about the time that changes other than the order save."""
         return []
 
     def bound_words(self) -> str:
-        """Return the certain gap of the orders: ``travel time at most 1.24 % above the least possible``; "" for none.
+        """Return the proved gap, such as ``travel time at most 1.24 % above the least possible``; "" without a bound.
 
-        With several tools, it states that each tool's path starts at the end of the previous tool's.
+        With several tools, the text adds that each tool starts at the end of the previous tool's path.
         """
         outcome = self.outcome
         if outcome.gap is None:
@@ -121,7 +125,7 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the table of the summary, titles first: the cells of each row, and whether it is the written order."""
+        """Return the rows of the summary's table, titles first: cells, and whether the row is the written order."""
         rows = views.cards(self.outcome, self.orders())
         cells = [
             (
@@ -136,19 +140,19 @@ class PathReport(Generic[D]):
         return [(("order", self.travel, "cutting", "time", "saved"), False), *cells]
 
     def tables(self) -> dict[str, Any]:
-        """Return the tables that page and studio share: seconds by kind (``times``), and others by name."""
+        """Return the tables that page and studio share, by name; ``times`` has the seconds by kind of motion."""
         return {"times": views.times(self.outcome, self.orders())}
 
     def search_name(self, number: int) -> str:
-        """Return the tool and the work of a search: ``T1 drill Ø6.35, 70 holes``."""
+        """Return the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
         operation = self.outcome.operations[number]
         return f"{views.tool_words(operation.tool)}, {views.work_words(operation)}"
 
     def nearest_cost(self) -> float | None:
-        """Return the cost of the nearest neighbour order in the solver's unit, or None if it is unknown.
+        """Return the cost of the nearest-neighbour order in the unit of the solver, or None if it is unknown.
 
-        Two orders of the same work differ only by their travel, so the difference of the measures is the difference of
-        the costs. With several operations, the measures do not separate them.
+        Orders of the same work differ only in their travel, so the difference of their measures is the difference of
+        their costs. For several operations, the measures do not have the costs of each.
         """
         outcome = self.outcome
         if len(outcome.operations) != 1 or outcome.nearest is None:
@@ -161,7 +165,7 @@ class PathReport(Generic[D]):
     # -- page and pictures -------------------------------------------------------------------------------------------
 
     def page(self) -> dict[str, Any]:
-        """Return the values of the page's template: the drawings before and after, and the tools."""
+        """Return the values for the template of the page: the drawings before and after, and the tools."""
         outcome = self.outcome
         scene = build_scene(outcome)
         return {
@@ -175,43 +179,43 @@ class PathReport(Generic[D]):
             "travel": [self._travel_words(measure) for measure in (outcome.before, outcome.after)],
             "legend": _legend(outcome, scene),
             "tools": views.tools(outcome, scene),
-            "tools_say": views.tools_say(outcome),
+            "tool_columns": views.tool_columns(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MAX_TOOL_ROWS),
             "staying": self.staying(),
             "sections": any(o.lines for o in outcome.operations),
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure of the savings and its text."""
+        """Return the headline figure about the savings, and its text."""
         return views.saved(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
-        """Return the work that keeps its position, with the reason; empty for drawings."""
+        """Return lines about tasks that keep their position, with the reasons; empty for drawings."""
         return []
 
     def size(self, scene: Scene) -> str:
-        """Return the size of the work."""
+        """Return the size of the work as text."""
         x0, y0, x1, y1 = self.outcome.part.extents
         return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
     def drawing(self, which: Which) -> str:
-        """Return a path as stand-alone SVG without styles."""
+        """Return the drawing of a path as a stand-alone SVG without styles."""
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the strategies that were tried and the written one, by name, if there are several."""
+        """Yield name and path of each strategy that was tried, if the process has several."""
         yield from ()
 
     def norms(self) -> str:
-        """Return time and consumption per part as CSV; "" for work without such a table."""
+        """Return time and consumption per part as CSV; "" if the process has no such table."""
         return ""
 
     def plan(self, which: Which) -> CutPlan | None:
-        """Return the plan of a sheet's cuts; None for other work."""
+        """Return the plan of the cuts of a sheet; None for other processes."""
         return None
 
     def stock(self) -> ShownStock:
-        """Return the stock and its tools: a block around the cuts."""
+        """Return the tools and the stock: a block around the cuts."""
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:
@@ -224,7 +228,7 @@ class PathReport(Generic[D]):
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
-    # A hole has the colour of its last tool; a tool that is always followed by another has no holes in its colour.
+    # A hole has the colour of its last tool, so a tool that another tool always follows has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)
     shown |= set(cutting.values())
@@ -246,6 +250,6 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
 
 
 def _tool_words(outcome: Outcome, number: int) -> str:
-    """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, all operations of a tool combined."""
+    """Return a tool with the work of all its operations: ``T1 drill Ø6.35, 70 holes and 2 slots``."""
     operations = [o for o in outcome.operations if o.tool.number == number]
     return f"{views.tool_words(operations[0].tool)}, {' and '.join(views.work_words(o) for o in operations[:3])}"

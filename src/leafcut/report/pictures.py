@@ -22,28 +22,28 @@ from leafcut.report.wording import clean, count
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
 
-#: Maximum number of drawn sheets of a nest; more would be too small to see.
+#: Maximum number of drawn sheets of a nest; with more, they would be too small to see.
 MAX_SHEETS = 6
-#: Distance between two sheets, as a share of the width of the first.
+#: Gap between two sheets, as a share of the width of the first one.
 _APART = 0.06
 _NO_LINES = np.zeros((0, 2, 2))
 
 
 def simulation_picture(simulation: Simulation) -> str:
-    """Return the path of a program from above, as a stand-alone SVG."""
+    """Draw the path of a program from above, as a stand-alone SVG."""
     view = trace(simulation.path)
     return _picture(f"Path of {simulation.program}", {"rapid": view.rapids, "cut": view.cuts})
 
 
 def tour_picture(solved: Solved) -> str:
-    """Return a tour through the points of a map, as a stand-alone SVG."""
+    """Draw a tour through the points of a map, as a stand-alone SVG."""
     places = solved.part.hole_xy[[*solved.solution.nodes, *solved.solution.nodes[:1]]]
     lines = np.stack([places[:-1], places[1:]], axis=1) if len(places) else _NO_LINES
     return _picture(f"Tour of {solved.part.name}", {"rapid": lines})
 
 
 def nest_picture(outcome: NestOutcome) -> str:
-    """Return the first sheets of the best nest, one above the other, as a stand-alone SVG."""
+    """Draw the first sheets of the best nest, one above the other, as a stand-alone SVG."""
     best = outcome.nests[0]
     edges, parts, y = [_NO_LINES], [_NO_LINES], 0.0
     for layout in best.layouts[:MAX_SHEETS]:
@@ -57,7 +57,7 @@ def nest_picture(outcome: NestOutcome) -> str:
 
 
 def stock_picture(stock_cut: StockCut) -> str:
-    """Return the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
+    """Draw the remaining stock from above, coloured by depth, as a stand-alone SVG with an embedded PNG."""
     from PIL import Image
 
     from leafcut.report.stock_picture import stock_png
@@ -78,7 +78,7 @@ def stock_picture(stock_cut: StockCut) -> str:
 
 
 def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
-    """`lines` maps a class to float64[n, 2, 2], mm."""
+    """Draw segments as a stand-alone SVG; `lines` maps a CSS class to segments, float64[n, 2, 2], mm."""
     points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
     (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
     frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))

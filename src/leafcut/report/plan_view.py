@@ -1,4 +1,4 @@
-"""Plan view of a toolpath: rapids, cuts, and plunge positions."""
+"""Plan view of a toolpath: rapids, cuts, and the positions where the tool starts to cut."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Trace:
     Attributes
     ----------
     rapids, cuts
-        float64[n, 2, 2]: straight segments (from, to) in order, also along arcs.
+        Straight segments (from, to) in order, float64[n, 2, 2]; arcs are divided into chords.
     stops
-        float64[k, 2]: positions where the tool starts to work after a travel move, in order.
+        Positions where the tool starts to cut after a travel move, float64[k, 2], in order.
     cut_tool
-        int64[n]: tool number of each segment of `cuts`, 0 before the first tool change.
+        Tool number of each segment of `cuts`, int64[n], 0 before the first tool change.
     """
 
     rapids: NDArray[np.float64]
@@ -37,19 +37,19 @@ class Trace:
 
     @property
     def work(self) -> NDArray[np.float64]:
-        """Every position where material is cut, float64[m, 2], mm."""
+        """All ends of cuts, and all stops, float64[m, 2], mm."""
         return np.concatenate([self.cuts.reshape(-1, 2), self.stops])
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """Every position of the trace, float64[m, 2], mm."""
+        """All ends of rapids and cuts, and all stops, float64[m, 2], mm."""
         return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
 
 
 def trace(path: Toolpath, beam: bool = False) -> Trace:
-    """Return the toolpath seen from above, without moves from or to an unknown position.
+    """Return the plan view of a toolpath; moves from or to an unknown position are omitted.
 
-    Feed moves of a `beam` that is off count as rapids.
+    For a `beam`, feed moves with the beam off count as rapids.
     """
     machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     rows = np.flatnonzero(np.isin(path.kind, [*_RAPIDS, *_ARCS, Kind.FEED]) | machine)
@@ -76,14 +76,17 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
-    """Return the speed (for a beam: the power) at every row; 1 throughout if the path never sets one."""
+    """Return the spindle speed or the power of a beam at every row; 1 in all rows if the path never sets it."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
     return path.latest(Kind.SPINDLE, path.value)
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the rows of drill cycles and of the first cut after each travel; pecks belong to one stop."""
+    """Return the rows of drill cycles, and of the first cut after each travel move; all pecks of a hole are one stop.
+
+    `travels`, int64[n], is the number of travel moves up to each row.
+    """
     down = np.flatnonzero(drills | feeds)
     travelled = np.concatenate([[True], np.diff(travels[down]) > 0])[: len(down)]
     rows: NDArray[np.int64] = down[drills[down] | travelled]
@@ -91,7 +94,7 @@ def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDAr
 
 
 def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return straight segments, float64[n, 2, 2], mm."""
+    """Divide an arc into straight segments, float64[n, 2, 2], mm."""
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)

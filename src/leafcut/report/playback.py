@@ -1,4 +1,4 @@
-"""A toolpath row by row in the order of execution: action, tool position and time."""
+"""Playback of a toolpath: action, tool position and time, row by row in the order of execution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import Outcome, Which
 
-#: Chords of an arc that is not in the XY plane, and so is not circular when seen from above.
+#: Number of chords of an arc outside the XY plane, which is not circular when seen from above.
 _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
 
@@ -42,25 +42,26 @@ class Playback:
     Attributes
     ----------
     activity
-        uint8[n] of `Activity`; ``DARK`` is a feed move of a beam that is off.
+        Action of each row, uint8[n] of `Activity`; ``DARK`` is a feed move with the beam off.
     place
-        float64[n, 3]: tool position after the row, NaN for unknown coordinates.
+        Position of the tool after each row, float64[n, 3], NaN for unknown coordinates.
     seconds
-        float64[n]: sums to the machine time of the toolpath.
+        Time of each row, float64[n]; the sum is the machine time of the toolpath.
     line
-        int32[n]: line of the program, from 1; 0 if no program is known.
+        Line of the program, int32[n], from 1; 0 if no program is known.
     source
-        int32[n]: source row of the toolpath.
+        Row of the original toolpath, int32[n].
     of
-        int64[n]: row of the toolpath with expanded cycles.
+        Row of the toolpath with expanded cycles, int64[n].
     feed, tool
-        float64[n], 0 for rows without feed; int32[n], 0 before the first tool.
+        Feed, float64[n], 0 in rows without a feed, and tool number, int32[n], 0 before the first tool.
     arc_row
-        int64[k]: rows that are arcs.
+        Rows that are arcs, int64[k].
     arc
-        float64[k, 5]: centre x and y, radius, mm; start angle and signed sweep, rad. A sweep may be several turns.
+        Centre x and y, radius, mm, start angle and signed sweep, rad, of each arc, float64[k, 5]. A sweep may have
+        several turns.
     stops
-        int64[m]: rows at which the tool starts to work after a travel move; it is then at the end of the previous row.
+        Rows at which the tool starts to cut after a travel move, int64[m]; it is then at the end of the previous row.
     """
 
     activity: NDArray[np.uint8]
@@ -77,9 +78,9 @@ class Playback:
 
 
 def outcome_playback(outcome: Outcome, which: Which) -> Playback:
-    """Return the playback of the path before or after on the outcome's machine.
+    """Return the playback of the path ``before`` or ``after`` on the machine of the outcome.
 
-    A planned path that was written gets the lines of the program.
+    The path of a written program gets its line numbers.
 
     Raises
     ------
@@ -99,10 +100,10 @@ def playback(
     written: Toolpath | None = None,
     measured: Measure | None = None,
 ) -> Playback:
-    """Return the playback of a toolpath; feed moves of a `beam` that is off are ``DARK``.
+    """Return the playback of a toolpath; for a `beam`, feed moves with the beam off are ``DARK``.
 
-    `written` is the program written from a planned path, read back; it supplies the line numbers. With `measured`, the
-    seconds sum to its time.
+    `written` is the program written from a planned path, read back, which supplies the line numbers. If `measured` is
+    given, the seconds add up to its time.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def playback(
     timed = clock(path, machine, lines, None if measured is None else measured.start)
     rows = timed.path
     before = rows.before
-    place = np.concatenate([before[1:], _last_place(rows, before)])[: len(rows)]
+    place = np.concatenate([before[1:], _final_position(rows, before)])[: len(rows)]
     activity = _activities(rows, beam)
     moved = (np.abs(np.nan_to_num(place - before)[:, :2]) > _SMALLEST_MOVE).any(axis=1)
     known = np.isfinite(place[:, :2]).all(axis=1) & np.isfinite(before[:, :2]).all(axis=1)
@@ -124,7 +125,7 @@ def playback(
     cuts = ((activity == Activity.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
     travels = np.isin(activity, (Activity.RAPID, Activity.DARK)) & moved
     changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
-    arc_row, arc = _arcs(rows)
+    arc_row, arc = _flat_arcs(rows)
     arc_row, arc = arc_row[arcs[arc_row]], arc[arcs[arc_row]]
     feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
     whole = Playback(
@@ -143,8 +144,8 @@ def playback(
     return _with_chords(whole, rows, before)
 
 
-def _last_place(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return float64[0 or 1, 3]."""
+def _final_position(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the position of the tool after the last row, float64[1, 3]; no row for an empty path."""
     if not len(path):
         return before
     end = path.end[-1:]
@@ -165,8 +166,8 @@ def _activities(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
     return activity
 
 
-def _arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the rows of known arcs in the XY plane: row, centre, radius, start angle and sweep."""
+def _flat_arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the rows of known arcs in the XY plane, and their centre, radius, start angle and sweep."""
     from leafcut.model.turns import turns_of
 
     turns = turns_of(path)
@@ -176,7 +177,7 @@ def _arcs(path: Toolpath) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
-    """Replace arcs that are not in the XY plane, or are dark, by chords that share their time."""
+    """Replace arcs outside the XY plane, and arcs with the beam off, by chords that share their time."""
     unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
     upright = np.flatnonzero(unflat)

@@ -1,4 +1,4 @@
-"""Answers for several inputs of a command: a table on the terminal, or a JSON object."""
+"""Answers of commands with several inputs: a table on the terminal, or a JSON object."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-#: Worst first.
+#: Severities that are reported, the worst first.
 _SEVERITIES = ("danger", "missing", "warning")
 
 
 def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
-    """Return the answers of several inputs as one object: ``runs``, each with its ``status``, and the worst status."""
+    """Combine the answers for several inputs: ``runs`` has the answers, ``status`` is the worst exit status."""
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
 def print_programs(
     rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console
 ) -> None:
-    """Print the result of each of several inputs, and the location of the programs.
+    """Print the result for each of several inputs, and the location of the programs.
 
-    `rows` are the row of each input in the table of figures, and its answer as for ``--json``.
+    `rows` has, for each input, its row of the batch table and its answer for ``--json``.
     """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
     for row, answer in rows:
         if "error" in answer:
-            _add(table, row["input"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
+            _add_row(table, row["input"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
             continue
         times = [float(row["before_s"] or 0.0), float(row["after_s"] or 0.0)]
         total = [a + b for a, b in zip(total, times, strict=True)]
         missing = sum(work["count"] for work in answer.get("missing", ()))
-        worst = _worst(answer.get("issues", ()), missing)
+        worst = _worst_issues(answer.get("issues", ()), missing)
         words = "; ".join(filter(None, ["yes, in an earlier run" if answer.get("done_before") else "yes", worst]))
         saved = percent_words(float(row["saved_percent"])) if row["saved_percent"] else NO_VALUE
-        _add(
+        _add_row(
             table,
             row["input"],
             [*map(time_words, times), saved],
@@ -49,7 +49,7 @@ def print_programs(
     done = [(row, answer) for row, answer in rows if "error" not in answer]
     if len(done) > 1:
         saved_in_all = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
-        _add(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved_in_all)], "", "bold")
+        _add_row(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved_in_all)], "", "bold")
     lines = _defaults([answer for _, answer in done])
     written = [row["program"] for row, _ in done if row["state"] == "written"]
     if folder:
@@ -63,25 +63,25 @@ def print_programs(
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print the times and the dangers of several programs."""
+    """Print times and dangers of several simulated programs."""
     table = _table("program", "time", "rapid", "feed", "issues")
     total = 0.0
     for row in rows:
         if "error" in row:
-            _add(table, row["program"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
+            _add_row(table, row["program"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
             continue
         total += row["time_s"]
-        worst = _worst(row["issues"])
+        worst = _worst_issues(row["issues"])
         cells = [time_words(row["time_s"]), length_words(row["rapid_mm"]), length_words(row["feed_mm"])]
-        _add(table, row["program"], cells, worst, "bold red" if "danger" in worst else "")
+        _add_row(table, row["program"], cells, worst, "bold red" if "danger" in worst else "")
     done = [row for row in rows if "error" not in row]
     if len(done) > 1:
-        _add(table, f"{len(done)} in all", [time_words(total), "", ""], "", "bold")
+        _add_row(table, f"{len(done)} in all", [time_words(total), "", ""], "", "bold")
     _print(table, _defaults(done), rows, console, "program")
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return each default once: inputs of different kinds use different ones."""
+    """Return a line with all used defaults; inputs of different kinds may use different defaults."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 
@@ -97,14 +97,14 @@ def _table(first: str, *columns: str) -> Table:
     return table
 
 
-def _add(table: Table, name: str, cells: Iterable[str], last: str, style: str) -> None:
+def _add_row(table: Table, name: str, cells: Iterable[str], last: str, style: str) -> None:
     from rich.text import Text
 
     table.add_row(*(Text(clean(words), style) for words in (name, *cells, last)))
 
 
-def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
-    """Return ``2 dangers``; empty if there are only notes. For missing work, it is the amount missing."""
+def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
+    """Return the number of the worst issues, such as ``2 dangers`` or ``3 missing``; "" if all are notes."""
     kinds = [issue["severity"] for issue in issues]
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
     if worst == "missing":
@@ -139,7 +139,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
 
 
 def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
-    """Return the page of a batch; `rows` are the rows of its table, as dicts."""
+    """Return the HTML page of a batch; `rows` are the rows of its table, as dicts."""
     from leafcut.report.styles import drawing_css, page_templates, style_sheet
 
     done = [row for row in rows if row["state"] == "written"]

@@ -1,4 +1,4 @@
-"""A height field as a closed triangle mesh: binary STL."""
+"""Conversion of a height field to a closed triangle mesh in binary STL."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
 
-#: Maximum number of cells in the mesh, four triangles each: a file of about 40 MB.
+#: Maximum number of cells in the mesh; with four triangles each, the file has about 40 MB.
 MAX_CELLS = 200_000
 _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -18,9 +18,9 @@ _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", 
 def stock_stl(field: HeightField) -> tuple[bytes, int]:
     """Return a height field as binary STL, mm, and the decimation step.
 
-    The vertices are at the cell centres, so that a reader recovers the heights; outer cells are repeated on the sides
-    of the stock. Walls and a floor close the surface; where the stock is cut through, there is a hole. With more than
-    `MAX_CELLS` cells, only every second, third … is used.
+    The vertices are at the cell centres, so the heights can be recovered from the file. The outer cells are repeated at
+    the sides of the stock. Walls and a floor close the surface; the mesh has a hole where the stock is cut through. Of
+    more than `MAX_CELLS` cells, only every second, third … is used in each direction.
     """
     step = 1
     while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MAX_CELLS:
@@ -35,7 +35,7 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     corners = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]), top], axis=-1)
     upper = _triangles(corners)
     lower = _triangles(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
-    # Triangles entirely on the floor are dropped: through cuts, or the foot of a wall.
+    # Triangles that lie on the floor are dropped: they are through cuts, or the foot of a wall.
     raised = (upper[..., 2] > field.floor).any(axis=1)
     triangles = np.concatenate([upper[raised], lower[raised][:, ::-1]])
     span = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -48,13 +48,13 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
-    """Return the centre of every `step`-th cell, and twice at each side, mm."""
+    """Return the centre of every `step`-th cell, preceded and followed by each side of the stock twice, mm."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])
 
 
 def _triangles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return two triangles per quad, float64[m, 3, 3], facing up."""
+    """Divide a grid of corners into triangles, two for each quad, float64[m, 3, 3], facing up."""
     a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
     return np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3, 3)

@@ -1,4 +1,4 @@
-"""A height field as a picture: seen from above, coloured by depth, with shaded walls, axes and a scale."""
+"""Picture of a height field from above: coloured by depth, with shaded walls, axes and a scale."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from leafcut.material.height_field import HeightField
     from leafcut.report.styles import RGB
 
-#: From the top of the stock to its deepest point. Lightness falls steadily, so that it is readable with any colour
-#: vision, and stays light enough for shadows.
+#: Colours from the top of the stock to its deepest point. Lightness falls steadily, so the picture is readable with any
+#: colour vision; the darkest colour is still light enough for shadows.
 DEPTHS: tuple[RGB, ...] = (
     (240, 241, 237),
     (184, 219, 200),
@@ -27,24 +27,25 @@ DEPTHS: tuple[RGB, ...] = (
     (54, 90, 150),
     (60, 50, 118),
 )
-#: Holes, paper, text and edges.
+#: Colours of through cuts, paper, text and edges.
 THROUGH, _PAPER, _INK, _EDGE = (255, 190, 84), (255, 255, 255), (40, 44, 48), (150, 154, 158)
-#: Moves over the part, and its fixture.
-WAY, HELD = (190, 40, 66), (126, 118, 108)
+#: Colours of moves over the part, and of its fixture.
+PATH_COLOUR, FIXTURE_COLOUR = (190, 40, 66), (126, 118, 108)
 #: Longer side of the picture of the field, and minimum of its shorter side, pixels.
 LONGER, _SHORTER = 1400, 8
-#: Maximum number of cells along the longer side: more would be thinned out and only take memory.
+#: Maximum number of cells along the longer side; more would only take memory.
 _MAX_CELLS = 2 * LONGER
-#: Margins for text around the field, pixels: numbers of Y, the scale, and numbers of X.
+#: Margins around the field, pixels: on the left for the numbers of Y, on the right for the scale, below for X.
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
-#: Maximum length of the scale, and the minimum for which the page has room, pixels.
+#: Maximum length of the scale, and the minimum length for which the page always has space, pixels.
 _SCALE, _MIN_SCALE = 460, 220
-#: Strength of slope shading; strength of shadows, their radius (share of the size) and depth (share) at full strength.
+#: Strength of slope shading; and strength of shadows, their radius, as a share of the size, and the depth at which they
+#: reach full strength, as a share of the range of heights.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
-#: Cells of this many pixels or more would show stairs along slanting walls; smoothing over this many cells hides them.
+#: Cells larger than this, pixels, show stairs along slanting walls; smoothing over a radius in cells hides them.
 _STAIRS, _SOFT = 1.5, 0.6
-#: Distance of round numbers from the ends of the scale, and their usual distance, pixels.
+#: Minimum distance of round numbers from the ends of the scale, and their usual spacing, pixels.
 _APART, _NUMBER = 30, 70
 #: Number of colours.
 _STEPS = 1024
@@ -53,17 +54,17 @@ _STEPS = 1024
 class OverStock(NamedTuple):
     """Overlays of a height field.
 
-    `ways` is float64[m, 4], x and y of both ends of lines, mm. `air` and `held` are bool[rows, columns]: cells without
-    material before the first cut, and cells of the fixture.
+    `paths`, float64[m, 4], has x and y of both ends of lines, mm. `air` and `held`, bool[rows, columns], mark the cells
+    without material before the first cut, and the cells of the fixture.
     """
 
-    ways: NDArray[np.float64]
+    paths: NDArray[np.float64]
     air: NDArray[np.bool_]
     held: NDArray[np.bool_]
 
 
 def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> bytes:
-    """Return a height field as a PNG, seen from above, y upwards; `top` is the height of the uncut stock, mm."""
+    """Return a picture of a height field from above as PNG; `top` is the height of the uncut stock, mm."""
     from PIL import Image, ImageDraw, ImageFont
 
     step = max(-(-max(field.heights.shape) // _MAX_CELLS), 1)
@@ -75,14 +76,14 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
     if over is not None:
         through &= ~over.air[::step, ::step]
         coloured[over.air[::step, ::step]] = _PAPER
-        coloured[over.held[::step, ::step]] = HELD
-    picture = _sized(Image.fromarray(coloured[::-1]))
+        coloured[over.held[::step, ::step]] = FIXTURE_COLOUR
+    picture = _resized(Image.fromarray(coloured[::-1]))
     width, height = picture.size
     page = Image.new(
         "RGB", (width + LEFT + RIGHT, max(height, _MIN_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
     )
     if over is not None:
-        _draw_paths(picture, field, over.ways)
+        _draw_paths(picture, field, over.paths)
     page.paste(picture, (LEFT, TOP))
     draw, font = ImageDraw.Draw(page), ImageFont.load_default(_SIZE)
     draw.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=_EDGE)
@@ -97,15 +98,15 @@ def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> 
 def _coloured(
     heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float, cell: float
 ) -> NDArray[np.uint8]:
-    """Return uint8[rows, columns, 3]."""
+    """Return the colour of each cell, uint8[rows, columns, 3]."""
     place = np.clip((top - heights) / (top - bottom), 0.0, 1.0)
     colours = _ramp(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
-    colours *= (_light(heights, cell) * _shadow(heights, through, top, bottom))[..., None]
+    colours *= (_slope_brightness(heights, cell) * _shadow_brightness(heights, through, top, bottom))[..., None]
     colours[through] = THROUGH
     return np.asarray(np.clip(colours, 0, 255), dtype=np.uint8)
 
 
-def _sized(picture: Picture) -> Picture:
+def _resized(picture: Picture) -> Picture:
     from PIL import Image, ImageFilter
 
     share = LONGER / max(picture.size)
@@ -120,8 +121,8 @@ def _ramp(steps: int) -> NDArray[np.float64]:
     return np.stack([np.interp(place, stops, [colour[k] for colour in DEPTHS]) for k in range(3)], axis=-1)
 
 
-def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """Return the brightness, 1 if flat; light comes from the upper left."""
+def _slope_brightness(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
+    """Return the brightness of each cell by its slope, 1 if flat; the light comes from the upper left."""
     if min(heights.shape) < 2:
         return np.ones_like(heights)
     rise_y, rise_x = np.gradient(heights, cell)
@@ -129,17 +130,19 @@ def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
     return np.asarray(1.0 + _SHADE * np.clip(lean, -1.0, 0.5), dtype=np.float32)
 
 
-def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float) -> NDArray[np.float32]:
-    """Return the brightness below higher surroundings, 1 in the open."""
+def _shadow_brightness(
+    heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float
+) -> NDArray[np.float32]:
+    """Return the brightness of each cell, 1 in the open and less below higher surroundings."""
     high = np.where(through, np.float32(bottom), heights)
     near = max(round(_NEAR * max(heights.shape)), 1)
-    around = _mean(_mean(high, near, 0), near, 1)
+    around = _moving_average(_moving_average(high, near, 0), near, 1)
     deep = np.clip((around - high) / (_FULL * (top - bottom)), 0.0, 1.0)
     return np.asarray(1.0 - _SHADOW * deep, dtype=np.float32)
 
 
-def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
-    """Return the moving average; edge values continue outside."""
+def _moving_average(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
+    """Return the moving average along an axis; edge values continue beyond the edges."""
     wide = [(near + 1, near) if k == axis else (0, 0) for k in range(2)]
     sums = np.cumsum(np.pad(values, wide, mode="edge"), axis=axis, dtype=np.float64)
     count = 2 * near + 1
@@ -149,7 +152,7 @@ def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float
 
 
 def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]) -> None:
-    """Draw each line with a light edge: it crosses dark colours and light ones."""
+    """Draw each line with a light edge, so that it is visible on dark and on light colours."""
     from PIL import ImageDraw
 
     (width, height), (rows, columns) = picture.size, field.heights.shape
@@ -157,7 +160,7 @@ def _draw_paths(picture: Picture, field: HeightField, paths: NDArray[np.float64]
     share = (paths.reshape(-1, 2, 2) - low) / (field.cell * np.array([columns, rows]))
     places = np.stack([share[..., 0] * width, (1.0 - share[..., 1]) * height], axis=-1)
     draw = ImageDraw.Draw(picture)
-    for colour, wide in ((_PAPER, 6), (WAY, 3)):
+    for colour, wide in ((_PAPER, 6), (PATH_COLOUR, 3)):
         for line in places.reshape(-1, 4).tolist():
             draw.line(line, fill=colour, width=wide)
 
@@ -170,21 +173,21 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
     for value in ticks(low_x, low_x + columns * field.cell, step):
         x = LEFT + (value - low_x) / (columns * field.cell) * width
         draw.line((x, TOP + height + 1, x, TOP + height + _TICK), fill=_INK)
-        draw.text((x, TOP + height + _TICK + 4), _words(value, step), fill=_INK, font=font, anchor="mt")
+        draw.text((x, TOP + height + _TICK + 4), _tick_text(value, step), fill=_INK, font=font, anchor="mt")
     for value in ticks(low_y, low_y + rows * field.cell, step):
         y = TOP + height - (value - low_y) / (rows * field.cell) * height
         draw.line((LEFT - _TICK, y, LEFT - 2, y), fill=_INK)
-        draw.text((LEFT - _TICK - 6, y), _words(value, step), fill=_INK, font=font, anchor="rm")
+        draw.text((LEFT - _TICK - 6, y), _tick_text(value, step), fill=_INK, font=font, anchor="rm")
     draw.text((LEFT + width / 2, TOP + height + BOTTOM - 6), "X, Y and Z in mm", fill=_INK, font=font, anchor="mb")
 
 
-def _words(value: float, step: float) -> str:
-    """The font has only the hyphen for minus."""
+def _tick_text(value: float, step: float) -> str:
+    """Return the number of a tick, with a hyphen for minus, because the font has no minus sign."""
     return tick_words(value, step).replace("−", "-")
 
 
-def _between(top: float, bottom: float, length: int) -> list[float]:
-    """Return round heights from the top down, clear of both ends of a scale of `length` pixels."""
+def _scale_heights(top: float, bottom: float, length: int) -> list[float]:
+    """Return round heights for a scale of `length` pixels, from the top down, clear of both ends."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)
@@ -197,9 +200,9 @@ def _draw_scale(
     for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
         draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))
     draw.rectangle((x - 1, y - 1, x + 27, y + length), outline=_EDGE)
-    # Two decimals suffice as long as the range has enough hundredths.
+    # Two decimals are enough unless the range is very small.
     decimals = 2 if top - bottom >= 0.2 else 3
-    for height in (top, *_between(top, bottom, length), bottom):
+    for height in (top, *_scale_heights(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)
         draw.text(
             (x + 38, y + share * length), fixed(height, decimals), fill=_INK, font=font,

@@ -1,4 +1,4 @@
-"""Report of the material that a program removes: for the terminal, as JSON, and as a file."""
+"""Report of the material that a program removes, for the terminal, as JSON, and as a file."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
 _BYTES_PER_MB = 1e6
-#: Maximum number of differing positions listed.
+#: Maximum number of listed differences.
 _MAX_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
-    """Raise `OptionError` for an extension of neither a picture nor a solid."""
+    """Raise OptionError if the extension of a file stands for neither a picture nor a solid."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
 def as_file(stock_cut: StockCut, output: str) -> bytes:
-    """Return the remaining stock in the format of the file's extension."""
+    """Return the remaining stock in the format that the extension of the file selects."""
     if output.lower().endswith(".png"):
         from leafcut.report.stock_picture import stock_png
 
@@ -83,7 +83,7 @@ def stock_as_json(stock_cut: StockCut, output: str | None = None) -> dict[str, A
 
 
 def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> None:
-    """Print the material removed by each tool, its time in the air, and dangers."""
+    """Print dangers, the material that each tool removes, and its times in the material and in air."""
     from rich.table import Table
 
     for issue in stock_cut.issues:
@@ -114,13 +114,13 @@ def print_stock(stock_cut: StockCut, output: str | None, console: Console) -> No
     for issue in stock_cut.issues:
         if issue.severity != "danger":
             console.print(f"{issue.severity}: {issue}", markup=False, highlight=False, soft_wrap=True)
-    for line in _compared(stock_cut):
+    for line in _comparison_lines(stock_cut):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     if output:
         console.print(f"wrote {output}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _compared(stock_cut: StockCut) -> list[str]:
+def _comparison_lines(stock_cut: StockCut) -> list[str]:
     if stock_cut.same_as is None:
         return []
     if not stock_cut.differences:

@@ -1,4 +1,4 @@
-"""Styles and templates of pages and drawings: colour ramp along a path, style sheets, Jinja."""
+"""Styles and templates of pages and drawings: colour ramp of paths, style sheets, Jinja templates."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 RGB = tuple[int, int, int]
 
-#: From the first move to the last: violet, blue, teal. Distinguishable with any colour vision, because lightness
-#: changes with hue, and none is close to the orange of cuts. The light ramp keeps a contrast of 3 to white.
+#: Colours from the first to the last move: violet, blue, teal. They are distinguishable with any colour vision, because
+#: lightness changes with hue, and differ from the orange of cuts. The light ramp has a contrast of 3 to white.
 _LIGHT: tuple[RGB, ...] = ((82, 18, 122), (31, 98, 192), (16, 150, 140))
 _DARK: tuple[RGB, ...] = ((176, 120, 235), (106, 165, 255), (120, 235, 210))
 
 
 def ramp_colour(stops: tuple[RGB, ...], part: float) -> str:
-    """Return the colour at `part` (0 to 1) of a ramp through `stops`, as ``#rrggbb``."""
+    """Return the colour at `part`, 0 to 1, of a ramp through the colours `stops`, as ``#rrggbb``."""
     place = min(max(part, 0.0), 1.0) * (len(stops) - 1)
     index = min(int(place), len(stops) - 2)
     low, high = stops[index], stops[index + 1]
@@ -28,7 +28,7 @@ def ramp_colour(stops: tuple[RGB, ...], part: float) -> str:
 
 
 def ramp_css() -> str:
-    """Return the CSS rules of the ramp classes r0 …, for light and dark mode."""
+    """Return the CSS rules of the ramp classes ``r0``, ``r1`` …, for light and dark mode."""
 
     def rules(stops: tuple[RGB, ...]) -> str:
         colours = (ramp_colour(stops, i / (RAMP - 1)) for i in range(RAMP))
@@ -38,12 +38,12 @@ def ramp_css() -> str:
 
 
 def style_sheet(name: str, package: str = "leafcut.report") -> str:
-    """Return a style sheet from a package."""
+    """Return the text of a style sheet in a package."""
     return (files(package) / name).read_text(encoding="utf-8")
 
 
 def page_templates(*packages: str) -> Environment:
-    """Return the templates of packages. All values are escaped, except with the filter ``drawn``."""
+    """Return the Jinja templates of packages. All values are escaped, except with the filter ``drawn``."""
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
@@ -54,7 +54,7 @@ def page_templates(*packages: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    # Our own drawings and style sheets are already escaped; this is the only place that marks them.
+    # Drawings and style sheets of leafcut are already escaped; only this filter marks them as such.
     environment.filters["drawn"] = Markup
     return environment
 

@@ -1,4 +1,4 @@
-"""The summary on the terminal: before, after, and whether to trust it."""
+"""The summary on the terminal: the times before and after, the proof, and the issues."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.report.path_report import PathReport
 
-#: Maximum number of different issues, besides those of motion and machine; the report page has all.
+#: Maximum number of different issues, apart from issues of motion and machine; the report page has all of them.
 MAX_ISSUES = 12
 MAX_CHARACTERS = 219
 #: Tables with more columns have narrower spacing.
@@ -24,26 +24,27 @@ _WORST = (Severity.DANGER, Severity.MISSING)
 
 
 def summary(report: PathReport[Any]) -> RenderableType:
-    """Return the summary for `rich`: part and machine, a table of the orders, facts, issues. It fits 80 columns.
+    """Return the summary for `rich`: part and machine, a table of the orders, facts, and issues.
 
-    Colour only repeats the text; names from files are printed verbatim, never as markup.
+    It fits 80 columns. Colours carry no information of their own. Names from files are printed verbatim, never as
+    markup.
     """
     from rich.console import Group
 
     outcome = report.outcome
-    parts: list[RenderableType] = [*_worst(outcome), _title(report), "", _table(report), "", _facts(report)]
+    parts: list[RenderableType] = [*_worst_issues(outcome), _title(report), "", _table(report), "", _facts(report)]
     if any(issue.code not in LIMITS for issue in _other_issues(outcome)):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
 
 def print_summary(report: PathReport[Any], console: Console) -> None:
-    """Print the summary on a console of `rich`."""
+    """Print the summary on the terminal."""
     console.print(summary(report))
 
 
-def _worst(outcome: Outcome) -> list[RenderableType]:
-    """Dangers and missing work come first."""
+def _worst_issues(outcome: Outcome) -> list[RenderableType]:
+    """Return the lines about dangers and missing work, which come first."""
     from rich.text import Text
 
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]

@@ -1,4 +1,4 @@
-"""SVG as text: elements with escaped attributes, and compact path data for a hundred thousand points."""
+"""SVG as text: elements with escaped attributes, and compact path data for up to a hundred thousand points."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from leafcut.report.wording import clean
 
-#: Steps of path data per user unit: finer than a screen or paper shows, and short.
+#: Number of integer steps of path data per user unit: finer than visible, but with short numbers.
 STEPS = 32
 
 
 def element(tag: str, *children: str, **attributes: str | float | None) -> str:
-    """Return ``<tag attributes>children</tag>``; children are already SVG, attributes are escaped here.
+    """Return ``<tag attributes>children</tag>``; attributes are escaped, children must be SVG already.
 
-    A trailing underscore of an attribute's name is dropped, others become hyphens; None omits the attribute.
+    In the name of an attribute, a trailing underscore is dropped, and all others become hyphens. An attribute that is
+    None is left out.
     """
     words = [tag]
     for name, value in attributes.items():
@@ -28,12 +29,12 @@ def element(tag: str, *children: str, **attributes: str | float | None) -> str:
 
 
 def text(words: str, x: float, y: float, **attributes: str | float | None) -> str:
-    """Return a text element with the words escaped."""
+    """Return a text element with escaped words."""
     return element("text", escape(clean(words)), x=x, y=y, **attributes)
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
-    """Return a text centred at x, or as near as it fits into a drawing of this width (digits of 11 units)."""
+    """Return a text centred at x, or shifted to the left as far as necessary to fit into a drawing of this width."""
     half = 3.6 * len(words)
     return text(words, min(x, width - half), y, text_anchor="middle")
 
@@ -44,7 +45,7 @@ def title(words: str) -> str:
 
 
 def styled(svg: str, css: str) -> str:
-    """Return a drawing with embedded styles, as the text of a file."""
+    """Embed styles into a drawing; return the text of an SVG file."""
     head, end_of_title, rest = svg.partition("</title>")
     return f"{head}{end_of_title}{element('style', css)}{rest}\n"
 
@@ -56,10 +57,10 @@ def short(value: float) -> str:
 
 
 def lines_data(segments: NDArray[np.float64]) -> str:
-    """Return path data of straight segments, float64[n, 2, 2] in user units, in `STEPS`.
+    """Return path data, in `STEPS`, of straight segments, float64[n, 2, 2], user units.
 
-    A segment that starts at the end of the previous one continues its line. Relative numbers come from rounded absolute
-    ones, so that errors do not add up.
+    A segment that starts at the end of the previous segment continues its line. Relative numbers are differences of
+    rounded absolute numbers, so errors do not add up.
     """
     if not len(segments):
         return ""
@@ -71,22 +72,22 @@ def lines_data(segments: NDArray[np.float64]) -> str:
             words.append(f"M{x0} {y0}l")
         elif words:
             words.append(" ")
-        words.append(_pair(x1 - x0, y1 - y0))
+        words.append(_coordinates(x1 - x0, y1 - y0))
     return "".join(words)
 
 
 def dots_data(points: NDArray[np.float64]) -> str:
-    """Return path data of one dot per point, float64[n, 2] in user units, in `STEPS`.
+    """Return path data, in `STEPS`, of dots at points, float64[n, 2], user units.
 
-    A dot is a line of length 0 (``h0``) with round caps, drawn as a disc. It takes ten characters instead of fifty for
-    a circle element.
+    A dot is a line of length 0 (``h0``), which round caps turn into a disc. It takes ten characters instead of fifty
+    for a circle element.
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
-    return "".join(f"m{_pair(x, y)}h0" for x, y in moves.tolist())
+    return "".join(f"m{_coordinates(x, y)}h0" for x, y in moves.tolist())
 
 
-def _pair(x: int, y: int) -> str:
+def _coordinates(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
@@ -96,12 +97,12 @@ def in_steps(*children: str) -> str:
 
 
 def nice_step(span: float, count: int) -> float:
-    """Return a tick distance, 1, 2 or 5 times a power of ten, that gives about `count` ticks over `span`."""
+    """Return a tick spacing of 1, 2 or 5 times a power of ten that gives about `count` ticks over `span`."""
     if not span > 0:
         return 1.0
     rough = span / count
     power = 10.0 ** math.floor(math.log10(rough))
-    # Prefer a slightly smaller step to a much larger one: 2 for 2.6, not 5.
+    # A slightly smaller step is better than a much larger one: 2 for 2.6, not 5.
     return next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f >= 0.75 * rough)
 
 
@@ -112,6 +113,6 @@ def ticks(low: float, high: float, step: float) -> list[float]:
 
 
 def tick_words(value: float, step: float) -> str:
-    """Return a tick's number with the decimals that its step needs."""
+    """Return the number of a tick with the decimals that its step needs."""
     places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

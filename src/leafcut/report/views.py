@@ -1,4 +1,4 @@
-"""Rows and words of the report page; the template only arranges them."""
+"""Rows and texts of the report page, which the template arranges."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 PageRow = dict[str, Any]
 
-#: Name of the new order.
+#: Name of the order that leafcut writes.
 OURS = "leafcut"
 
 MAX_ISSUE_ROWS = 200
 MAX_WORKER_ROWS = 128
 MAX_TOOL_ROWS = 100
 MAX_SEARCHES = 12
-#: A program with fewer lines is shown whole, a longer one by its first `HEAD_LINES`.
+#: A program with fewer lines is shown in full, a longer program by its first `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
@@ -60,7 +60,7 @@ _KIND_WORDS = {
 
 
 def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
-    """Return the orders by name as cards; the first is the reference of the savings, the last is ours."""
+    """Return a card for each order; the first order is the reference for savings, the last order is the written one."""
     longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
     return [
         {
@@ -77,7 +77,7 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
 
 
 def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
-    """Return the headline figure of the savings and its text; `bound` is the certain gap of the order, in words."""
+    """Return the headline figure about the savings, and its text; `bound` is a sentence on the proved gap."""
     seconds = outcome.before.time_s - outcome.after.time_s
     is_slower = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if is_slower else 'less'} machine time"
@@ -92,7 +92,7 @@ def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
 
 
 def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
-    """Return the seconds by kind of orders by name, with stacked bars; kinds that never occur are left out."""
+    """Return the seconds by kind of motion of each order, with stacked bars; kinds that never occur are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
     return stacked(
@@ -101,7 +101,7 @@ def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
 
 
 def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return rows of seconds by kind as stacked bars of one scale: name, seconds and total of each row."""
+    """Return stacked bars of seconds by kind, on a common scale; each row has a name, its seconds, and the total."""
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
@@ -118,8 +118,8 @@ def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float]
     }
 
 
-def tools_say(outcome: Outcome) -> PageRow:
-    """Return which columns of the tool table have content."""
+def tool_columns(outcome: Outcome) -> PageRow:
+    """Return for the optional columns of the tool table whether they have content."""
     rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),
@@ -129,7 +129,7 @@ def tools_say(outcome: Outcome) -> PageRow:
 
 
 def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
-    """Return one row per operation."""
+    """Return a row of the tool table for each operation."""
     return [
         {
             "class": tool_class(scene, scene.tools.index(o.tool.number)),
@@ -148,7 +148,7 @@ def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
 
 
 def number_of(tool: Tool) -> str:
-    """Return ``T3``; "" for a tool without a number in the program."""
+    """Return ``T3``, or "" for a tool without a number in the program."""
     return f"T{tool.number}" if tool.number else ""
 
 
@@ -158,7 +158,7 @@ def tool_words(tool: Tool) -> str:
 
 
 def work_words(operation: OperationOutcome) -> str:
-    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``, ``121 holes, 1 in its place``."""
+    """Return the work of an operation: ``70 holes``, ``3 holes, 12 cuts`` or ``121 holes, 1 in its place``."""
     work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
     words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
     staying = len(operation.staying)
@@ -168,7 +168,7 @@ def work_words(operation: OperationOutcome) -> str:
 
 
 def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
-    """Return the search of each operation in words, with a chart if there is a history."""
+    """Return a description of the search of each operation, with a chart if the search improved the order."""
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
     for number in sorted(by_size[:MAX_SEARCHES]):
@@ -196,9 +196,9 @@ def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: floa
 
 
 def workers(outcome: Outcome) -> PageRow:
-    """Return one row per worker and operation with bars of ants and seconds, and the number of omitted rows.
+    """Return a row with bars of ants and seconds for each worker of each operation, and the number of omitted rows.
 
-    Workers without ants are omitted: the optimum was found before they had anything to search.
+    Workers without ants are left out, because the optimum was known before they started to search.
     """
     every = [
         (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
@@ -223,7 +223,7 @@ def workers(outcome: Outcome) -> PageRow:
 
 
 def issues(outcome: Outcome) -> PageRow:
-    """Return the groups of issues, and the issues themselves up to `MAX_ISSUE_ROWS`, worst first."""
+    """Return the groups of issues, and at most `MAX_ISSUE_ROWS` issues, the worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
@@ -242,7 +242,7 @@ def issues(outcome: Outcome) -> PageRow:
 
 
 def program(outcome: Outcome) -> PageRow:
-    """Return the program's text, whole or its first lines, and its caption."""
+    """Return the text of the program, or its first lines, and a caption."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES
     shown = lines if whole else lines[:HEAD_LINES]

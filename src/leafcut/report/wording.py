@@ -1,4 +1,4 @@
-"""Words and numbers for people: sanitised text from files, figures as read in a shop."""
+"""Texts and numbers for people: sanitised text from files, and figures in the usual form."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
 
 NO_VALUE = "–"
-#: Gap below which a path counts as optimal.
+#: Maximum gap of a path that counts as optimal.
 MIN_GAP = 1e-4
-#: Reason of a search that ended by `order.stop.Thrift`.
+#: Reason why a search ended early (`order.stop.Thrift`).
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
-#: Unicode categories that are unprintable and may mislead: controls, direction overrides, surrogates, private use.
+#: Unprintable Unicode categories, which may mislead: controls, direction overrides, surrogates, private use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
 class Said(str):
-    """Text that keeps its template and values, so that a page in another language can translate it; see `said`."""
+    """A text with its template and values, from which the studio builds a translation."""
 
     template: str
     values: dict[str, str]
 
 
 def said(template: str, **values: str) -> Said:
-    """Return a template filled with values."""
+    """Fill a template with values; the result can be translated."""
     words = Said(template.format(**values))
     words.template, words.values = template, values
     return words
 
 
 def clean(text: str) -> str:
-    """Return one line with unprintable characters (escape sequences, direction marks) replaced by ``�``."""
+    """Replace unprintable characters (line ends, escape sequences, direction marks) by ``�``."""
     return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)
 
 
@@ -55,41 +55,41 @@ def clean_lines(text: str) -> list[str]:
 
 
 def plain_number(value: float | None) -> float | None:
-    """Return a finite number, otherwise None (JSON has no NaN or infinity)."""
+    """Return a finite number, or None for any other value, because JSON has neither NaN nor infinity."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
 def count(number: int, noun: str) -> str:
-    """Return ``1 hole``, ``10,000 holes``."""
+    """Return a number with its noun: ``1 hole``, ``10,000 holes``."""
     return count_of(number, noun, ",")
 
 
 def time_words(seconds: float) -> str:
-    """Return a time as `format_time` does, with a true minus sign; a dash for NaN."""
+    """Return a time like `format_time`, with a true minus sign; a dash for NaN."""
     if not math.isfinite(seconds):
         return NO_VALUE
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
 
 
 def clock(seconds: float) -> str:
-    """Return a time as on a work sheet: ``1:02:07``, hours, minutes and whole seconds."""
+    """Return a time in hours, minutes and whole seconds: ``1:02:07``."""
     hours, minutes, rest = clock_parts(seconds)
     return f"{hours}:{minutes:02d}:{rest:02d}"
 
 
 def clock_parts(seconds: float) -> tuple[int, int, int]:
-    """Return hours, minutes and whole seconds."""
+    """Divide a time into hours, minutes and whole seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return minutes // 60, minutes % 60, rest
 
 
 def length_words(mm: float) -> str:
-    """Return a length as `format_length` does; a dash for NaN."""
+    """Return a length like `format_length`; a dash for NaN."""
     return format_length(mm) if math.isfinite(mm) else NO_VALUE
 
 
 def cost_words(cost: float, unit: str) -> str:
-    """Return a solver's cost in its unit, ``s`` or ``mm``, with four digits, to distinguish close costs."""
+    """Return the cost of a search in its unit, ``s`` or ``mm``, with four digits, which distinguish close costs."""
     if not math.isfinite(cost):
         return NO_VALUE
     if unit == "mm":
@@ -98,7 +98,7 @@ def cost_words(cost: float, unit: str) -> str:
 
 
 def percent_words(percent: float | None, places: int = 1) -> str:
-    """Return ``42.1 %`` with a true minus sign; a dash for no number."""
+    """Return a percentage, such as ``42.1 %``, with a true minus sign; a dash without a number."""
     if percent is None or not math.isfinite(percent):
         return NO_VALUE
     number = f"{abs(percent):.{places}f}"
@@ -106,12 +106,12 @@ def percent_words(percent: float | None, places: int = 1) -> str:
 
 
 def share_words(percent: float) -> str:
-    """Return a share, with two decimals below one percent, so that 0 means none."""
+    """Return a percentage with two decimals below one percent, because small shares would be shown as 0."""
     return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
 
 
 def area_words(area: float) -> str:
-    """Return an area in mm², as a whole number from 100 on."""
+    """Return an area in mm²; from 100 mm² on, as a whole number."""
     return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
 
 
@@ -121,16 +121,16 @@ def angle_words(degrees: float) -> str:
 
 
 def money_words(cost: float) -> str:
-    """Return a cost in the unit of the rates: ``12.40``, small ones with three decimals."""
+    """Return a cost in the currency of the rates with two decimals, or three below 1."""
     return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
 
 
 def _gauge_words(mm: float) -> str:
-    """Two decimals below 10 mm."""
+    """Return a length with two decimals below 10 mm."""
     return f"{mm:.2f} mm" if abs(mm) < 10.0 else length_words(mm)
 
 
-#: Formatter of a number by unit.
+#: Unit → function that formats a number.
 _FIGURES: dict[str, Callable[[float], str]] = {
     "s": time_words,
     "mm": _gauge_words,
@@ -142,7 +142,7 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 
 
 def figure(fact: Fact) -> str:
-    """Return the value of a fact as text; "" for rows of values and for none."""
+    """Return the value of a fact as text; "" for no value, and for lists and dicts."""
     if isinstance(fact.value, int | float):
         if not math.isfinite(fact.value):
             return NO_VALUE
@@ -151,24 +151,24 @@ def figure(fact: Fact) -> str:
 
 
 def line(fact: Fact) -> str:
-    """Return a fact in one line: figure and sentence."""
+    """Return figure and sentence of a fact in one line."""
     return ", ".join(filter(None, (figure(fact), fact.sentence)))
 
 
 def title_words(facts: Iterable[Fact]) -> str:
-    """Return the title facts in one line: ``70 holes · 3 tools``."""
+    """Return the facts of the title in one line: ``70 holes · 3 tools``."""
     return " · ".join(fact.sentence for fact in facts if fact.sentence and not fact.name)
 
 
 def heading(name: str) -> str:
-    """Return the name of a fact for the start of a line, in lower case unless it is an abbreviation (``T1``)."""
+    """Return the name of a fact as a heading in the summary, in lower case unless it is an abbreviation (``T1``)."""
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
 def at_most_words(fraction: float, unit: str) -> str:
-    """Return ``at most 1.24 % above the shortest possible`` for a gap; ``the least`` for times.
+    """Return a gap as text: ``at most 1.24 % above the shortest possible``, or ``the least possible`` for times.
 
-    The figure is rounded up, because a smaller one would not be certain.
+    The figure is rounded up, because a smaller figure would not be proved.
     """
     possible = "the least possible" if unit == "s" else "the shortest possible"
     hundredths = math.ceil(1e4 * fraction - 1e-3)
@@ -176,7 +176,7 @@ def at_most_words(fraction: float, unit: str) -> str:
 
 
 def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
-    """Return the quality of a tour, one line each: against the best known length, and the certain gap."""
+    """Return lines about the quality of a tour: its excess over the best known length, and its proved gap."""
     lines = []
     if optimum is not None:
         above = percent_words(100.0 * (length / optimum - 1.0), 3)
@@ -188,35 +188,35 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with as many digits as a panel shows; a dash for none."""
+    """Return a feed or a speed with as many digits as machine panels show; a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def feed_mm_min(feed: float) -> float:
-    """Return a feed of mm/s in mm/min."""
+    """Convert a feed from mm/s to mm/min."""
     return feed * SECONDS_PER_MINUTE
 
 
 def saved_percent(outcome: Outcome, measure: Measure) -> float:
-    """Return the machine time that a measure saves against the original order, percent."""
+    """Return the saved machine time of a measure compared with the original order, percent."""
     before = outcome.before.time_s
     return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
 
 
 def algorithm_words(outcome: Outcome) -> str:
-    """Return the algorithms of all operations, each once; the algorithm with the most holes first."""
+    """Return the names of the algorithms of all operations, starting with the operation with the most holes."""
     by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
 
 
-#: Compile time from which it is mentioned, s.
+#: Minimum compile time that is reported, s.
 COMPILED = 0.1
 
 
 def method_words(outcome: Outcome) -> str:
-    """Return algorithm, seed and time of the search, and whether it stopped because more search would not pay off."""
+    """Return algorithm, seed and time of the search, and the reason if the search ended early."""
     words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} of compiling"
@@ -224,7 +224,7 @@ def method_words(outcome: Outcome) -> str:
 
 
 def was_spared(solution: Solution) -> bool:
-    """Return whether a search was stopped because it no longer paid off, before the optimum was known."""
+    """Return whether a search ended because it no longer paid off, although the optimum was not known."""
     return solution.spared and (solution.gap is None or solution.gap > MIN_GAP)
 
 
@@ -233,15 +233,15 @@ def tool_count(outcome: Outcome) -> int:
     return len({o.tool.number for o in outcome.operations})
 
 
-#: Codes of motion issues: dangers, and limits of the machine.
+#: Start of the codes of motion issues: dangers, and limits of the machine.
 MOTION = "L8"
-#: Worst first.
+#: All severities, the worst first.
 SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE)
 
 
 @dataclass(frozen=True)
 class IssueGroup:
-    """Issues of one kind: their number, and the first of them."""
+    """Issues of one kind: their number, and message and position of the first issue."""
 
     code: str
     severity: Severity
@@ -251,18 +251,19 @@ class IssueGroup:
 
 
 def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
-    """Return the limits of the verification, as pairs of name and text: assumptions, and areas that are not cut.
+    """Return the limits of the verification as pairs (name, text): assumptions, and areas that are not cut.
 
-    All are listed, because a hidden assumption would be taken for a fact.
+    All limits are listed, because users would take a hidden assumption for a fact.
     """
     groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
     return [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups]
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
-    """Return the issues grouped by code, or by message, in order of appearance.
+    """Group issues by code, or also by message.
 
-    The worst come first; within a severity, issues of motion and machine, then by code.
+    The worst groups come first. Within a severity, issues of motion and machine come before all others, which are
+    sorted by code.
     """
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()
