@@ -476,5 +476,5 @@ def test_blending_is_written_or_refused(name: str) -> None:
     if profile.corner_tolerance or profile.rounding:
         assert "G64" in write_program(b.build(), profile, PostOptions())
     else:
-        with pytest.raises(PostError, match="no words for a toolpath's BLENDING"):
+        with pytest.raises(PostError, match="programs cannot state BLENDING"):
             write_program(b.build(), profile, PostOptions())

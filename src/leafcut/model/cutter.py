@@ -101,7 +101,9 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     `tip`, mm. An angle of π is a flat end.
     """
     if not 0.0 < angle <= math.pi:
-        raise OptionError(f"a point of {math.degrees(angle):g} degrees: the angle lies between 0 and 180")
+        raise OptionError(
+            f"a point angle of {math.degrees(angle):g} degrees is impossible; give an angle between 0 and 180"
+        )
     if angle > math.pi - 1e-9:
         return flat_mill(diameter)
     return Cutter(0.5 * diameter, 0.5 * tip, 0.0, 1.0 / math.tan(0.5 * angle))

@@ -401,8 +401,8 @@ class _PocketOptions1(TypedDict, total=False):
     mill of that diameter, or its only end mill).
     """
     pocket_top: Literal["highest", "surface", None]
-    """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
-    all else of the solid is milled already (default: highest).
+    """Top of the material over the pockets of a solid: its highest point, or the surface around each pocket if the
+    rest of the solid is already milled (default: highest).
     """
     stock: Quantity | None
     """Stock that roughing leaves on the walls for the finishing pass (mm)."""

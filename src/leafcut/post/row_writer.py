@@ -78,7 +78,7 @@ class Writer:
         return signed(self._program_text())
 
     def _unsupported_message(self, kind: Kind) -> str:
-        return f"{self.dialect.name} has no words for a toolpath's {kind.name}"
+        return f"{self.dialect.name} programs cannot state {kind.name}"
 
     def _program_text(self) -> str:
         return "".join(f"{line}\n" for line in (*self.out.lines, *["%"] * (self.dialect.percent == "frame")))

@@ -14,7 +14,7 @@ _COOLANT_WORDS = {1: "M7", 2: "M8"}
 def dwell_word(seconds: float, dialect: Dialect) -> str:
     """Return the word for a dwell: P or K, in seconds, milliseconds or hundredths of a second."""
     if not seconds >= 0.0:
-        raise PostError(f"a dwell of {seconds:g} s")
+        raise PostError(f"a dwell of {seconds:g} s is out of range")
     unit = dialect.dwell_unit
     if unit in ("ms", "cs"):
         number = format_number(seconds * (1000 if unit == "ms" else 100), 0)

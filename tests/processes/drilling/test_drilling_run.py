@@ -98,8 +98,8 @@ PLACES = [(0.0, 0.0), (10.0, 0.0), (20.0, 5.125), (3.175, 7.5)]
         ([(round(x, 3) + 1e-9, y - 1e-9) for x, y in PLACES], ""),
         (PLACES[:-1], "with 4 holes; this one has 3;"),
         ([*PLACES, (50.0, 50.0)], "with 4 holes; this one has 5;"),
-        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes; this one has as many, in other places;"),
-        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes; this one has as many, in other places;"),
+        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes; this one has the same number at other positions;"),
+        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes; this one has the same number at other positions;"),
     ],
 )
 def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[float, float]], line: str) -> None:
@@ -122,8 +122,11 @@ def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[floa
         ('{"leafcut_order": 1}', "'operations' must be a list"),
         ('{"leafcut_order": 1, "operations": [{"operation": 0, "holes": []}]}', "0 is not a whole number of 1 or more"),
         ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [true]}]}', "true is not a whole number"),
-        ('{"leafcut_order": 1, "operations": [{"operation": 9, "holes": []}]}', "operation 9: there are 1"),
-        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [9]}]}', "hole 9 is not one that"),
+        (
+            '{"leafcut_order": 1, "operations": [{"operation": 9, "holes": []}]}',
+            "operation 9: the last operation of the",
+        ),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [9]}]}', "hole 9 is not drilled by"),
         ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [2, 2]}]}', "hole 2 is listed twice"),
         ('{"leafcut_order": 1, "operations": [{"holes": [2]}]}', "row 1: "),
         ('{"leafcut_order": 1, "operations": [], "drawing": 7}', "'drawing': {"),

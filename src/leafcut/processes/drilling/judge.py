@@ -484,11 +484,11 @@ def _compare_holes(
                 differences.append(Difference("missing hole", 0, 0, text))
             else:
                 unused[substitute] = False
-                text = f"{where} is made by {plunges[substitute].tool}, must be made by {cut.tool}"
+                text = f"{where} is made by {plunges[substitute].tool}, but must be made by {cut.tool}"
                 differences.append(Difference("wrong tool", 0, plunges[substitute].line, text))
             continue
         if abs(plunges[match].tip - cut.tip) > tolerance:
-            text = f"{where}: the tip of {cut.tool} goes to Z{plunges[match].tip:.3f}, must go to Z{cut.tip:.3f}"
+            text = f"{where}: the tip of {cut.tool} goes to Z{plunges[match].tip:.3f}, but must go to Z{cut.tip:.3f}"
             differences.append(Difference("wrong depth", 0, plunges[match].line, text))
         if last[0] == cut.hole and match < last[1]:
             text = f"{where}: {cut.tool} works before the tool that must come first"
@@ -513,8 +513,8 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
         candidates = [k for k in sorted(slot_numbers) if z0 == z1 and z1 >= slots[k].bottom - tolerance]
         if not candidates:
             text = (
-                f"{motion.tool} cuts from {place(*motion.start)} to {place(*motion.end)}, where no slot is drawn so "
-                "deep"
+                f"{motion.tool} cuts from {place(*motion.start)} to {place(*motion.end)}, where the drawing has no "
+                "slot this deep"
             )
             differences.append(Difference("cut not drawn", 0, motion.line, text))
             continue

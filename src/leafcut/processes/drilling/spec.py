@@ -142,23 +142,24 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
         return {}
     order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
     if order.drawing is not None and order.drawing != drawing:
-        difference = "as many, in other places" if order.drawing.holes == drawing.holes else f"{drawing.holes}"
+        same_number = order.drawing.holes == drawing.holes
+        difference = "the same number at other positions" if same_number else f"{drawing.holes}"
         raise PlanError(
             f"{path}: this is an order for a different drawing, with {order.drawing.holes} holes; this one has "
-            f"{difference}; make a new file for it, or remove 'drawing' from this one to use it anyway"
+            f"{difference}; create a new file for it, or remove 'drawing' from the file to use it anyway"
         )
     nodes = {}
     for number, holes in order.operations.items():
         where = f"{path}: operation {number + 1}"
         if number >= len(plan.operations):
-            raise PlanError(f"{where}: there are {len(plan.operations)}; make a new file")
+            raise PlanError(f"{where}: the last operation of the job is {len(plan.operations)}; create a new file")
         operation = plan.operations[number]
         if operation.slots:
             raise PlanError(f"{where} mills slots; only holes can be given an order; remove it from the file")
         node_of = {int(hole): node for node, hole in enumerate(operation.targets)}
         for k, hole in enumerate(holes):
             if hole not in node_of:
-                raise PlanError(f"{where}: hole {hole + 1} is not one that {operation.tool.label} drills")
+                raise PlanError(f"{where}: hole {hole + 1} is not drilled by {operation.tool.label}")
             if hole in holes[:k]:
                 raise PlanError(f"{where}: hole {hole + 1} is listed twice")
         nodes[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)

@@ -36,8 +36,8 @@ class PocketOptions(OptionGroup):
     pocket_top: str = option(
         "text",
         "highest",
-        "where the material of a solid's pockets begins: at its highest place, or at the surface around each, where "
-        "all else of the solid is milled already",
+        "top of the material over the pockets of a solid: its highest point, or the surface around each pocket if the "
+        "rest of the solid is already milled",
         choices=("highest", "surface"),
         of_file=True,
     )

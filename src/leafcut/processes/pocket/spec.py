@@ -145,7 +145,7 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
         return []
     heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
     words = (
-        f"{count_of(len(lower), 'pocket')} with material that starts below the highest place, at "
+        f"{count_of(len(lower), 'pocket')} with material that starts below the highest point, at "
         f"{', '.join(f'Z{z:g}' for z in heights)}: remove the material above first"
     )
     return [Issue("L706", words)]

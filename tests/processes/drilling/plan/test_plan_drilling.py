@@ -339,7 +339,7 @@ def test_a_holder_stays_out_of_a_clamp_that_is_as_high(clamp: str, refused: bool
     """
     library = ToolLibrary((HELD,))
     if refused:
-        with pytest.raises(PlanError, match=r"at 30, 20 its shank or holder comes into a keep-out zone below its"):
+        with pytest.raises(PlanError, match=r"at 30, 20 its shank or holder enters a keep-out zone below its"):
             plan(library=library, keep_out=(clamp,))
         plan(keep_out=(clamp,))
     else:

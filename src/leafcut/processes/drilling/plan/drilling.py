@@ -534,7 +534,7 @@ def _check_zones(plan: DrillPlan) -> None:
         if hits:
             x, y = starts[hits[0]]
             raise PlanError(
-                f"{tool.label}: at {x:g}, {y:g} its shank or holder comes into a keep-out zone below its height "
+                f"{tool.label}: at {x:g}, {y:g} its shank or holder enters a keep-out zone below its height "
                 f"({count_of(len(hits), kind)} in all); use a longer tool, change --keep-out, or leave them out"
             )
 

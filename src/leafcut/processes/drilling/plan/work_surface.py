@@ -179,8 +179,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     if other_unit:
         message = (
             f"{fixture.name} is {fixture_length:.4g} mm long and the surface {length:.4g} mm; in {other_unit} it "
-            "would stand at the "
-            "surface, too: check whether it has the unit of the surface, in which both are read (--surface-unit)"
+            "would also fit the surface: check whether both files have the same unit (--surface-unit)"
         )
         issues.append(Issue("L445", message))
     if not fixture.closed:

@@ -367,7 +367,7 @@ def _lines(cuts: Sequence[PocketCut]) -> Any:
 def _unknown_places(path: Toolpath) -> list[Difference]:
     feeds = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     known = np.isfinite(np.concatenate([path.before, path.end], axis=1)).all(axis=1)
-    words = "the tool cuts from or to a place that the program does not state"
+    words = "a cut starts or ends at a position that the program does not state"
     return [Difference("gouge", 0, int(path.line[row]), words) for row in np.flatnonzero(feeds & ~known).tolist()]
 
 
