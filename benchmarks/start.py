@@ -38,7 +38,16 @@ main()
 WORK = {
     "`import numba, ezdxf, cyclopts`": ("imports",),
     "`--version`": ("--version",),
-    "70 holes to a program": ("optimize", str(ROOT / "examples" / "plate_70.dxf"), "-o", "-", "--machine", "haas-vf2"),
+    "70 holes to a program": (
+        "optimize",
+        str(ROOT / "examples" / "plate_70.dxf"),
+        "-o",
+        "-",
+        "--machine",
+        "haas-vf2",
+        "--thickness",
+        "6mm",
+    ),
 }
 
 
