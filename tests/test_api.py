@@ -105,15 +105,15 @@ def test_answers_cannot_be_changed(programs: dict[str, str]) -> None:
             answer.defaults = ("else",)  # type: ignore[misc]
 
 
-@pytest.mark.parametrize("all_variants", [False, True])
-def test_a_nest_holds_its_drawings_whether_they_are_written_or_not(tmp_path: Path, all_variants: bool) -> None:
+@pytest.mark.parametrize("variants", [None, 2])
+def test_a_nest_holds_its_drawings_whether_they_are_written_or_not(tmp_path: Path, variants: int | None) -> None:
     words, output = [f"{EXAMPLES / 'bracket.dxf'}:9"], tmp_path / "sheet.dxf"
-    found = leafcut.nest(words, all_variants=all_variants, **NEST)
+    found = leafcut.nest(words, **{**NEST, "variants": variants})
     assert found.files == () and not list(tmp_path.iterdir())
-    written = leafcut.nest(words, output, all_variants=all_variants, **NEST)
+    written = leafcut.nest(words, output, **{**NEST, "variants": variants})
     assert written.drawings == found.drawings
-    assert written.files == found.names(output, all_variants=all_variants)
-    assert len(found.drawings) == (len(found.nests) if all_variants else 1)
+    assert written.files == found.names(output, variants or 1)
+    assert len(found.drawings) == (len(found.nests) if variants else 1)
     for files, texts in zip(written.files, found.drawings, strict=True):
         assert [Path(file).read_text(encoding="utf-8") for file in files] == list(texts)
 

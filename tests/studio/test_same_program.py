@@ -153,7 +153,7 @@ def test_command_line_library_and_studio_write_the_same_sheets(
     assert {file.name: file.read_bytes() for file in tmp_path.glob("*.dxf")} == sheets
 
     parts = ["parts.csv"] if rotations else ["plate.svg:4", "angle.svg:2"]
-    outcome = leafcut.nest(parts, "nest.dxf", all_variants=True, **options)
+    outcome = leafcut.nest(parts, "nest.dxf", **options)
     drawings = {
         name: text.encode()
         for names, texts in zip(outcome.files, outcome.drawings, strict=True)

@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself, or of `leafcut stock` alone.
 NOT_OFFERED = {
-    "part", "save_plan", "all_variants", "remnants_out", "remnant_size",
+    "part", "save_plan", "remnants_out", "remnant_size",
     *(set(SpeedOptions.specs()) - {"shop_rate"}),
 }  # fmt: skip
 #: A page sets the feed of a program's materials only by the speed.

@@ -143,7 +143,7 @@ def test_a_drawing_that_is_named_as_a_sheet_is_one_and_no_part(client: TestClien
         (["plate.svg"], {"parts": '[{"rotations": "up"}]'}, "rotations: "),
         (["plate.svg"], {"options": '{"sheet": "5x5"}'}, "--margin: 10 mm on each side leaves no room"),
         (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "is not open; open it"),
-        (["plate.svg"], {"options": '{"all_variants": true}'}, "the studio sets this file itself"),
+        (["plate.svg"], {"options": '{"remnants_out": "out"}'}, "the studio sets this file itself"),
         (["parts.csv"], {}, "open the drawings themselves"),
     ],
 )

@@ -238,7 +238,7 @@ class NestOutcome:
     dropped
         One line for every variant that failed its check.
     drawings
-        For every drawn variant (the best one, or all), the DXF text of each layout.
+        For every drawn variant, the best first, the DXF text of each sheet, one per layout.
     defaults
         Used options that the user's own defaults set, as typed.
     """
@@ -259,14 +259,14 @@ class NestOutcome:
         """Issues about parts and lines that were not placed on a sheet."""
         return missing_work(self.issues)
 
-    def names(self, output: str | Path, *, all_variants: bool) -> tuple[tuple[str, ...], ...]:
-        """Return the file names of the drawings of the best variant, or of all variants, derived from `output`.
+    def names(self, output: str | Path, variants: int = 1) -> tuple[tuple[str, ...], ...]:
+        """Return the file names for the drawings of the best `variants`, for the given `output`.
 
-        Several sheets are numbered, ``sheet_1.dxf``, and so are several variants, ``sheet_v1_1.dxf``.
+        Several sheets are numbered, ``sheet_1.dxf``, and so are further variants: ``sheet_v2_1.dxf``.
         """
         output, names = Path(output), []
-        for number, nest in enumerate(self.nests if all_variants else self.nests[:1], 1):
-            stem = output.stem + (f"_v{number}" if all_variants else "")
+        for number, nest in enumerate(self.nests[:variants], 1):
+            stem = output.stem + (f"_v{number}" if number > 1 else "")
             ends = [f"_{k}" for k in range(1, len(nest.layouts) + 1)] if len(nest.layouts) > 1 else [""]
             names.append(tuple(str(output.with_name(f"{stem}{end}.dxf")) for end in ends))
         return tuple(names)

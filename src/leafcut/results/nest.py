@@ -39,4 +39,4 @@ class NestResult(Result, NestOutcome):
     def _files(self, file: Path) -> Iterable[tuple[str, str | bytes]]:
         if file.suffix.lower() != ".dxf":
             return super()._files(file)
-        return zip(self.names(file, all_variants=False)[0], self.drawings[0], strict=True)
+        return zip(self.names(file)[0], self.drawings[0], strict=True)

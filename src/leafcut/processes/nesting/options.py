@@ -11,6 +11,9 @@ from leafcut.options.option_spec import OptionGroup, option
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.units import parse_angles
 
+#: Number of nests to offer without --variants.
+OFFERED = 3
+
 
 @dataclass(frozen=True)
 class NestOptions(OptionGroup):
@@ -46,8 +49,14 @@ class NestOptions(OptionGroup):
         "nesting method: by true shapes, by bounding rectangles, or whichever suits the parts",
         choices=("auto", "shapes", "rectangles"),
     )
-    variants: int = option("whole", 3, "number of nests to offer, best first", minimum=1, maximum=100)
-    all_variants: bool = option("flag", False, "write every variant, not only the best")
+    variants: int | None = option(
+        "whole",
+        None,
+        "number of nests to offer and to write, best first",
+        minimum=1,
+        maximum=100,
+        default_words="3 are offered; the best is written",
+    )
     blocks: str = option(
         "text",
         "none",
@@ -92,6 +101,16 @@ class NestOptions(OptionGroup):
                 f"{unpriced}@180"
             )
         return sheets
+
+    @property
+    def n_offered(self) -> int:
+        """Number of nests to offer."""
+        return self.variants or OFFERED
+
+    @property
+    def n_written(self) -> int:
+        """Maximum number of nests to write."""
+        return self.variants or 1
 
     @property
     def angles(self) -> tuple[float, ...] | None:

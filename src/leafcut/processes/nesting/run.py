@@ -97,7 +97,7 @@ def nest(
             raise
     if not nests:
         raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
-    best = _without_duplicates(nests)[: options.variants]
+    best = _without_duplicates(nests)[: options.n_offered]
     issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - start_time
     return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
@@ -159,7 +159,7 @@ def nest_drawings(
     options = settings.of(NestOptions)
     kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
     outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
-    names = outcome.names(output or "sheet.dxf", all_variants=options.all_variants)
+    names = outcome.names(output or "sheet.dxf", options.n_written)
     drawings = tuple(_sheet_texts(variant, files) for variant, files in zip(outcome.nests, names, strict=False))
     files = names if output else ()
     texts = {file: text for pair in zip(files, drawings, strict=False) for file, text in zip(*pair, strict=True)}

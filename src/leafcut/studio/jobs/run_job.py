@@ -20,6 +20,7 @@ from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
+from leafcut.processes.nesting.options import OFFERED
 from leafcut.studio.drawing.line_match import line_pairs
 from leafcut.studio.jobs.history import Artefact
 from leafcut.studio.jobs.nest_request import list_text, needs_list
@@ -174,8 +175,9 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
         WantedDrawing(file, part.quantity, tuple(part.rotations.split()))
         for file, part in zip(call.sources, call.parts, strict=True)
     ]
-    outcome = api.nest(wanted, progress=on_progress, cancelled=cancelled, all_variants=True, **call.options)
-    outcome = replace(outcome, files=outcome.names(NEST, all_variants=True))
+    options = {"variants": OFFERED, **call.options}
+    outcome = api.nest(wanted, progress=on_progress, cancelled=cancelled, **options)
+    outcome = replace(outcome, files=outcome.names(NEST, int(options["variants"])))
     artefacts = {
         f"sheet-{v}-{k}": Artefact(file, _DXF, text.encode())
         for v, (files, texts) in enumerate(zip(outcome.files, outcome.drawings, strict=True), 1)

@@ -16,6 +16,7 @@ from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name, split_names
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.processes import registry
+from leafcut.processes.nesting.options import OFFERED
 from leafcut.processes.settings import collect, group_of
 from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
@@ -23,8 +24,6 @@ from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
 #: Number of input files of each command; 0 for any number.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
-#: Selects output files, which only the studio may do.
-_ALL_VARIANTS = "all_variants"
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
 _MAX_NAMED = 4
@@ -148,7 +147,7 @@ def given(options: Mapping[str, Any]) -> dict[str, Any]:
 def _resolved(name: str, value: Any, folder: Folder) -> Any:
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
-    if spec.is_output or name == _ALL_VARIANTS:
+    if spec.is_output:
         raise OptionError(f"{flag}: the studio sets this file itself; leave it out")
     if spec.kind != "path" and not spec.may_be_path:
         return value
@@ -212,7 +211,8 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         names = unique_names([name for name, _ in parts])
         counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
         listed = needs_list(tuple(part for _, part in parts))
-        words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST, "--all-variants"]
+        words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST]
+        words += [] if "variants" in given(task.options) else ["--variants", str(OFFERED)]
     else:
         words = ["leafcut", task.command, *names]
     if task.command == "optimize":

@@ -96,7 +96,7 @@ def variants(
         yield from _nest_on_several_kinds(task, search, on_progress, cancelled)
         return
     if _uses_shapes(task):
-        numbers = range(task.options.variants)
+        numbers = range(task.options.n_offered)
         yield from _shape_variants(
             search,
             numbers,
@@ -145,7 +145,7 @@ def _nest_on_several_kinds(
     if search.time_limit is None:
         plan = plan_of_nest(min(nests, key=lambda nest: nest.rank))
         yield from _shape_variants(
-            remaining_search, range(1, task.options.variants),
+            remaining_search, range(1, task.options.n_offered),
             lambda seed, clock: _nest_on_plan(task, plan, clock, seed, cancelled), on_progress, cancelled,
         )  # fmt: skip
 
