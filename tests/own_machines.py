@@ -22,3 +22,14 @@ def own_machine(folder: Path, machine: str = "linuxcnc-mill", **tables: dict[str
 def machine_of_power(folder: Path, power: str) -> str:
     """Return the path of the profile of a mill with this spindle power."""
     return own_machine(folder, spindle={"power": power})
+
+
+def blind_table(folder: Path) -> Path:
+    """Return the path of the profile of the plasma table without its probe."""
+    profile: Any = tomlkit.parse((files("leafcut") / "machines" / "plasma-table.toml").read_text(encoding="utf-8"))
+    del profile["probe"]
+    for key in [key for key in profile["sources"] if key.startswith("probe.")]:
+        del profile["sources"][key]
+    file = folder / "blind.toml"
+    file.write_text(tomlkit.dumps(profile), encoding="utf-8")
+    return file

@@ -90,7 +90,6 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
     "words, told",
     [
         ("drill plate_10.dxf --kerf 2", "--kerf: not used for drilling; it applies to cutting a sheet and nesting; "),
-        ("drill plate_10.dxf --keep-order", "--keep-order: not used for drilling; .*; --algorithm none keeps"),
         (
             "reorder cam_121.nc --no-chains",
             "--no-chains: not used for reordering a program; it applies to cutting a sheet",

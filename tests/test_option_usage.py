@@ -112,7 +112,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
         (out / "fusion.csv").write_text("T,D [mm],kind,feed [mm/min],rpm,preset\n1,3,drill,100,2000,Steel\n")
         api.optimize(at["holes.csv"], depth=3, tools=out / "fusion.csv", material="steel", **FAST)
-        surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
+        surface = {"surface": at["block.stl"], "depth": "through", "fixture": "200 200 0 210 210 9"}
         surface["fixture_file"] = at["clamp.stl"]
         api.optimize(at["holes.csv"], **surface, **LITTLE)
     elif work == "cut":
@@ -158,15 +158,15 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         (out / "cam.nc").write_text("G21 G90\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG1 X9\nG0 Z5\nM2\n")
         api.stock(out / "cam.nc", tool_diameter=3)
     elif work == "cutting-data":
-        made = {"material": "c45", "holes": 3}
+        made = {"material": "c45"}
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
-        surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
+        surface = {"surface": at["block.stl"], "depth": "through", "fixture": "200 200 0 210 210 9"}
         surface["fixture_file"] = at["clamp.stl"]
         api.tool_speeds(at["holes.csv"], material="c45", **surface, **FAST)
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
         api.tool_speeds(**made, depth=3, tool_diameter=3)
         (out / "mill.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
-        api.tool_speeds(**made, thickness=3, tools=out / "mill.toml", cut_length=100)
+        api.tool_speeds(**made, thickness=3, tools=out / "mill.toml", step_down=2)
     else:
         api.verify(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
 
@@ -225,9 +225,10 @@ def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
 def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once(tmp_path: Path) -> None:
     """Also in shared tables: a shop's file states each value once."""
     shop = tmp_path / "shop.toml"
-    shop.write_text("[drill]\nthickness = 6\ntools = 'a.toml'\n[cut]\nmaterial = 'brass'\n[job]\nkeep_order = true\n")
-    job = collect({}, shop).job
-    assert (job.thickness, job.tools, job.material, job.keep_order) == (6.0, Path("a.toml"), "brass", True)
+    shop.write_text("[drill]\nthickness = 6\ntools = 'a.toml'\n[cut]\nmaterial = 'brass'\n[read]\nstrict = true\n")
+    settings = collect({}, shop)
+    job = settings.job
+    assert (job.thickness, job.tools, job.material, settings.read.strict) == (6.0, Path("a.toml"), "brass", True)
     for text, words in (
         ("[drill]\nthickness = 6\n[job]\nthickness = 8\n", r"shop.toml:4: .* twice, in \[drill\] and in \[job\]"),
         ("[nest]\nthickness = 6\n", r"shop.toml:2: unknown option 'thickness' in \[nest\]"),
@@ -245,7 +246,6 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
             {"quantity": 1},
             "--quantity: not used for drilling; it applies to cutting a sheet; leave it out",
         ),
-        ("holes.csv", {"keep_order": True}, "--keep-order: .*--algorithm none keeps the order of the drawing"),
         ("holes.csv", {"strategy": "zigzag"}, "--strategy: not used for drilling; it applies to milling pockets"),
         ("holes.csv", {"corner_loops": True}, "--corner-loops: not used for drilling"),
         ("cam.nc", {"output_units": "mm"}, "--output-units: not used for reordering a program; .* keeps its own units"),

@@ -200,7 +200,7 @@ RUNS = [
     f"optimize {PLATE} example:plate-27 --depth 3 -o out --preset fast", f"solve {MAP} --preset fast",
     f"reorder {CAM} --algorithm none --feeds --tool-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",
     f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --tool-diameter 6", f"verify {CAM} {CAM}",
-    "tools speeds --holes 1 --depth 3 --tool-diameter 6 --material steel-c45",
+    "tools speeds --depth 3 --tool-diameter 6 --material steel-c45",
 ]  # fmt: skip
 #: It needs a board: tests/sender/test_marlin.py.
 WITH_A_BOARD = {"send"}

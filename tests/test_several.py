@@ -58,7 +58,7 @@ def test_one_that_is_refused_does_not_stop_the_others_and_the_worst_status_count
 def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
     shop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["optimize", "c.nc", "a.nc", "./no.nc", "--report", "out", "--json", "--dry-run", "--keep-order"]
+    words = ["optimize", "c.nc", "a.nc", "./no.nc", "--report", "out", "--json", "--dry-run", "--algorithm", "none"]
     out, err = answered(capsys, *words, *FAST, status=1)
     found = json.loads(out)
     assert [(row["input"], row["status"], "error" in row) for row in found["runs"]] == [
@@ -73,7 +73,7 @@ def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
 def test_a_dry_run_of_several_programs_writes_nothing(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The totals are the sums of the rows."""
     before = sorted(shop.iterdir())
-    out, _ = answered(capsys, "optimize", "a.nc", "b.nc", "--keep-order", "--dry-run")
+    out, _ = answered(capsys, "optimize", "a.nc", "b.nc", "--algorithm", "none", "--dry-run")
     assert "not written (--dry-run)" in out
     assert "2 in all" in out
     assert sorted(shop.iterdir()) == before
@@ -160,9 +160,9 @@ def test_what_is_dangerous_in_one_of_several_programs_is_told_before_the_table(
 ) -> None:
     """As for a single program: position and kind."""
     (shop / "d.nc").write_text("G21 G90\nM3 S900\nG0 X0 Y0\nG0 Z-1\nG0 X50\nM5\nG0 Z5\nM2\n")
-    out, _ = answered(capsys, "optimize", "a.nc", "d.nc", "--keep-order")
+    out, _ = answered(capsys, "optimize", "a.nc", "d.nc", "--algorithm", "none")
     assert out.split()[:3] == ["danger:", "d.nc:", "L801"]
-    assert "danger: L801" in " ".join(answered(capsys, "optimize", "d.nc", "--keep-order")[0].split())
+    assert "danger: L801" in " ".join(answered(capsys, "optimize", "d.nc", "--algorithm", "none")[0].split())
 
 
 def test_verify_compares_two_programs_and_no_more(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,7 +31,7 @@ def table(folder: Path, holes: list[tuple[float, float, float]], diameter: float
 
 
 def drilled(file: Path, **options: Any) -> Any:
-    return api.optimize(file, process="drill", depth=3, hole_heights="drawn", **FAST, **options)
+    return api.optimize(file, process="drill", depth=3, z_zero="drawn", **FAST, **options)
 
 
 @pytest.mark.hazard
@@ -133,7 +133,7 @@ def test_a_hole_under_a_wider_one_begins_where_that_begins_as_nobody_drills_that
 
 def test_without_the_option_the_message_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["drill", str(table(tmp_path, HOLES)), "-o", str(tmp_path / "o.nc"), "--depth", "3"]) != 0
-    assert "use --hole-heights drawn" in capsys.readouterr().err
+    assert "use --z-zero drawn" in capsys.readouterr().err
 
 
 @pytest.mark.hazard

@@ -281,7 +281,7 @@ def test_holes_drawn_below_z0_are_stated(tmp_path: Path) -> None:
     """With drawn heights, Z0 is the zero of the drawing: the highest hole is 38 mm below it."""
     holes = tmp_path / "holes.csv"
     holes.write_text("x,y,z,diameter\n0,0,-40,6\n10,0,-38,6\n")
-    outcome = leafcut.optimize(holes, process="drill", depth=2, hole_heights="drawn", preset="fast", threads=1)
+    outcome = leafcut.optimize(holes, process="drill", depth=2, z_zero="drawn", preset="fast", threads=1)
     assert "(Z0: Z0 of the drawing, the highest hole is at Z-38)" in outcome.text
 
 
@@ -396,7 +396,7 @@ def test_the_material_of_a_program_keeps_its_own_z0_unless_asked(low: Path) -> N
     assert (top.low[2], top.high[2]) == pytest.approx((-20, 0))
 
 
-@pytest.mark.parametrize("asked", [{"z_zero": "drawn"}, {"up": "x"}])
+@pytest.mark.parametrize("asked", [{"z_zero": "top"}, {"up": "x"}])
 def test_only_a_solid_is_turned_or_lifted(plate: Path, asked: dict[str, str]) -> None:
     with pytest.raises(OptionError, match="only used for a STEP file; leave it out"):
         drilled(plate, **asked)

@@ -306,7 +306,7 @@ def test_step_and_stl_are_the_same_surface(examples: Path) -> None:
     assert step.low.tolist() == pytest.approx(stl.low.tolist(), abs=1e-4)
     assert step.high.tolist() == pytest.approx(stl.high.tolist(), abs=1e-4)
     assert step.closed == stl.closed
-    given = {"process": "drill", "hole_heights": "drawn", "depth": 4, "machine": "linuxcnc-mill", **FAST}
+    given = {"process": "drill", "depth": 4, "machine": "linuxcnc-mill", **FAST}
     programs = [
         api.optimize(examples / "stepped_plate.step", surface=str(examples / f"stepped_plate.{kind}"), **given)
         for kind in ("step", "stl")
@@ -378,10 +378,9 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
             api.optimize(tmp_path / "holes.csv", solid=2, **more, **options)
 
 
-def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> None:
-    for options, told in (({"units": "in"}, "states its unit"), ({"hole_heights": "one"}, "individual heights")):
-        with pytest.raises(LeafcutError, match=told):
-            api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
+def test_a_unit_cannot_be_asked_for(examples: Path) -> None:
+    with pytest.raises(LeafcutError, match="states its unit"):
+        api.optimize(examples / "stepped_plate.step", process="drill", units="in", **FAST)
 
 
 @pytest.mark.slow

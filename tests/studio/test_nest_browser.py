@@ -34,8 +34,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
         typed(page, label, value)
     page.get_by_label("Search effort", exact=True).select_option("fast")
     words = (
-        "leafcut nest plate.svg:4 angle.svg:2 -o nest.dxf "
-        "--sheet 260x130 --gap 2 --margin 2 --variants 2 --preset fast"
+        "leafcut nest plate.svg:4 angle.svg:2 -o nest.dxf --sheet 260x130 --gap 2 --margin 2 --variants 2 --preset fast"
     )
     expect(page.locator("#command")).to_have_text(words)
     press_run(page)

@@ -86,7 +86,8 @@ class ReadOptions(OptionGroup):
     z_zero: str | None = option(
         "text",
         None,
-        "Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as drawn",
+        "Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn); for "
+        "a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing",
         choices=("top", "bottom", "drawn"),
         default_words="top; of a --workpiece as drawn",
         needs=(input_is("step"),),

@@ -12,6 +12,9 @@ from leafcut.options.option_spec import OptionGroup, option
 #: Cycles allowed in a tool library and for ``--cycle``.
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
 
+#: Value of ``--depth`` besides a length: the thickness of the part at each hole.
+THROUGH = "through"
+
 
 @dataclass(frozen=True)
 class MachineOptions(OptionGroup):
@@ -50,10 +53,11 @@ class JobOptions(OptionGroup):
         "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv",
         default_words="one assumed drill per diameter",
     )
-    depth: float | None = option(
+    depth: float | str | None = option(
         "quantity",
         None,
-        "depth of blind holes or pockets below Z0",
+        "depth of blind holes or pockets below Z0; through: each hole goes through the part under --surface",
+        words=(THROUGH,),
         unit="mm",
         minimum=0.001,
         maximum=1000,
@@ -188,4 +192,13 @@ class JobOptions(OptionGroup):
         unit="mm",
         default_words="at the last hole",
     )
-    keep_order: bool = option("flag", False, "keep the given order; a program is only timed", of_file=True)
+
+    @property
+    def is_through(self) -> bool:
+        """Whether each hole goes through the part under the surface."""
+        return self.depth == THROUGH
+
+    @property
+    def blind_depth(self) -> float | None:
+        """Depth of blind holes or pockets, mm; None if it is not given, or holes go through."""
+        return None if isinstance(self.depth, str) else self.depth

@@ -80,8 +80,9 @@ class _ReadOptions6(TypedDict, total=False):
 class _ReadOptions7(TypedDict, total=False):
     # Of optimize, drill, pocket, reorder, stock, tool_speeds.
     z_zero: Literal["top", "bottom", "drawn", None]
-    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
-    drawn (default: top; of a --workpiece as drawn).
+    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn); for
+    a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing (default: top; of a
+    --workpiece as drawn).
     """
 
 
@@ -147,8 +148,10 @@ class _JobOptions1(TypedDict, total=False):
 
 class _JobOptions2(TypedDict, total=False):
     # Of optimize, drill, pocket, tool_speeds.
-    depth: Quantity | None
-    """Depth of blind holes or pockets below Z0 (mm; default: must be given, for holes unless the thickness is)."""
+    depth: Quantity | str | None
+    """Depth of blind holes or pockets below Z0; through: each hole goes through the part under --surface (mm;
+    default: must be given, for holes unless the thickness is).
+    """
     break_through: Quantity | None
     """Break-through: how far through holes go below the plate (mm; default: 0.5mm)."""
     retract_height: Quantity | None
@@ -225,12 +228,6 @@ class _JobOptions8(TypedDict, total=False):
     """End point of the tool, x,y, or free (mm; default: at the last hole)."""
 
 
-class _JobOptions9(TypedDict, total=False):
-    # Of optimize, cut, reorder.
-    keep_order: bool | None
-    """Keep the given order; a program is only timed."""
-
-
 class _CutDataOptions1(TypedDict, total=False):
     # Of optimize, cut, reorder, nest, simulate, verify.
     cut_process: str | None
@@ -261,18 +258,12 @@ class _DrillOptions1(TypedDict, total=False):
     # Of optimize, drill, tool_speeds.
     depth_to: Literal["shoulder", "tip", None]
     """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
-    hole_heights: Literal["one", "drawn", None]
-    """Height of the tops of the holes: one for all, which becomes Z0, or as drawn; then Z0 is the zero of the
-    drawing, and travel moves run at --clearance-height above the highest hole (default: one).
-    """
     surface: str | Path | None
     """STL file of the part or its blank, with the zero of the drawing: each hole starts at its surface, and travel
     moves are as low as it allows (default: flat).
     """
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""
-    through: bool | None
-    """Drill each hole through the part, by the thickness of the part at the hole."""
     fixture: str | Sequence[str] | None
     """Boxes on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids pass over them
     (default: none).
@@ -305,10 +296,6 @@ class _CutOptions1(TypedDict, total=False):
     """Torch height for piercing (mm; default: the chart's)."""
     cut_height: Quantity | None
     """Torch height for cutting (mm; default: the chart's)."""
-    probe: Literal["auto", "on", "off", None]
-    """Probe the sheet before every pierce (G38.2), if the program moves Z (default: auto: if the machine profile
-    has a probe).
-    """
     compensation: Literal["geometry", "controller", "none", None]
     """Kerf compensation: in the path (geometry), by the controller (G41, G42), or none (default: geometry)."""
     direction: Literal["auto", "clockwise", "counter-clockwise", "free", None]
@@ -323,8 +310,6 @@ class _CutOptions1(TypedDict, total=False):
     """Length of the lead-in (mm; default: plasma 6, oxyfuel 15, or the thickness if larger; laser and water 3
     kerfs, at least 2).
     """
-    lead_out_length: Quantity | None
-    """Length of the lead-out (mm; default: as the lead-in, at least 6)."""
     overcut: Quantity | None
     """Overcut past the start of a closed contour; with the torch off if the controller can switch it in motion
     (mm; default: 4 mm for plasma holes, else 0).
@@ -632,12 +617,8 @@ class _FeedOptions1(TypedDict, total=False):
 
 class _SpeedOptions1(TypedDict, total=False):
     # Of tool_speeds.
-    holes: int | None
-    """Holes of every drill in one part (default: from the drawing)."""
     tool_material: Literal["hss", "carbide", None]
     """Cutting material of tools whose library does not state it (default: hss)."""
-    cut_length: Quantity | None
-    """Length that every end mill is fed in the material for one part (mm; default: end mills are left out)."""
 
 
 class _SpeedOptions2(TypedDict, total=False):
@@ -668,7 +649,6 @@ class OptimizeKeywords(
     _JobOptions6,
     _JobOptions7,
     _JobOptions8,
-    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -747,7 +727,6 @@ class CutKeywords(
     _JobOptions4,
     _JobOptions5,
     _JobOptions8,
-    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -818,7 +797,6 @@ class ReorderKeywords(
     _JobOptions4,
     _JobOptions5,
     _JobOptions6,
-    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _ResequenceOptions1,

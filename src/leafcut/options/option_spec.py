@@ -301,7 +301,7 @@ def written(spec: OptionSpec, value: Any) -> str:
         return "free"
     if spec.kind == "flag":
         return ""
-    if spec.kind == "quantity":
+    if spec.kind == "quantity" and not isinstance(value, str):
         unit = BARE_UNIT[spec.unit]
         return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
     if spec.kind == "percent":

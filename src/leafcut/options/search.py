@@ -22,7 +22,7 @@ ALGORITHM_TITLES = {
     "kicks": "iterated local search: local kicks, repaired by Lin–Kernighan exchanges of up to five edges",
     "2opt": "nearest neighbour improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
-    "none": "the order in the drawing",
+    "none": "the given order; a program is only timed",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
 #: Algorithms from the literature, as their authors describe them; they also order clusters of directed paths.
@@ -129,6 +129,11 @@ class SolveOptions(OptionGroup):
         super().__post_init__()
         if self.target_gap is not None and not self.bound:
             raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
+
+    @property
+    def keeps_order(self) -> bool:
+        """Whether the given order is kept."""
+        return self.algorithm == "none"
 
     @property
     def is_limited(self) -> bool:

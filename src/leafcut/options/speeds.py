@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from leafcut.model.kinds import ToolMaterial
-from leafcut.options.condition import given, input_is_not
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -17,30 +16,11 @@ class SpeedOptions(OptionGroup):
     section: ClassVar[str] = "speeds"
     title: ClassVar[str] = "Speeds and feeds"
 
-    holes: int | None = option(
-        "whole",
-        None,
-        "holes of every drill in one part",
-        minimum=1,
-        maximum=1_000_000,
-        default_words="from the drawing",
-        needs=(input_is_not("drawing"),),
-    )
     tool_material: str = option(
         "text",
         ToolMaterial.HSS.value,
         "cutting material of tools whose library does not state it",
         choices=tuple(ToolMaterial),
-    )
-    cut_length: float | None = option(
-        "quantity",
-        None,
-        "length that every end mill is fed in the material for one part",
-        unit="mm",
-        minimum=0.001,
-        maximum=1e7,
-        default_words="end mills are left out",
-        needs=(given("tools"),),
     )
     shop_rate: float | None = option(
         "number",

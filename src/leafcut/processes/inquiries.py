@@ -75,8 +75,8 @@ class ChoosingSpeeds(Work):
         "retract_height",
         "material",
         tool_diameter=(absent("tools"), input_is_not("drawing")),
-        step_over=(given("cut_length"),),
-        step_down=(given("cut_length"),),
+        step_over=(given("tools"), input_is_not("drawing")),
+        step_down=(given("tools"), input_is_not("drawing")),
     )
 
     def __init__(self, drilling: Work) -> None:

@@ -81,7 +81,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
 
     show(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
     for front in data.tools:
-        work = count(front.holes, "hole") if front.holes else "milling"
+        work = count(front.holes, "hole") if front.holes else "1 m of cut"
         show("")
         show(f"{front.tool.label}, {front.tool_material.value}: {work}")
         rows = _points_to_show(front)
@@ -104,7 +104,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
         elif any("from memory" in source for source in front.sources):
             show(f"unverified: some constants of {life} have no printed source")
     show("")
-    if len(data.tools) > 1:
+    if data.source and len(data.tools) > 1:
         show(f"all tools: {format_time(data.time)} and {data.cost:.2f} for one part")
     for issue in data.issues:
         show(f"{issue.severity}: {issue}")
@@ -126,7 +126,7 @@ def _points_to_show(front: ToolFront) -> dict[str, CuttingPoint]:
 
 #: Row names of a tool's table.
 _NAMES = (
-    "spindle speed", "feed rate", "cutting speed", "chip", "time of a part", "cost of a part", "tool life",
+    "spindle speed", "feed rate", "cutting speed", "chip", "time", "cost", "tool life",
     "worn tools", "power", "torque", "thrust",
 )  # fmt: skip
 

@@ -132,7 +132,7 @@ def _colour_index(shortest: float, longest: float) -> Callable[[float], int]:
 
 
 def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], int]) -> str:
-    holes = f"{front.holes} hole{'s' * (front.holes != 1)}" if front.holes else "milling"
+    holes = f"{front.holes} hole{'s' * (front.holes != 1)}" if front.holes else "1 m of cut"
     head = text(front.tool.label, 16, 30, class_="name")
     description = f"{front.tool_material.value} · {holes} · {data.material.name} on {data.machine.name}"
     if front.given is not None:
@@ -141,7 +141,7 @@ def _tool_panels(front: ToolFront, data: CuttingData, shade: Callable[[float], i
     points = _thinned(front.points, front.chosen)
     left = _panel(
         front, points, shade, 0.0, lambda p: p.time / _time_unit(points)[0], lambda p: p.cost,
-        (f"time of one part, {_time_unit(points)[1]}", "cost of one part"),
+        (f"time, {_time_unit(points)[1]}", "cost"),
     )  # fmt: skip
     right = _panel(
         front, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,

@@ -55,7 +55,7 @@ PLAIN_HOLES = replace(PLAIN, slots=())
 
 def request(part: Part = PART, library: ToolLibrary | None = LIBRARY, **options: Any) -> DrillingRequest:
     """Return a request; options of reading are those that place the part."""
-    place = {name: options.pop(name) for name in ("mirror", "rotate", "origin") if name in options}
+    place = {name: options.pop(name) for name in ("mirror", "rotate", "origin", "z_zero") if name in options}
     job, ours = drilling(**{"thickness": 8.0, **options})
     return DrillingRequest(part, ReadOptions(**place), job, ours, library)
 
@@ -63,7 +63,7 @@ def request(part: Part = PART, library: ToolLibrary | None = LIBRARY, **options:
 def program(asked: DrillingRequest, name: str, units: str) -> str:
     """Return the program that leafcut makes, holes in the order of the drawing."""
     part = placed(asked.part, asked.reading)
-    plan = plan_drilling(part, MILL, asked.library, asked.job, asked.options)
+    plan = plan_drilling(part, MILL, asked.library, asked.job, asked.options, drawn=asked.reading.z_zero == "drawn")
     path = generate_toolpath(plan, MILL, [drawing_order(one) for one in plan.operations])
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
     return write_program(path, dialect(name), PostOptions(output_units=units), ["judged"], tool_names=names)
@@ -88,12 +88,12 @@ def faults(asked: DrillingRequest, text: str, name: str = "linuxcnc", units: str
         {"mirror": "x", "rotate": math.radians(30.0), "origin": "lower-left"},
         {"mirror": "y", "rotate": -0.5 * math.pi, "origin": "centre"},
         {"origin": (100.0, -7.125)},
-        {"hole_heights": "drawn"},
+        {"z_zero": "drawn"},
     ],
 )
 def test_what_leafcut_drills_without_a_library_passes_the_judge(options: dict[str, Any]) -> None:
     part = PART
-    if "hole_heights" in options:
+    if "z_zero" in options:
         part = replace(PART, holes=tuple(replace(hole, z=-1.25 * k) for k, hole in enumerate(HOLES)))
     asked = request(part, None, **options)
     for name, units in (("linuxcnc", "mm"), ("grbl", "inch"), ("siemens", "mm"), ("marlin", "mm")):
@@ -257,7 +257,7 @@ def test_a_plan_that_is_not_the_drawing_is_refused_before_a_program_is_written(
     }  # fmt: skip
     assert leafcut.optimize(drawing, **options).verified
     right = spec.plan_drilling
-    monkeypatch.setattr(spec, "plan_drilling", lambda *given: change(right(*given)))
+    monkeypatch.setattr(spec, "plan_drilling", lambda *given, **more: change(right(*given, **more)))
     with pytest.raises(VerifyError, match=f"^the program was not written: {what}"):
         leafcut.optimize(drawing, output, **options)
     assert not output.exists()
@@ -336,7 +336,7 @@ def test_on_a_surface_each_hole_begins_on_its_step_and_ends_below_the_part() -> 
     """Steps at Z0 and Z−6 over an underside at Z−20, moved by 30 mm with the drawing; a point of 1.502 mm."""
     boxes = (box_triangles(0, 0, -20, 40, 40, 0), box_triangles(40, 0, -20, 80, 40, -6))
     part = Part("steps", (Hole(20.0, 20.0, 5.0), Hole(60.0, 20.0, 5.0)))
-    asked = request(part, None, thickness=None, through=True, origin=(30.0, 0.0))
+    asked = request(part, None, thickness=None, depth="through", origin=(30.0, 0.0))
     asked = replace(asked, surface=Mesh(np.concatenate(boxes), "steps"))
     through = -20.5 - 5.0 * POINT
     assert judged(asked, [(-10, 20, through), (30, 20, through)]) == []

@@ -51,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def drilled(folder: Path, holes: str = "holes.csv", **options: Any) -> Any:
-    common = {"surface": str(folder / "plate.stl"), "through": True, "machine": "linuxcnc-mill", **FAST}
+    common = {"surface": str(folder / "plate.stl"), "depth": "through", "machine": "linuxcnc-mill", **FAST}
     return api.optimize(folder / holes, process="drill", **{**common, **options})
 
 
@@ -309,12 +309,12 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"thickness": 6}, "--through and --thickness"),
+        ({"thickness": 6}, "--depth through and --thickness"),
         ({"fixture": "1 2 3"}, "needs six numbers"),
         ({"fixture": "1 2 3 1 5 6"}, "has no volume"),
         ({"fixture": "clamp.stl"}, "set a file with --fixture-file"),
         ({"fixture_file": "nothing.stl"}, "nothing.stl"),
-        ({"surface": None}, "--through"),
+        ({"surface": None}, "--depth through: needs --surface"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
         ({"clearance_height": 1}, "is less than the 2 mm"),
     ],
@@ -347,9 +347,9 @@ def meets_a_box(x: float, y: float, z: float, profile: list[tuple[float, float]]
 
 
 BODIES = [
-    ('stickout = "30 mm"\nholder = "40 x 30"\n', [(30.0, 20.0), (99.0, 20.0)], {"through": True}, True),
-    ('stickout = "42 mm"\nholder = "40 x 30"\n', [(42.0, 20.0), (99.0, 20.0)], {"through": True}, False),
-    ('stickout = "26 mm"\nholder = "12 x 60"\n', [(26.0, 6.0), (99.0, 6.0)], {"through": True}, True),
+    ('stickout = "30 mm"\nholder = "40 x 30"\n', [(30.0, 20.0), (99.0, 20.0)], {"depth": "through"}, True),
+    ('stickout = "42 mm"\nholder = "40 x 30"\n', [(42.0, 20.0), (99.0, 20.0)], {"depth": "through"}, False),
+    ('stickout = "26 mm"\nholder = "12 x 60"\n', [(26.0, 6.0), (99.0, 6.0)], {"depth": "through"}, True),
     ('stickout = "9 mm"\nholder = "9 x 60"\n', [(9.0, 4.5), (99.0, 4.5)], {"depth": 2}, False),
     (
         'stickout = "9 mm"\nholder = "9-28 x 12, 28 x 60"\n',
@@ -385,8 +385,8 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
     spacing: float,
 ) -> None:
     """Exact distances to the boxes of the plate judge, in each hole and at points along each move (`spacing`, mm)."""
-    given = {"tools": library(tmp_path / "tools.toml", words), "holes": holes, "through": False, **depth}
-    bare = drilled(folder, **{"holes": holes, "through": False, **depth}).path_after
+    given = {"tools": library(tmp_path / "tools.toml", words), "holes": holes, **depth}
+    bare = drilled(folder, **{"holes": holes, **depth}).path_after
     ends = [
         (*bare.end[row, :2].tolist(), bare.cycles[bare.ref[row]].bottom)
         for row in np.flatnonzero(bare.kind == Kind.DRILL)
@@ -457,7 +457,9 @@ def test_a_holder_that_is_planned_too_low_is_not_written(
 def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,diameter\n5,5,5\n119,40,5\n60,70,5\n100,10,5\n")
     with pytest.raises(LeafcutError, match=r"the hole at 119, 40 is beside the surface plate\.stl"):
-        api.optimize(tmp_path / "holes.csv", process="drill", surface=str(folder / "plate.stl"), through=True, **FAST)
+        api.optimize(
+            tmp_path / "holes.csv", process="drill", surface=str(folder / "plate.stl"), depth="through", **FAST
+        )
 
 
 def spotted(folder: Path, tmp_path: Path, xy: str, depth: float) -> Any:
@@ -469,7 +471,7 @@ def spotted(folder: Path, tmp_path: Path, xy: str, depth: float) -> Any:
     )
     (tmp_path / "holes.csv").write_text(f"x,y,diameter\n{xy},3.3\n60,70,3.3\n")
     return drilled(
-        folder, str(tmp_path / "holes.csv"), through=False, depth=6, tools=str(tmp_path / "tools.toml"),
+        folder, str(tmp_path / "holes.csv"), depth=6, tools=str(tmp_path / "tools.toml"),
         centre_drill=True,
     )  # fmt: skip
 
@@ -502,7 +504,7 @@ def test_the_full_radius_of_a_spot_drill_goes_down_above_what_stands_beside_the_
 
 def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,z,diameter\n5,5,0,5\n40,10,0,5\n60,70,-7,5\n")
-    given = {"surface": str(folder / "plate.stl"), "through": True, "hole_heights": "drawn", **FAST}
+    given = {"surface": str(folder / "plate.stl"), "depth": "through", "z_zero": "drawn", **FAST}
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **given)
     told = {issue.code: str(issue) for issue in outcome.issues}
     counts = "; R planes are measured from the highest point of the rim, depths from the drawing"
@@ -511,7 +513,7 @@ def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Pa
         "at 60, 70 the drawing has Z-7.000 and the surface Z-6.000; depths are measured from the drawing"
         in told["L442"]
     )
-    outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "hole_heights": "one"})
+    outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "z_zero": None})
     told = {issue.code: str(issue) for issue in outcome.issues}
     assert "the surface Z-6.000; the surface counts" in told["L442"]
 
@@ -524,7 +526,8 @@ def test_the_command_line_gives_the_same_time(
         str(folder / "holes.csv"),
         "--surface",
         str(folder / "plate.stl"),
-        "--through",
+        "--depth",
+        "through",
         "--preset",
         "fast",
     ]

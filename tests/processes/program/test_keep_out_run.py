@@ -52,7 +52,7 @@ def judged(rs274: str, text: str, folder: Path) -> list[tuple]:
 
 
 @pytest.mark.parametrize("text", [MILLED, DRILLED], ids=["milled", "drilled"])
-@pytest.mark.parametrize("more", [{}, {"keep_order": True}, {"clearance_height": 25}], ids=str)
+@pytest.mark.parametrize("more", [{}, {"algorithm": "none"}, {"clearance_height": 25}], ids=str)
 def test_rapids_go_over_what_is_named_by_the_judgement_of_linuxcnc(
     text: str, more: dict, rs274: str, tmp_path: Path
 ) -> None:

@@ -217,7 +217,9 @@ def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
     text = HEAD + "G0 X60 Y-10 Z5\nG0 Z-2\nG3 X80 Y10 I0 J20 F100\nG1 X70\n" + TAIL
     over = HEAD + "G0 X60 Y-10 Z15\nG0 Z2\nG3 X60 Y8 I0 J9 F100\nG0 Z15\nX10\nG1 Z-1 F60\nX40\n" + TAIL
     clamp = {"keep_out": "59.5 -1.5 60.5 -0.5", "clearance_height": 12}
-    monkeypatch.setattr(pace._Pacing, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW))
+    monkeypatch.setattr(
+        pace._Pacing, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW)
+    )
     for program, options, words in ((text, {}, "too near to the material"), (over, clamp, "speeds stay")):
         found = reordered(tmp_path, program, air=True, workpiece=BLOCK, **options)
         assert "G3" in found.text

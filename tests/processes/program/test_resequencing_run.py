@@ -89,9 +89,9 @@ def test_letters_and_line_ends_stay_as_they_were(tmp_path: Path, encoding: str, 
     assert new.count(b"\r\n") == (new.count(b"\n") if end == "\r\n" else 0)
 
 
-def test_keep_order_returns_the_bytes_of_the_input(tmp_path: Path) -> None:
+def test_algorithm_none_returns_the_bytes_of_the_input(tmp_path: Path) -> None:
     path, out = written(tmp_path, boards_program(5, 30)), tmp_path / "same.nc"
-    found = leafcut.optimize(path, out, keep_order=True)
+    found = leafcut.optimize(path, out, algorithm="none")
     assert out.read_bytes() == path.read_bytes()
     assert found.after == found.before
 
@@ -400,7 +400,7 @@ def test_a_program_is_planned_whole_whatever_the_time_limit(tmp_path: Path, monk
 
 
 def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Path) -> None:
-    """Three holes, one of them alone behind M8; and the same with --keep-order."""
+    """Three holes, one of them alone behind M8; and the same with --algorithm none."""
     from rich.console import Console
 
     from leafcut.report.json_answer import as_json
@@ -422,7 +422,7 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     said = console.export_text()
     assert f"1 of 3 pieces stays: 1 {text}" in said
     assert "2 of 3 pieces of work free to be ordered" in said
-    outcome = leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True)
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", algorithm="none")
     kept = as_json(report_of(outcome))
     print_summary(report_of(outcome), console)
     assert "order unchanged" in console.export_text()

@@ -23,6 +23,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.registry import report_of
 from leafcut.read.plan_file import load_plan
 from leafcut.report.json_answer import as_json
+from own_machines import blind_table
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 5, "threads": 1}
@@ -223,13 +224,16 @@ def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> No
         assert (path.kind == Kind.DWELL).sum() == dwells
 
 
-def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: Path, outcome, moving_z) -> None:
+def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(
+    drawing: Path, outcome, moving_z, tmp_path: Path
+) -> None:
     """12 pierces: from 10 mm to the sheet at 2000 mm/min takes 0.3 s each, instead of a part of the way at rapid."""
     assert "G38.2" not in outcome.text  # QtPlasmaC does that itself
     assert moving_z.text.count("\nG38.2 Z-20") == moving_z.text.count("\nG92 Z0") == 12
     assert moving_z.text.endswith("M5\nG0 Z10\nG92.1\nM2\n")
     assert [i.code for i in moving_z.issues].count("L618") == 1
-    plain = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", probe="off", **FAST)
+    blind = str(blind_table(tmp_path))
+    plain = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", machine=blind, **FAST)
     assert plain.verified
     assert "G38.2" not in plain.text
     assert 12 * 0.2 < moving_z.after.time_s - plain.after.time_s < 12 * 0.5
@@ -331,8 +335,8 @@ def test_chains_save_pierces_and_time_and_are_proved(drawing: Path, outcome) -> 
     assert_nothing_is_gouged(joined.detail.plan.sheet, joined.detail.plan.cuts, joined.detail.plan.data.kerf)
 
 
-def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
-    kept = api.optimize(drawing, keep_order=True, **FAST)
+def test_algorithm_none_writes_the_order_of_the_drawing(drawing: Path) -> None:
+    kept = api.optimize(drawing, algorithm="none", **FAST)
     assert kept.after.time_s == kept.before.time_s
     assert [c.contours[0] for c in kept.detail.plan.cuts][-1] == max(
         k for k, c in enumerate(kept.detail.plan.sheet.contours) if c.depth == 0 and c.kind == "cut"
@@ -340,7 +344,7 @@ def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
 
 
 def test_a_saved_plan_keeps_its_fixed_choices(drawing: Path, outcome, plan: Path) -> None:
-    again = api.optimize(drawing, plan=plan, keep_order=True, **FAST)
+    again = api.optimize(drawing, plan=plan, algorithm="none", **FAST)
     assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in outcome.detail.plan.cuts]
     assert again.after.time_s == pytest.approx(outcome.after.time_s, rel=1e-3)
     data = json.loads(plan.read_text())
@@ -369,7 +373,7 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     data = json.loads(plan.read_text())
     bridged = [k for k, c in enumerate(data["cuts"]) if c.get("bridge")]
     assert len(bridged) == 12 - first.detail.plan.measures.sheet.pierces > 0
-    again = api.optimize(drawing, plan=plan, keep_order=True, **slow)
+    again = api.optimize(drawing, plan=plan, algorithm="none", **slow)
     assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in first.detail.plan.cuts]
     assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
     data["cuts"][bridged[0]]["fixed"] = ["bridge"]
@@ -415,15 +419,15 @@ def test_ants_as_many_as_parts_search_as_the_paper_on_sheets_has_it(
     assert found.verified
 
 
-@pytest.mark.parametrize("keep_order", [False, True])
-def test_an_order_that_detaches_a_part_before_its_holes_is_refused(drawing: Path, plan: Path, keep_order: bool) -> None:
+@pytest.mark.parametrize("algorithm", ["auto", "none"])
+def test_an_order_that_detaches_a_part_before_its_holes_is_refused(drawing: Path, plan: Path, algorithm: str) -> None:
     data = json.loads(plan.read_text())
     data["cuts"].reverse()
     for cut in data["cuts"]:
         cut["fixed"] = ["order"]
     plan.write_text(json.dumps(data))
     with pytest.raises(PlanError, match=r"the fixed order has part \d: outline .* before part \d: .*must be cut first"):
-        api.optimize(drawing, plan=plan, keep_order=keep_order, **FAST)
+        api.optimize(drawing, plan=plan, algorithm=algorithm, **FAST)
 
 
 def test_a_sheet_that_the_machine_cannot_reach_is_refused_before_it_is_planned(
@@ -434,15 +438,6 @@ def test_a_sheet_that_the_machine_cannot_reach_is_refused_before_it_is_planned(
     (tmp_path / "small.toml").write_text(profile.replace('"2505 mm"', '"200 mm"'))
     with pytest.raises(VerifyError, match=r"X goes from 20\.000 to 290\.000 mm"):
         api.optimize(drawing, machine=str(tmp_path / "small.toml"), **FAST)
-
-
-def test_a_probe_that_the_table_does_not_have_is_refused(drawing: Path, tmp_path: Path) -> None:
-    profile = Path(str(files("leafcut.machines") / "plasma-table.toml")).read_text()
-    before, _, after = profile.partition("[probe]")
-    after = after[after.index("[sources]") :].replace('"probe.', '"#')
-    (tmp_path / "blind.toml").write_text(before + "\n".join(x for x in after.splitlines() if not x.startswith('"#')))
-    with pytest.raises(OptionError, match=r"table \[probe\]"):
-        api.optimize(drawing, machine=str(tmp_path / "blind.toml"), dialect="plasma", probe="on", **FAST)
 
 
 def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, outcome, plan: Path) -> None:
@@ -485,7 +480,6 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),
         ({"start_point": "1,2,3"}, OptionError, "--start-point"),
         ({"clearance_height": "3"}, PlanError, "--clearance-height"),
-        ({"probe": "on"}, OptionError, "have no probe"),
     ],
 )
 def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error, words: str) -> None:

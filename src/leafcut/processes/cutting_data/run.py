@@ -37,8 +37,10 @@ _SECONDS_PER_HOUR = 3600.0
 _SHOP_RATE = 60.0
 #: Default cost of a worn tool whose library has no `life_cost`, same currency (estimate).
 _TOOL_COST = 10.0
-#: Default time from one hole to the next, including up and down, s (estimate).
+#: Time from one hole to the next without a drawing, including up and down, s (estimate).
 _MOVE = 1.5
+#: Length of cut of an end mill, mm. The best speeds and feeds do not depend on it.
+_CUT_LENGTH = 1000.0
 #: Time to replace a worn tool and to set its length, s (estimate).
 _WORN_CHANGE = 120.0
 #: Longest tool life assumed, s: a tool is replaced after half a shift.
@@ -122,29 +124,19 @@ def _tool_works(
         tool_works = list(_tools_from_options(settings, machine))
     else:
         tool_works = drawn_works(drawing, settings, machine, issues, progress)
-        if options.cut_length is not None:
-            tool_works += _end_mills(settings, machine)
-    left_out: dict[str, list[str]] = {}
+    left_out: list[str] = []
     for tool, holes, fed, cut, idle in tool_works:
         kind = tool.material or ToolMaterial(options.tool_material)
         if tool.kind is ToolKind.DRILL and holes:
             lives = material.lives_of(CuttingWork.DRILL, kind)
             yield ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / holes, holes=holes), kind
-        elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
-            yield _mill(tool, settings, options.cut_length, material, kind), kind
+        elif tool.kind is ToolKind.END_MILL and drawing is None:
+            yield _mill(tool, settings, material, kind), kind
         else:
-            reason = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
-            left_out.setdefault(reason, []).append(f"T{tool.number}")
-    for reason, labels in left_out.items():
-        issues.append(Issue("L440", f"no speeds chosen for {', '.join(labels)}: {reason}", severity=Severity.NOTE))
-
-
-def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    library = library_of(settings, machine)
-    assert library is not None  # --cut-length needs --tools
-    for tool in library.tools:
-        if tool.kind is ToolKind.END_MILL:
-            yield tool, 0, 0.0, 0.0, 0.0
+            left_out.append(f"T{tool.number}")
+    if left_out:
+        message = f"no speeds chosen for {', '.join(left_out)}: only drills and end mills have them"
+        issues.append(Issue("L440", message, severity=Severity.NOTE))
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
@@ -173,8 +165,8 @@ def _check_tool(work: ToolWork) -> None:
 
 
 def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield the tools with the work that the options state, in the form of `drawn_works`."""
-    job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
+    """Yield the tools with the work of one hole: holes, mm at feed, mm in the cut, and s of other moves."""
+    job, library = settings.job, library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
     elif job.tool_diameter is not None:
@@ -184,28 +176,27 @@ def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[
     drills = [tool for tool in tools if tool.kind is ToolKind.DRILL]
     deep = None
     if drills:
-        if options.holes is None:
-            raise OptionError("no number of holes: give a drawing or --holes")
-        deep = job.thickness + job.break_through if job.thickness is not None else job.depth
+        deep = job.thickness + job.break_through if job.thickness is not None else job.blind_depth
         if deep is None:
             raise OptionError("no depth of holes: give --depth or --thickness")
     for tool in tools:
-        if tool.kind is ToolKind.DRILL and deep is not None and options.holes is not None:
-            cut = options.holes * (deep + tool.point_length)
-            approach = options.holes * job.retract_height
-            yield tool, options.holes, cut + approach, cut, options.holes * _MOVE
+        if tool.kind is ToolKind.DRILL and deep is not None:
+            cut = deep + tool.point_length
+            yield tool, 1, cut + job.retract_height, cut, _MOVE
         else:
             yield tool, 0, 0.0, 0.0, 0.0
 
 
-def _mill(tool: Tool, settings: Settings, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    # Shop defaults for pockets do not describe this cut. Without options of this run, the cut is a full slot.
+def _mill(tool: Tool, settings: Settings, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
+    # Shop defaults of pockets do not describe this cut; without options of this run it is a full slot.
     step_over, step_down = (
         None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
     )
     width, depth = (step_over or 1.0) * tool.diameter, step_down or _DEPTH * tool.diameter
     lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
-    return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
+    return ToolWork(
+        tool, CuttingWork.MILL, lives, fed=_CUT_LENGTH, cut=_CUT_LENGTH, width=width, depth=depth, teeth=teeth
+    )
 
 
 def _tool_front(

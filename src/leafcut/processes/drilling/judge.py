@@ -209,8 +209,8 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
             elif underside is not None:
                 tip = tops[k] - underside[k] + job.break_through + _point_length(tool)
-            elif job.depth is not None:
-                tip = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
+            elif job.blind_depth is not None:
+                tip = job.blind_depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
             elif job.thickness is not None:
                 tip = job.thickness + job.break_through + _point_length(tool)
             elif hole.depth is None:
@@ -234,8 +234,8 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
-        if job.depth is not None:
-            depth = job.depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
+        if job.blind_depth is not None:
+            depth = job.blind_depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
         elif job.thickness is None:
             where = place(x0, y0)
             raise PlanError(
@@ -252,10 +252,10 @@ def _hole_tops(
     """Return the height of the top of each hole, and of the underside of the part there if the surface sets it, mm."""
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
-    use_drawn = request.part.has_hole_depths or request.options.hole_heights == "drawn"
+    use_drawn = request.part.has_hole_depths or request.reading.z_zero == "drawn"
     if request.surface is None:
         return (drawn if use_drawn else np.zeros(len(holes))), None
-    if use_drawn and not request.options.through:
+    if use_drawn and not request.job.is_through:
         return drawn, None
     from leafcut.material.surface import rims_of  # loads a kernel, and most plates are flat
 
@@ -268,7 +268,7 @@ def _hole_tops(
     ]
     inner = rims_of(request.triangles, points, np.array(cut_radii, dtype=np.float64))
     tops = drawn if use_drawn else np.maximum(rims.top, inner.top)
-    return tops, (inner.under if request.options.through else None)
+    return tops, (inner.under if request.job.is_through else None)
 
 
 def _cut_radius(tool: Tool, above: float) -> float:

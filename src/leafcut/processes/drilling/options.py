@@ -28,14 +28,6 @@ class DrillOptions(OptionGroup):
         choices=("shoulder", "tip"),
         of_file=True,
     )
-    hole_heights: str = option(
-        "text",
-        "one",
-        "height of the tops of the holes: one for all, which becomes Z0, or as drawn; then Z0 is the zero of the "
-        "drawing, and travel moves run at --clearance-height above the highest hole",
-        choices=("one", "drawn"),
-        of_file=True,
-    )
     surface: Path | None = option(
         "path",
         None,
@@ -46,13 +38,6 @@ class DrillOptions(OptionGroup):
     )
     surface_unit: str = option(
         "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs=(given("surface"),), of_file=True
-    )
-    through: bool = option(
-        "flag",
-        False,
-        "drill each hole through the part, by the thickness of the part at the hole",
-        needs=(given("surface"),),
-        of_file=True,
     )
     fixture: tuple[str, ...] = option(
         "names",

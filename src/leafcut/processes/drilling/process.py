@@ -30,7 +30,7 @@ _MAIN_OPTIONS = (
 )  # fmt: skip
 #: Form fields of the job below the main group, around the drilling options.
 _DEPTH_OPTIONS = (
-    "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "through", "fixture",
+    "depth_to", "break_through", "surface", "surface_unit", "fixture",
     "fixture_file",
     "retract_height", "keep_out",
 )  # fmt: skip
@@ -46,11 +46,10 @@ class Drilling(Process):
     name = "drill"
     title = "drilling"
     options = (DrillOptions,)
-    uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter", "step_over", "step_down")) | use(
+    uses = use(ReadOptions) | use(ReadOptions, z_zero=()) | use(MachineOptions) | ORDERED | WRITTEN
+    uses |= use(JobOptions, but=("material", "tool_diameter", "step_over", "step_down")) | use(
         JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
-    otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012
     helps = {  # noqa: RUF012  # `Process` declares both as class variables
         "thickness": ("thickness of the plate: the holes go through", "this or the depth must be given"),
         "depth": ("depth of blind holes below Z0", "this or the thickness must be given"),
@@ -161,7 +160,7 @@ class Drilling(Process):
             tool_radii={tool.number: 0.5 * tool.diameter for tool in drill_plan.tools},
             bodies={tool.number: bodies_of(tool) for tool in drill_plan.tools},
             cones={tool.number: flutes_of(tool) for tool in drill_plan.tools},
-            tops=surface_tops(drill_plan, settings.of(DrillOptions).hole_heights == "drawn"),
+            tops=surface_tops(drill_plan, settings.read.z_zero == "drawn"),
             surface=None if drill_plan.work_surface is None else drill_plan.work_surface.triangles,
         )
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]

@@ -99,8 +99,6 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
         part = read_drill_files(sources, reading, on_progress)
     part = _with_work_issues(part, job, sources[0], everything)
-    if part.has_hole_depths and "hole_heights" in job.settings.asked and drill_options.hole_heights == "one":
-        raise OptionError("--hole-heights one: the holes of a solid have individual heights; leave it out")
     surface, fixture = _load_meshes(job, sources[0], part, of_step)
     mesh, fixture = (
         None if loaded is None else placed_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
@@ -113,11 +111,13 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
     part = placed(part, job.settings.read)
     if not part.has_hole_depths and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
-    elif not part.has_hole_depths and drill_options.hole_heights == "drawn" and part.holes:
+    elif not part.has_hole_depths and reading.z_zero == "drawn" and part.holes:
         part = replace(
             part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
         )
-    plan = replace(plan_drilling(part, job.machine, library, options, drill_options, mesh, fixture), made_for=made_for)
+    drawn = reading.z_zero == "drawn"
+    plan = plan_drilling(part, job.machine, library, options, drill_options, mesh, fixture, drawn=drawn)
+    plan = replace(plan, made_for=made_for)
     if "retract" in job.settings.asked and plan.always_initial and options.retract != "initial":
         raise OptionError(
             "--retract r: the heights between holes of different heights are unknown, so the tool rises above the "

@@ -46,11 +46,13 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     settings = run.settings
     check_algorithm(settings)
     options = settings.of(PocketOptions)
+    if settings.job.is_through:
+        raise OptionError("--depth through: a pocket has a bottom; give its depth")
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.start_step("reading"))
-    mill = _library_mill(run, settings.job.depth)
+    mill = _library_mill(run, settings.job.blind_depth)
     diameter = settings.job.tool_diameter if mill is None else mill.diameter
     whole = part
-    part, left = milled_pockets(part, settings.job.depth, diameter)
+    part, left = milled_pockets(part, settings.job.blind_depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
         # The depths of a solid are known now: the mill may be too short.

@@ -89,7 +89,7 @@ def detail_of(plan: Plan, best: Candidate) -> ProgramDetail:
         certificate=detail.certificate,
         barriers=sum(isinstance(item, Kept) and bool(item.reasons) for item in sequence.items),
         pieces=count_pieces(sequence),
-        staying=grouped(sequence, best.order.kept, settings.job.keep_order),
+        staying=grouped(sequence, best.order.kept, settings.solve.keeps_order),
         pace=detail.paced.change if detail.paced else None,
         stock=work.stock,
         shown=shown_stock(work.program, work.source, settings, plan.job.machine, plan.kind),

@@ -125,7 +125,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         part=part_of(source, original, sequence),
         dialect=read.words,
         work=work,
-        stages=() if job.settings.job.keep_order else _stages(job, sequence, obstacles, starts),
+        stages=() if job.settings.solve.keeps_order else _stages(job, sequence, obstacles, starts),
         kind=sequence.process,
         encoding=encoding,
         limits=read.limits,
@@ -223,7 +223,7 @@ def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | No
 
 def _offers(job: Job, sequence: Sequence) -> list[Issue]:
     changes = sequence.mergeable
-    if not changes or job.settings.job.keep_order:
+    if not changes or job.settings.solve.keeps_order:
         return []
     seconds = changes * job.machine.tool_change_s
     said = f"--merge-tools would save {changes} tool change{'s'[: changes != 1]}"

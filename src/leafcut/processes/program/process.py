@@ -38,7 +38,7 @@ _OF_STOCK = (given("workpiece"),)
 
 
 _MAIN = (
-    "machine", "tools", "merge_tools", "mix_operations", "allow_reverse", "keep_order", "air", "feeds", "workpiece",
+    "machine", "tools", "merge_tools", "mix_operations", "allow_reverse", "air", "feeds", "workpiece",
     "keep_out",
 )  # fmt: skip
 
@@ -59,7 +59,6 @@ class ForeignProgram(Process):
         JobOptions,
         "keep_out",
         "start_point",
-        "keep_order",
         "tools",
         "tool_diameter",
         clearance_height=(given("keep_out"),),

@@ -62,7 +62,7 @@ def rewritten(plan: Plan, order: Order) -> Candidate:
     """
     work: ForeignWork = plan.work
     text = work.text
-    if not order.unchanged and (work.obstacles is not None or not plan.job.settings.job.keep_order):
+    if not order.unchanged and (work.obstacles is not None or not plan.job.settings.solve.keeps_order):
         text = _in_order(plan, order)
     program = work.program if text == work.text else _read_back(plan, text)
     return Candidate(order, program.path, measured(plan, program), Rewritten(program), text)

@@ -60,13 +60,6 @@ class CutOptions(OptionGroup):
         default_words="the chart's",
         of_file=True,
     )
-    probe: str = option(
-        "text",
-        "auto",
-        "probe the sheet before every pierce (G38.2), if the program moves Z",
-        choices=("auto", "on", "off"),
-        default_words="auto: if the machine profile has a probe",
-    )
     compensation: str = option(
         "text",
         "geometry",
@@ -103,16 +96,6 @@ class CutOptions(OptionGroup):
         maximum=1000,
         default_words="plasma 6, oxyfuel 15, or the thickness if larger; laser and water 3 kerfs, at least 2",
         needs=(one_of("lead_in", "auto", "line", "arc"),),
-    )
-    lead_out_length: float | None = option(
-        "quantity",
-        None,
-        "length of the lead-out",
-        unit="mm",
-        minimum=0.01,
-        maximum=1000,
-        default_words="as the lead-in, at least 6",
-        needs=(one_of("lead_out", "auto", "line", "arc"),),
     )
     overcut: float | None = option(
         "quantity",

@@ -75,8 +75,6 @@ class SheetWork:
 def slide(plan: Plan, order: Order) -> Order:
     """Slide the starts along their contours to shorten travel."""
     cuts = cuts_of(plan, order)
-    if plan.job.settings.solve.algorithm == "none":
-        return order
     plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
@@ -86,7 +84,7 @@ def slide(plan: Plan, order: Order) -> Order:
 def keep_off_heat(plan: Plan, order: Order) -> Order:
     """Change the starts or the order of cuts that would start close to the previous start, in hot metal."""
     cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
-    if options.heat_distance <= 0.0 or plan.job.settings.solve.algorithm == "none":
+    if options.heat_distance <= 0.0:
         return order
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
         groups = bands(cuts.cutting, options)
@@ -270,7 +268,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
         many = "1 cut starts" if len(beyond) == 1 else f"{len(beyond)} cuts start"
         words = (
             f"{many} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
-            "thickness there, or give --dialect plasma --probe off"
+            "thickness there, or use --dialect plasma with a profile without [probe]"
         )
         issues.append(Issue("L619", words, f"the first at ({beyond[0][0]:.4g}, {beyond[0][1]:.4g})"))
     detached = None if routes is None else routes.issue(cut_plan.cuts)

@@ -41,7 +41,7 @@ _MAIN = (
     "micro_joints",
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
-_JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
+_JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point")
 #: Suitability of a drawing with a layer that has the name of a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")

@@ -86,7 +86,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     words = dialect(settings.post.dialect or job.machine.controller)
     _check_dialect(words, data.process)
     check_dialect_options(settings, words)
-    probe = probe_for(job.machine, words, options)
+    probe = probe_for(job.machine, words)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
@@ -106,7 +106,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     job.report("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
-        cutting = follow_plan(cutting, file, everything=settings.job.keep_order)
+        cutting = follow_plan(cutting, file, everything=settings.solve.keeps_order)
         issues += _plan_issues(file, data)
     issues += _register_issues(words, data, options)
     issues = [*sheet.issues, *issues, *cutting.issues]
@@ -147,7 +147,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         kind="cut",
         box=_bounding_box(cutting.sheet),
         issues=[*issues, *_probe_issues(probe)],
-        keeps_given=settings.job.keep_order,
+        keeps_given=settings.solve.keeps_order,
         search_share=SEARCH_SHARE,
         unforced=False,
     )
@@ -209,9 +209,9 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
     """
     from leafcut.order.solve import solve
 
-    settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.job.keep_order
+    settings, options, keep = job.settings, job.settings.of(CutOptions), job.settings.solve.keeps_order
     chains = [] if file is None else planned_chains(cutting, file, everything=keep)
-    if not options.chains or keep or settings.solve.algorithm == "none":
+    if not options.chains or keep:
         return with_chains(cutting, chains)
     blocks = chain_blocks(cutting, bands(cutting, options), chains)
     deadline, left = job.deadline.part(CHAIN_SHARE), sum(map(len, blocks))
@@ -366,19 +366,9 @@ def _check_dialect(words: Dialect, process: str) -> None:
         )
 
 
-def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
-    """Return the probe for touching off before each pierce, or None; `OptionError` for `--probe on` without a probe."""
-    able = words.torch is not None and bool(words.torch.probe)
-    probe = machine.probe
-    if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
-        return None
-    if not able:
-        raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
-    if probe is None:
-        raise OptionError(
-            f"{machine.name} has no probe; give a profile of your own (--machine my.toml) with a table [probe]"
-        )
-    return probe
+def probe_for(machine: Machine, words: Dialect) -> Probe | None:
+    """Return the probe for touching off before each pierce, or None if the machine or its programs have none."""
+    return machine.probe if words.torch is not None and words.torch.probe else None
 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:

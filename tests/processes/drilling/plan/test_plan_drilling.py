@@ -548,7 +548,7 @@ def test_on_a_surface_what_comes_out_is_measured_from_the_underside() -> None:
     """A plate of 20 mm at Z0, and holes of 10 mm: through 3.504 mm below it; 18 mm deep with the point 1.004 mm."""
     plate = Mesh(box_triangles(0, 0, -20, 80, 40, 0), "plate")
     part = Part("one", (Hole(30, 20, 10.0),))
-    for options, found in (({"through": True}, 1), ({"depth": 18.0}, 0), ({"depth": 20.1}, 1)):
+    for options, found in (({"depth": "through"}, 1), ({"depth": 18.0}, 0), ({"depth": 20.1}, 1)):
         job, ours = drilling(**options)
         assert len(far_below(plan_drilling(part, MILL, None, job, ours, plate))) == found
 

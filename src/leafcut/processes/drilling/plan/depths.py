@@ -83,9 +83,9 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     )
 
 
-def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> None:
-    """Refuse a part if neither the options nor its drawing give the depth of the holes."""
-    if job.depth is None and job.thickness is None and not options.through and not part.has_hole_depths:
+def refuse_unknown_depth(part: Part, job: JobOptions) -> None:
+    """Refuse a part if neither the options nor its drawing give the depth of the holes (`OptionError`)."""
+    if job.depth is None and job.thickness is None and not part.has_hole_depths:
         raise OptionError(
             f"{part.name}: drilling needs a depth; give --thickness 6mm (through holes), --depth 5mm (blind holes), or "
             "--depth 1mm --depth-to tip (spots only)"
@@ -95,12 +95,12 @@ def refuse_unknown_depth(part: Part, job: JobOptions, options: DrillOptions) -> 
 def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
     """Return the depth rule of the options. Raises PlanError if depth and thickness contradict each other."""
     to_shoulder = options.depth_to == "shoulder"
-    if job.depth is None:
+    depth = job.blind_depth
+    if depth is None:
         assert job.thickness is not None
         return DepthRule(job.thickness, True, to_shoulder, job.break_through)
-    if job.thickness is not None and job.depth > job.thickness:
+    if job.thickness is not None and depth > job.thickness:
         raise PlanError(
-            f"--depth {job.depth:g} mm is more than --thickness {job.thickness:g} mm; "
-            "leave --depth out for through holes"
+            f"--depth {depth:g} mm is more than --thickness {job.thickness:g} mm; leave --depth out for through holes"
         )
-    return DepthRule(job.depth, False, to_shoulder, 0.0, job.thickness)
+    return DepthRule(depth, False, to_shoulder, 0.0, job.thickness)

@@ -139,12 +139,15 @@ def plan_drilling(
     options: DrillOptions,
     mesh: Mesh | None = None,
     fixture: Mesh | None = None,
+    *,
+    drawn: bool = False,
 ) -> DrillPlan:
     """Plan the operations that make every hole and slot of `part`.
 
     A hole that needs several tools (centre drill, drill, tap) gets them in the order of its recipe. Every tool is used
     once if the recipes allow it; tools are sorted by kind and then by diameter. With a `mesh` of the surface, each hole
-    starts on the surface, and travel moves are as low as the surface and the `fixture` allow.
+    starts on the surface, and travel moves are as low as the surface and the `fixture` allow. With `drawn`, each
+    hole starts at its own height.
 
     Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other;
     Raises OptionError if options are invalid or contradict each other.
@@ -152,7 +155,7 @@ def plan_drilling(
     if not part.holes and not part.slots:
         reasons = "; ".join(issue.message for issue in part.issues)
         raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
-    refuse_unknown_depth(part, job, options)
+    refuse_unknown_depth(part, job)
     work_surface = _work_surface(part, mesh, job, options, fixture)
     if work_surface is not None and work_surface.clearance > job.clearance_height:
         raise PlanError(
@@ -163,23 +166,24 @@ def plan_drilling(
     deeper = np.zeros(len(part.holes))
     underside = np.full(len(part.holes), -np.inf)
     if work_surface is None:
-        tops, height_issues = _hole_tops(part, options)
+        tops, height_issues = _hole_tops(part, drawn)
         surface = tops
         if job.thickness is not None:
             underside = tops - job.thickness
         work = _collect_targets(part, chooser)
     else:
         work = _collect_targets(part, chooser)
-        drawn = options.hole_heights == "drawn" or part.has_hole_depths
         radii = _widest_radii(part, work)
-        measured = tops_of(part, work_surface, radii, _cut_radius_function(part, work, radii), drawn)
+        measured = tops_of(
+            part, work_surface, radii, _cut_radius_function(part, work, radii), drawn or part.has_hole_depths
+        )
         tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
         # A hole that opens into a cavity has the part below it again.
         exits = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
         underside = np.maximum(measured.under, exits)
-        if options.through:
+        if job.is_through:
             thickness = tops - measured.under
-            job = replace(job, thickness=float(thickness.min()))
+            job = replace(job, depth=None, thickness=float(thickness.min()))
             deeper = thickness - thickness.min()
         elif part.has_hole_depths and job.depth is None and job.thickness is None:
             job, deeper = _depths_of_solid(part, work, job)
@@ -267,13 +271,14 @@ def _depths_of_solid(
 def _work_surface(
     part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
 ) -> WorkSurface | None:
+    if job.is_through and job.thickness is not None:
+        raise OptionError("--depth through and --thickness: both set the depth of the holes; leave one out")
     if mesh is None:
+        if job.is_through:
+            raise OptionError("--depth through: needs --surface; for a plate give --thickness")
         return None
     if part.slots:
         raise PlanError(f"{part.name}: slots are not routed on a surface; leave --surface out, or the slots (--layers)")
-    if options.through and (job.thickness is not None or job.depth is not None):
-        given = "--thickness" if job.thickness is not None else "--depth"
-        raise OptionError(f"--through and {given}: both set the depth of the holes; leave one out")
     boxes, issues = fixture_boxes(options.fixture), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
@@ -410,20 +415,20 @@ def _check_flutes(
             )
 
 
-def _hole_tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
+def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue]]:
     """Return the height of the top of each hole, mm, and a note if holes drawn at another height become Z0.
 
     Holes drawn at several heights are refused if all must start at one height: some would be drilled too deep or not at
     all.
     """
-    if options.hole_heights == "drawn":
+    if drawn:
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
         heights_seen: dict[tuple[float, float], float] = {}
         for hole in part.holes:
             height = heights_seen.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
             if abs(height - hole.z) > SAME_HEIGHT:
                 raise PlanError(
-                    f"{part.name}: --hole-heights drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{height:g} "
+                    f"{part.name}: --z-zero drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{height:g} "
                     f"and one at Z{hole.z:g}; choose one of them (--layers, --max-diameter)"
                 )
         return tops, []
@@ -431,7 +436,7 @@ def _hole_tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], 
     if heights.differ:
         raise PlanError(
             f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from the same "
-            f"surface, Z0: use --hole-heights drawn, select a single height (--layers), or draw them at the same height"
+            f"surface, Z0: use --z-zero drawn, select a single height (--layers), or draw them at the same height"
         )
     return np.zeros(len(part.holes)), heights.notes("holes")
 

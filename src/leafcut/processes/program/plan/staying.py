@@ -36,7 +36,7 @@ PHRASES: dict[str, str] = {
     "compensated": "because radius compensation is on during the move",
     "goes-on": "because what stays behind begins where they end",
     "refused": "because another order was not proved ({cause})",
-    "keep-order": "because of --keep-order",
+    "keep-order": "because of --algorithm none",
     "too-large": "because the program is too large to plan",
 }
 OPERATION = "operation"

@@ -123,7 +123,7 @@ def resolve_rules(
         half=0.0 if options.compensation == "none" else 0.5 * data.kerf,
         outline_direction=direction,
         lead_in=Lead(style, length if style != "none" else 0.0, LEAD_ANGLE, 2.0 * data.kerf if by_controller else 0.0),
-        lead_out=_lead_out(out, options, length),
+        lead_out=_lead_out(out, length),
         hole_lead_out=options.lead_out not in ("auto", "none"),
         hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == CutMethod.PLASMA else 0.0),
         overcut=overcut or 0.0,
@@ -144,10 +144,10 @@ def resolve_rules(
     )
 
 
-def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
+def _lead_out(style: str, length: float) -> Lead:
     if style == "none":
         return Lead("none", 0.0, LEAD_ANGLE)
-    return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), LEAD_ANGLE)
+    return Lead(style, max(SHORTEST_LEAD_OUT, length), LEAD_ANGLE)
 
 
 def _check_options(kind: str, options: CutOptions, data: CutData) -> None:
