@@ -28,11 +28,7 @@ from leafcut.order.instance import (
     path_cost,
 )
 from leafcut.order.kicks import CANDIDATES, MANY, run_kicks, warm_kicks
-from leafcut.order.literature.ant_algorithms import check_ants, run_ants
-from leafcut.order.literature.fireflies import check_fireflies, run_fireflies
-from leafcut.order.literature.places import run_local_search
 from leafcut.order.packaged import PACKAGED, run_packaged
-from leafcut.order.path_search import run_paths, warm_paths
 from leafcut.order.search import AlgorithmRun, SearchResult
 from leafcut.order.stop import Stop
 
@@ -107,7 +103,7 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
     does not support precedence, asymmetric costs, or the number of clusters.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
-    algorithm = OWN[name] if name in OWN else _packaged(name)
+    algorithm = OWN[name] if name in OWN else _on_demand(name)
     wanted, ordered = needs_choices(problem), len(problem.precedence) > 0
     if wanted and algorithm.choices is not None and (is_few(problem) or not algorithm.few):
         return Method(name, algorithm, True)
@@ -124,8 +120,23 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
 
 
 @cache
-def _packaged(name: str) -> Algorithm:
-    """Always the same entry, so that its warm-up runs once."""
+def _on_demand(name: str) -> Algorithm:
+    """Return the entry of an algorithm of the literature or of a package, whose modules and kernels only it needs.
+
+    Always the same entry, so that its warm-up runs once.
+    """
+    if name in ANT_ALGORITHMS:
+        from leafcut.order.literature.ant_algorithms import check_ants, run_ants
+
+        return Algorithm(run_ants, run_ants, few=True, check=check_ants)
+    if name == "firefly":
+        from leafcut.order.literature.fireflies import check_fireflies, run_fireflies
+
+        return Algorithm(run_fireflies, run_fireflies, few=True, check=check_fireflies)
+    if name == "2opt":
+        from leafcut.order.literature.places import run_local_search
+
+        return Algorithm(run_local_search)
     return Algorithm(partial(run_packaged, name))
 
 
@@ -222,14 +233,22 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
     return SearchResult(nodes)
 
 
-_ANTS = Algorithm(run_ants, run_ants, few=True, check=check_ants)
+def _run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
+    """Run the search for paths, whose kernels tours of places do not need."""
+    from leafcut.order.path_search import run_paths
 
-#: Built-in algorithms by name; `auto` selects `colony`, and `none` needs no search.
+    return run_paths(instance, run)
+
+
+def _warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:
+    from leafcut.order.path_search import warm_paths
+
+    return warm_paths(instance, run, large)
+
+
+#: Algorithms of leafcut by name; `auto` selects `colony`, and `none` needs no search.
 OWN = {
-    "colony": Algorithm(run_colony, run_paths, warm_colony, warm_paths, candidates=CANDIDATES),
-    **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
-    "firefly": Algorithm(run_fireflies, run_fireflies, few=True, check=check_fireflies),
+    "colony": Algorithm(run_colony, _run_paths, warm_colony, _warm_paths, candidates=CANDIDATES),
     "kicks": Algorithm(run_kicks, warm_places=warm_kicks, candidates=CANDIDATES),
-    "2opt": Algorithm(run_local_search),
     "nn": Algorithm(_nearest_tour, _nearest_path),
 }

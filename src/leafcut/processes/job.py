@@ -70,12 +70,13 @@ def machine_of(settings: Settings) -> Machine:
 
 
 def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
-    """Return the tool library of the settings, or None. Raises DataError if the file is not a tool library."""
+    """Return the tool library that the settings name, or None. Raises DataError if the file is not a tool library."""
+    job = settings.job
+    if job.tools is None:
+        return None
     from leafcut.read.tools import load_tools
 
-    job = settings.job
-    material = job.material if "material" in settings.given else ""
-    return load_tools(job.tools, machine.units, material) if job.tools is not None else None
+    return load_tools(job.tools, machine.units, job.material if "material" in settings.given else "")
 
 
 def check_dialect_options(settings: Settings, dialect: Dialect) -> None:

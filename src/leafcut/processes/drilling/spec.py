@@ -136,10 +136,10 @@ def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     Raises ReadError if the file is no order file; PlanError if it is for another drawing, or if it names an unknown
     hole or a hole twice.
     """
-    from leafcut.read.order_file import drawing_of, load_order
-
     if path is None:
         return {}
+    from leafcut.read.order_file import drawing_of, load_order
+
     order, drawing = load_order(path), drawing_of(plan.part.hole_xy.tolist())
     if order.drawing is not None and order.drawing != drawing:
         same_number = order.drawing.holes == drawing.holes

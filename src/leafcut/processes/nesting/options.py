@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import ClassVar
 
 from leafcut.errors import OptionError, shown
+from leafcut.model.nest import OFFERED
 from leafcut.options.option_spec import OptionGroup, option
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.units import parse_angles
-
-#: Number of nests to offer without --variants.
-OFFERED = 3
 
 
 @dataclass(frozen=True)
