@@ -104,8 +104,8 @@ def part_in_notch(mouth: float) -> Sheet:
     )
 
 
-def rules_of(data: CutData = PLASMA, *, switches: bool = True, **options: Any) -> CutRules:
-    return resolve_rules(data, CutOptions(**options), switches=switches)
+def rules_of(data: CutData = PLASMA, *, switches: bool = True, planned: bool = False, **options: Any) -> CutRules:
+    return resolve_rules(data, CutOptions(**options), switches=switches, planned=planned)
 
 
 def cutting_of(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> Cutting:

@@ -246,7 +246,7 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     address = page.url
     edit.get_by_role("button", name="Run with this order").click()
     wait_for(page, lambda: page.url != address)  # another job
-    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_edited.json")
+    expect(page.locator("#command")).to_contain_text("--plan plate_10_edited.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(page.locator(".edit")).to_be_hidden()
     assert downloaded(page, "Program")[1] != before

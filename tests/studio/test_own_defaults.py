@@ -172,7 +172,7 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
     of_file = {
         "depth": "4", "thickness": "6", "depth_to": "tip", "layers": "pocket", "origin": "5,5", "units": "in",
         "keep_out": "0,0,10,10", "surface": "part", "workpiece": "0,0,-5,60,20,0", "low_retracts": True, "air": True,
-        "sheet_size": "100,50", "pixel_size": "0.1", "beam_power": "900", "hole_order": "order", "plan": "plan",
+        "sheet_size": "100,50", "pixel_size": "0.1", "beam_power": "900", "plan": "plan",
     }  # fmt: skip
     of_shop = {
         "machine": "haas-vf2", "tools": "mine:shop", "kerf": "1.2", "dialect": "haas", "feed": "100",

@@ -309,7 +309,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     said_by(page.locator("#said"))
     assert page.evaluate(COVERED) == []
     page.locator(".edit").get_by_role("button", name="Run with this order").click()
-    expect(page.locator("#command")).to_contain_text("--hole-order")
+    expect(page.locator("#command")).to_contain_text("--plan")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     opened(page, PLATE.with_name("plate_27.dxf"))  # the order belongs to other holes
     expect(page.locator("#command")).to_have_text("leafcut optimize plate_27.dxf -o plate_27.ngc --preset fast")

@@ -104,7 +104,7 @@ def test_an_order_edited_by_hand_marks_the_outcome_closing_asks_and_run_runs_wha
     edit.get_by_role("button", name="Redo", exact=True).click()
     expect(lines).to_have_count(1)
     press_run(page)
-    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_edited.json")
+    expect(page.locator("#command")).to_contain_text("--plan plate_10_edited.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(lines).to_have_count(0)
     page.get_by_role("button", name="Edit the order").click()

@@ -167,7 +167,7 @@ def test_a_plate_is_drilled_in_the_order_that_was_changed(studio: Studio) -> Non
     edited.reverse(1)
     made = studio.folder.add_input("order.json", edited.text().encode())
     again = studio.jobs.start(
-        Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast", "hole_order": made})
+        Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast", "plan": made})
     )
     assert studio.jobs.wait(again, 60) is JobState.DONE
     drilled = edited_of(studio.history, again)

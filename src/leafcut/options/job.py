@@ -192,6 +192,13 @@ class JobOptions(OptionGroup):
         unit="mm",
         default_words="at the last hole",
     )
+    plan: Path | None = option(
+        "path",
+        None,
+        "plan file with choices to keep: cuts of a sheet, or holes to drill first; the search completes the rest",
+        default_words="none",
+        of_file=True,
+    )
 
     @property
     def is_through(self) -> bool:

@@ -228,6 +228,14 @@ class _JobOptions8(TypedDict, total=False):
     """End point of the tool, x,y, or free (mm; default: at the last hole)."""
 
 
+class _JobOptions9(TypedDict, total=False):
+    # Of optimize, drill, cut, tool_speeds.
+    plan: str | Path | None
+    """Plan file with choices to keep: cuts of a sheet, or holes to drill first; the search completes the rest
+    (default: none).
+    """
+
+
 class _CutDataOptions1(TypedDict, total=False):
     # Of optimize, cut, reorder, nest, simulate, verify.
     cut_process: str | None
@@ -280,8 +288,6 @@ class _DrillOptions1(TypedDict, total=False):
     """Dwell at the bottom (P of G82) (s; default: none)."""
     centre_drill: bool | None
     """Centre-drill every hole first, with the library's centre drill."""
-    hole_order: str | Path | None
-    """Order file: drill these holes first, in this order; the search orders the rest (default: none)."""
 
 
 class _CutOptions1(TypedDict, total=False):
@@ -338,8 +344,6 @@ class _CutOptions1(TypedDict, total=False):
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else
     unknown).
     """
-    plan: str | Path | None
-    """Plan file with fixed choices to keep (default: none)."""
     save_plan: str | Path | None
     """Plan file to write (default: none)."""
     quantity: int | None
@@ -649,6 +653,7 @@ class OptimizeKeywords(
     _JobOptions6,
     _JobOptions7,
     _JobOptions8,
+    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -694,6 +699,7 @@ class DrillKeywords(
     _JobOptions4,
     _JobOptions5,
     _JobOptions8,
+    _JobOptions9,
     _DrillOptions1,
     _SolveOptions1,
     _SolveOptions2,
@@ -727,6 +733,7 @@ class CutKeywords(
     _JobOptions4,
     _JobOptions5,
     _JobOptions8,
+    _JobOptions9,
     _CutDataOptions1,
     _CutDataOptions2,
     _CutDataOptions3,
@@ -902,6 +909,7 @@ class ToolSpeedsKeywords(
     _JobOptions6,
     _JobOptions7,
     _JobOptions8,
+    _JobOptions9,
     _DrillOptions1,
     _SolveOptions2,
     _SpeedOptions1,

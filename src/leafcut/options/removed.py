@@ -34,6 +34,7 @@ REMOVED = {
     "gas_rate": "now --cutting-rate (gas, power and consumables together)",
     "heat_time": "--heat-distance keeps consecutive starts apart",
     "hole_heights": "--z-zero drawn starts each hole at its drawn height",
+    "hole_order": "now --plan",
     "holes": "without a drawing, the figures are for one hole",
     "into_holes": "small parts are nested in holes if that saves sheet",
     "joint_holes": "holes get no micro-joints; their slugs may fall",

@@ -67,7 +67,7 @@ def test_holes_come_in_the_order_of_a_file_and_its_cost_is_that_of_the_order(tmp
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(8)))
     given = order_file(tmp_path, (0, [7, 6, 5, 4, 3, 2, 0, 1]))
-    found = leafcut.optimize(row, units="mm", depth=3, objective="distance", hole_order=given, start_point="70,0")
+    found = leafcut.optimize(row, units="mm", depth=3, objective="distance", plan=given, start_point="70,0")
     assert found.verified
     (operation,) = found.operations
     assert operation.hole_order == (7, 6, 5, 4, 3, 2, 0, 1)
@@ -80,7 +80,7 @@ def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(6)))
     found = leafcut.optimize(
-        row, units="mm", depth=3, objective="distance", hole_order=order_file(tmp_path, (0, [2])), start_point="20,0"
+        row, units="mm", depth=3, objective="distance", plan=order_file(tmp_path, (0, [2])), start_point="20,0"
     )
     (operation,) = found.operations
     assert operation.hole_order == (2, 1, 0, 3, 4, 5)
@@ -108,9 +108,9 @@ def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[floa
     given.write_text(order_text({0: (2, 0)}, drawing_of(PLACES)))
     if line:
         with pytest.raises(PlanError, match=re.escape(line)):
-            leafcut.optimize(plate, units="mm", depth=3, hole_order=given)
+            leafcut.optimize(plate, units="mm", depth=3, plan=given)
     else:
-        found = leafcut.optimize(plate, units="mm", depth=3, preset="fast", hole_order=given)
+        found = leafcut.optimize(plate, units="mm", depth=3, preset="fast", plan=given)
         assert found.operations[0].hole_order[:2] == (2, 0)
 
 
@@ -142,7 +142,7 @@ def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, li
     row.write_text("x,y,diameter\n0,0,3\n10,0,3\n20,0,3\n")
     given.write_text(text)
     with pytest.raises(LeafcutError, match=re.escape(line)):
-        leafcut.optimize(row, units="mm", depth=3, hole_order=given)
+        leafcut.optimize(row, units="mm", depth=3, plan=given)
 
 
 def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at_its_own_cost(

@@ -131,7 +131,7 @@ def test_the_search_counts_the_heights_of_moves(folder: Path, low: Any) -> None:
     flat = drilled(folder, retract="initial").operations[0].hole_order
     one = {"operation": 1, "holes": [int(k) + 1 for k in flat]}
     (folder / "order.json").write_text(json.dumps({"leafcut_order": 1, "operations": [one]}))
-    as_flat = drilled(folder, hole_order=str(folder / "order.json"))
+    as_flat = drilled(folder, plan=str(folder / "order.json"))
     assert as_flat.operations[0].hole_order == flat
     assert low.after.time_s < as_flat.after.time_s
 

@@ -77,10 +77,3 @@ class DrillOptions(OptionGroup):
     centre_drill: bool = option(
         "flag", False, "centre-drill every hole first, with the library's centre drill", needs=(given("tools"),)
     )
-    hole_order: Path | None = option(
-        "path",
-        None,
-        "order file: drill these holes first, in this order; the search orders the rest",
-        default_words="none",
-        of_file=True,
-    )

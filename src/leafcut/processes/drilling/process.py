@@ -37,7 +37,7 @@ _DEPTH_OPTIONS = (
 _MORE_OPTIONS = ("retract", "dwell", "diameter_tolerance", "centre_drill")
 #: Suitability of a drawing with layers named for drilling.
 _SUITED_BY_NAME = 0.93
-_PATH_OPTIONS = ("start_point", "end_point", "hole_order")
+_PATH_OPTIONS = ("start_point", "end_point", "plan")
 
 
 class Drilling(Process):
@@ -55,6 +55,7 @@ class Drilling(Process):
         "depth": ("depth of blind holes below Z0", "this or the thickness must be given"),
         "material": ("material of the plate; it chooses among the presets of a tool library", ""),
         "feed": ("feed rate of assumed drills", "by diameter"),
+        "plan": ("order file: drill these holes first, in this order; the search orders the rest", ""),
         "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),
     }
     command = "drill"
@@ -114,7 +115,7 @@ class Drilling(Process):
         job = job.for_dialect(post_dialect)
         check_dialect_options(job.settings, post_dialect)
         check_tool_changes(job.machine, post_dialect)
-        first_nodes = nodes_to_visit_first(drill_plan, job.settings.of(DrillOptions).hole_order)
+        first_nodes = nodes_to_visit_first(drill_plan, job.settings.job.plan)
         return Plan(
             job=job,
             part=drill_plan.part,

@@ -64,7 +64,7 @@ class Pocketing(Process):
         SheetOptions, "join_tolerance", "open_paths"
     )
     uses |= use(FeedOptions)
-    uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions) | ORDERED | WRITTEN
+    uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("plan",)) | ORDERED | WRITTEN
     #: Fireflies may order the grid with any algorithm, since every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol

@@ -144,7 +144,6 @@ class CutOptions(OptionGroup):
         default_words="the outline in the drawing, else unknown",
         of_file=True,
     )
-    plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none", of_file=True)
     save_plan: Path | None = option(
         "path", None, "plan file to write", default_words="none", changes_program=False, of_file=True
     )

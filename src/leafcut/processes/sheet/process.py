@@ -41,7 +41,7 @@ _MAIN = (
     "micro_joints",
 )  # fmt: skip
 _CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
-_JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point")
+_JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "plan")
 #: Suitability of a drawing with a layer that has the name of a sheet.
 _BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
@@ -59,6 +59,7 @@ class SheetCutting(Process):
     uses |= ORDERED | use(PostOptions, but=("coolant",))
     helps = {  # noqa: RUF012  # `Process` declares it as a class variable
         "thickness": ("thickness of the sheet", "must be given"),
+        "plan": ("plan file with the order and choices to keep", ""),
         "material": ("material of the sheet, by its name in the cut chart", ""),
     }
     command = "cut"
@@ -72,7 +73,7 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan")), "shop_rate")),
+        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan")), "plan", "shop_rate")),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),

@@ -92,7 +92,8 @@ def plan_sheet(job: Job, source: Source) -> Plan:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can only pierce in motion
     torch = _torch_setup(job, words, data, probe)
-    rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed)
+    planned = settings.job.plan is not None
+    rules = resolve_rules(data, options, switches=torch.switches, max_feed=job.machine.max_feed, planned=planned)
     part, sheet = _read_sheet(job, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if words.moves_z:
@@ -102,7 +103,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     refuse_too_large(check_envelope(_bounding_move(sheet), job.machine), part, settings)
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
-    file = load_plan(options.plan) if options.plan else None
+    file = load_plan(settings.job.plan) if settings.job.plan else None
     job.report("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)
     if file is not None:

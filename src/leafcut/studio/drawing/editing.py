@@ -38,9 +38,6 @@ class OrderStop:
 class Edited(Protocol):
     """Interface of an edited order; stops are identified by `OrderStop.name`."""
 
-    #: Option that takes the file.
-    option: str
-
     def move(self, stop: int, onto: int) -> None:
         """Move a stop to the rank of another: before it, or after it if it came before."""
 
@@ -152,8 +149,6 @@ HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 class HoleOrder(Undoable[HoleOrders]):
     """Order of the holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
 
-    option = "hole_order"
-
     def __init__(self, operations: dict[int, tuple[int, ...]], xy: NDArray[np.float64]) -> None:
         super().__init__(tuple((holes, len(holes)) for _, holes in sorted(operations.items())))
         self._numbers, self._xy = sorted(operations), xy
@@ -234,8 +229,6 @@ _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 class CutOrder(Undoable[tuple[str, ...]]):
     """Cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
-
-    option = "plan"
 
     def __init__(self, text: str) -> None:
         self._plan: dict[str, Any] = json.loads(text)

@@ -216,11 +216,10 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
 
 def _given_file(call: ReadyTask) -> dict[str, Artefact]:
     """Return the order or plan file given to a job, so that the command line can repeat the job."""
-    for option in ("hole_order", "plan"):
-        if option in call.options:
-            file = Path(call.options[option])
-            return {"given": Artefact(file.name, "application/json", file.read_bytes())}
-    return {}
+    if "plan" not in call.options:
+        return {}
+    file = Path(call.options["plan"])
+    return {"given": Artefact(file.name, "application/json", file.read_bytes())}
 
 
 def _searches(

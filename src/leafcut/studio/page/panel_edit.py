@@ -259,8 +259,8 @@ class EditPanel:
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         input_id = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
-        value, shown = view.values.get(edited.option, ""), view.shown.get(edited.option, "")
-        view.put_for_input(edited.option, input_id, name)
+        value, shown = view.values.get("plan", ""), view.shown.get("plan", "")
+        view.put_for_input("plan", input_id, name)
         self.page.input.draw()
         self.page.run.start()
         self._tried = Tried(edited, base, sheet, view.job, value, shown)
@@ -273,7 +273,7 @@ class EditPanel:
         if tried is None or tried.job != view.job:
             return False
         view.job, view.sheet = tried.base, tried.sheet
-        view.put_for_input(tried.edited.option, tried.value, tried.shown)
+        view.put_for_input("plan", tried.value, tried.shown)
         self.page.remember()
         self.page.input.draw()
         self.page.run.draw()

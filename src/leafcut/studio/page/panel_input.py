@@ -397,7 +397,7 @@ class InputPanel:
         view.usual, view.kept, view.known_defaults = {}, set(), None
         self.bench.restore(task, view.values)
         view.shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
-        view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
+        view.of_input = {"plan", *(("quantity",) if task.origin else ())} & view.values.keys()
         newest = await self.resume()
         if removed:
             self._show_problem("; ".join(removed.values()))

@@ -245,7 +245,7 @@ def test_scrap_that_a_group_encloses_makes_no_group_of_all() -> None:
         {"corner_loops": True},
         {"heat_distance": 50.0},
         {"compensation": "controller"},
-        {"plan": "old.json"},
+        {"planned": True},
         {"save_plan": "new.json"},
     ],
 )

@@ -95,16 +95,17 @@ class CutRules:
 
 
 def resolve_rules(
-    data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf
+    data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf, planned: bool = False
 ) -> CutRules:
     """Return the rules of a sheet; `OptionError` if two options exclude each other.
 
     `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches`: whether the
     controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
+    `planned`: whether a plan file is given.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
-    _check_options(kind, options, data)
+    _check_options(kind, options, data, planned)
     length = options.lead_in_length
     if length is None:
         length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
@@ -140,7 +141,7 @@ def resolve_rules(
         edge_start=not data.can_pierce,
         compensation=options.compensation,
         common_lines=options.common_lines,
-        once=options.compensation == "none" and not options_against_common_lines(options, data),
+        once=options.compensation == "none" and not options_against_common_lines(options, data, planned),
     )
 
 
@@ -150,7 +151,7 @@ def _lead_out(style: str, length: float) -> Lead:
     return Lead(style, max(SHORTEST_LEAD_OUT, length), LEAD_ANGLE)
 
 
-def _check_options(kind: str, options: CutOptions, data: CutData) -> None:
+def _check_options(kind: str, options: CutOptions, data: CutData, planned: bool) -> None:
     if options.micro_joints > 1 and kind != CutMethod.LASER:
         raise OptionError(
             f"--micro-joints {options.micro_joints}: only a laser can be switched off and on in motion; a {kind} cut "
@@ -162,7 +163,7 @@ def _check_options(kind: str, options: CutOptions, data: CutData) -> None:
             "--heat-distance, or --chains"
         )
     if options.common_lines:
-        _check_common_lines(options, data)
+        _check_common_lines(options, data, planned)
     if options.compensation == "controller":
         if options.chains:
             raise OptionError(
@@ -180,11 +181,11 @@ def _check_options(kind: str, options: CutOptions, data: CutData) -> None:
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
 
 
-def options_against_common_lines(options: CutOptions, data: CutData) -> list[str]:
+def options_against_common_lines(options: CutOptions, data: CutData, planned: bool) -> list[str]:
     """Return the names of the active options that exclude common lines."""
     given = {
         "--chains": options.chains,
-        "--plan": bool(options.plan),
+        "--plan": planned,
         "--save-plan": bool(options.save_plan),
         "--corner-loops": options.corner_loops,
         "--micro-joints": options.micro_joints > 0,
@@ -195,7 +196,7 @@ def options_against_common_lines(options: CutOptions, data: CutData) -> list[str
     return [name for name, is_given in given.items() if is_given]
 
 
-def _check_common_lines(options: CutOptions, data: CutData) -> None:
-    wrong = options_against_common_lines(options, data)
+def _check_common_lines(options: CutOptions, data: CutData, planned: bool) -> None:
+    wrong = options_against_common_lines(options, data, planned)
     if wrong:
         raise OptionError(f"--common-lines cannot be combined with {' and '.join(wrong)}; leave out one of them")
