@@ -112,8 +112,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
         (out / "fusion.csv").write_text("T,D [mm],kind,feed [mm/min],rpm,preset\n1,3,drill,100,2000,Steel\n")
         api.optimize(at["holes.csv"], depth=3, tools=out / "fusion.csv", material="steel", **FAST)
-        surface = {"surface": at["block.stl"], "depth": "through", "fixture": "200 200 0 210 210 9"}
-        surface["fixture_file"] = at["clamp.stl"]
+        surface = {"surface": at["block.stl"], "depth": "through", "keep_out": "200 200 210 210 9"}
+        surface["fixture"] = at["clamp.stl"]
         api.optimize(at["holes.csv"], **surface, **LITTLE)
     elif work == "cut":
         common = {"process": "cut", "thickness": 6, "open_paths": "cut", **LITTLE}
@@ -160,8 +160,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "cutting-data":
         made = {"material": "c45"}
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
-        surface = {"surface": at["block.stl"], "depth": "through", "fixture": "200 200 0 210 210 9"}
-        surface["fixture_file"] = at["clamp.stl"]
+        surface = {"surface": at["block.stl"], "depth": "through", "keep_out": "200 200 210 210 9"}
+        surface["fixture"] = at["clamp.stl"]
         api.tool_speeds(at["holes.csv"], material="c45", **surface, **FAST)
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
         api.tool_speeds(**made, depth=3, tool_diameter=3)

@@ -12,9 +12,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, missing_work
 
-#: Number of nests to offer if their number is not given.
-OFFERED = 3
-
 
 @dataclass(frozen=True)
 class NestPart:

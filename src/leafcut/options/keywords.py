@@ -272,11 +272,7 @@ class _DrillOptions1(TypedDict, total=False):
     """
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""
-    fixture: str | Sequence[str] | None
-    """Boxes on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids pass over them
-    (default: none).
-    """
-    fixture_file: str | Path | None
+    fixture: str | Path | None
     """STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it
     (default: none).
     """

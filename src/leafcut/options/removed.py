@@ -31,6 +31,7 @@ REMOVED = {
     "firefly_mode": "--variant published-complex has the settings published for complex pockets",
     "firefly_patience": "the search ends after 20 iterations without a gain, or at --iterations or --time-limit",
     "firefly_start": "the published variant starts from random tours, leafcut's from greedy tours",
+    "fixture_file": "now --fixture (boxes: --keep-out 'x0 y0 x1 y1 h')",
     "gas_rate": "now --cutting-rate (gas, power and consumables together)",
     "heat_time": "--heat-distance keeps consecutive starts apart",
     "hole_heights": "--z-zero drawn starts each hole at its drawn height",

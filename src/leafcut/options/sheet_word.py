@@ -1,4 +1,4 @@
-"""Request for a kind of sheet: size or drawing, count, and price."""
+"""Request for a nest: kinds of sheet by size or drawing, count and price."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from leafcut.errors import OptionError, shown
 from leafcut.units import parse_quantity
 
+#: Number of nests to offer if their number is not given.
+OFFERED = 3
 #: Maximum length of a sheet, mm, as the nester computes with seven digits.
 LARGEST_SHEET = 20_000.0
 #: A sheet as text: size or drawing, optional count, optional price.

@@ -40,6 +40,13 @@ def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
+def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
+    """Return the zones with a height as boxes from `bottom`, float64[k, 6]: lower corner, upper corner, mm."""
+    heights = crossing_heights(rectangles, math.nan) - ABOVE
+    rows = np.column_stack([parse_zones(rectangles), np.full(len(heights), bottom), heights])
+    return rows[~np.isnan(heights)][:, [0, 1, 4, 2, 3, 5]]
+
+
 def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
     """Raise OptionError if a zone is too high for a rapid at the clearance height, mm."""
     for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):

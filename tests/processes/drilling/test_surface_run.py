@@ -197,12 +197,12 @@ def test_the_surface_is_placed_as_the_drawing_is(folder: Path) -> None:
 
 @pytest.mark.hazard
 def test_moves_pass_above_a_fixture_and_a_hole_under_a_fixture_is_refused(folder: Path, low: Any) -> None:
-    high = drilled(folder, fixture="48 0 -6 52 12 30,30 38 0 36 42 25")
+    high = drilled(folder, keep_out="48 0 52 12 30,30 38 36 42 25")
     assert float(high.path_after.end[:, 2][np.isfinite(high.path_after.end[:, 2])].max()) == 30.0 + 10.0
     assert high.after.time_s > low.after.time_s
     x, y = next(iter(HOLES))
-    with pytest.raises(LeafcutError, match="under a fixture"):
-        drilled(folder, fixture=f"{x + 1} {y + 1} 0 {x + 9} {y + 9} 5")
+    with pytest.raises(LeafcutError, match="in a keep-out zone"):
+        drilled(folder, keep_out=f"{x + 1} {y + 1} {x + 9} {y + 9} 5")
 
 
 #: A clamp: a foot beside the plate and an arm over it, 30 mm high, at the second step.
@@ -222,8 +222,8 @@ def nearest_to_clamp(x: float, y: float, z: float) -> float:
 
 def test_ways_go_round_or_over_a_fixture_of_a_file(folder: Path, clamp: Path) -> None:
     """Every place of every rapid is clear of the clamp's boxes; as a file it costs what two boxes of its size cost."""
-    outcome = drilled(folder, fixture_file=str(clamp))
-    boxes = drilled(folder, fixture=",".join(" ".join(f"{c:g}" for c in box) for box in CLAMP))
+    outcome = drilled(folder, fixture=str(clamp))
+    boxes = drilled(folder, keep_out=",".join(f"{a} {b} {c} {d} {top}" for a, b, _, c, d, top in CLAMP))
     assert outcome.after.time_s == pytest.approx(boxes.after.time_s, rel=1e-3)
     path, before = outcome.written, outcome.written.before
     for row in np.flatnonzero(path.kind == Kind.RAPID):
@@ -241,8 +241,8 @@ def test_the_box_around_a_fixture_that_is_not_closed_counts(folder: Path, clamp:
     triangles = np.concatenate([box_triangles(*box) for box in CLAMP])
     topless = triangles[~(triangles[:, :, 2] == 30).all(axis=1)]
     (folder / "open.stl").write_bytes(binary_stl(topless))
-    outcome = drilled(folder, fixture_file=str(folder / "open.stl"))
-    whole = drilled(folder, fixture="48 -20 -20 52 12 30")
+    outcome = drilled(folder, fixture=str(folder / "open.stl"))
+    whole = drilled(folder, keep_out="48 -20 52 12 30")
     assert outcome.after.time_s == pytest.approx(whole.after.time_s, rel=1e-3)
     assert [issue.severity for issue in outcome.issues if issue.code == "L443"][-1] == "warning"
 
@@ -254,9 +254,9 @@ def test_a_hole_under_a_fixture_is_refused_and_one_over_it_is_not(folder: Path) 
     for name, triangles in (("over", above), ("base", box_triangles(0, 0, -30, 120, 80, -20))):
         (folder / f"{name}.stl").write_bytes(binary_stl(triangles))
         with pytest.raises(LeafcutError, match="under the fixture"):
-            drilled(folder, fixture_file=str(folder / f"{name}.stl"))
+            drilled(folder, fixture=str(folder / f"{name}.stl"))
     (folder / "deep.stl").write_bytes(binary_stl(box_triangles(0, 0, -40, 120, 80, -23)))
-    assert drilled(folder, fixture_file=str(folder / "deep.stl")).verified
+    assert drilled(folder, fixture=str(folder / "deep.stl")).verified
 
 
 def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> None:
@@ -278,7 +278,7 @@ def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
     for k, (box, told) in enumerate(odd):
         (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))
         with pytest.raises(LeafcutError, match=re.escape(told)):
-            drilled(folder, fixture_file=str(folder / f"odd{k}.stl"))
+            drilled(folder, fixture=str(folder / f"odd{k}.stl"))
 
 
 def test_a_fixture_or_a_surface_that_fits_in_another_unit_gives_a_warning(folder: Path, low: Any) -> None:
@@ -286,7 +286,7 @@ def test_a_fixture_or_a_surface_that_fits_in_another_unit_gives_a_warning(folder
     clamp = box_triangles(-30, -2, -12, 60, -1, 0)
     for name, triangles, codes in (("inch", clamp / 25.4, ["L445"]), ("small", clamp / 25.4 + (60, -5, 0), [])):
         (folder / f"{name}.stl").write_bytes(binary_stl(triangles))
-        outcome = drilled(folder, fixture_file=str(folder / f"{name}.stl"))
+        outcome = drilled(folder, fixture=str(folder / f"{name}.stl"))
         assert [issue.code for issue in outcome.issues if issue.code == "L445"] == codes
     assert not [issue for issue in low.issues if issue.code == "L445"]
     (folder / "corner.csv").write_text("x,y,diameter\n1,1,0.3\n4,2,0.3\n")
@@ -310,10 +310,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
     ("options", "told"),
     [
         ({"thickness": 6}, "--depth through and --thickness"),
-        ({"fixture": "1 2 3"}, "needs six numbers"),
-        ({"fixture": "1 2 3 1 5 6"}, "has no volume"),
-        ({"fixture": "clamp.stl"}, "set a file with --fixture-file"),
-        ({"fixture_file": "nothing.stl"}, "nothing.stl"),
+        ({"fixture": "nothing.stl"}, "nothing.stl"),
         ({"surface": None}, "--depth through: needs --surface"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
         ({"clearance_height": 1}, "is less than the 2 mm"),

@@ -39,15 +39,7 @@ class DrillOptions(OptionGroup):
     surface_unit: str = option(
         "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs=(given("surface"),), of_file=True
     )
-    fixture: tuple[str, ...] = option(
-        "names",
-        (),
-        "boxes on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; rapids pass over them",
-        default_words="none",
-        needs=(given("surface"),),
-        of_file=True,
-    )
-    fixture_file: Path | None = option(
+    fixture: Path | None = option(
         "path",
         None,
         "STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it",

@@ -31,7 +31,6 @@ _MAIN_OPTIONS = (
 #: Form fields of the job below the main group, around the drilling options.
 _DEPTH_OPTIONS = (
     "depth_to", "break_through", "surface", "surface_unit", "fixture",
-    "fixture_file",
     "retract_height", "keep_out",
 )  # fmt: skip
 _MORE_OPTIONS = ("retract", "dwell", "diameter_tolerance", "centre_drill")
@@ -193,7 +192,7 @@ class Drilling(Process):
             high = _motion(plan, with_high_travel(drill_plan), best.order)
             saved = measure(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
         work_surface = drill_plan.work_surface
-        mesh, boxes = (None, ()) if work_surface is None else (work_surface.mesh, work_surface.boxes)
+        mesh, boxes = (None, ()) if work_surface is None else (work_surface.mesh, work_surface.shown_boxes)
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
 
     def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:

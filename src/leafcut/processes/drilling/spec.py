@@ -45,7 +45,7 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
 def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
     """Load the surface and the fixture, in the coordinates of the part as read."""
     drill_options, solid_number = job.settings.of(DrillOptions), job.settings.read.solid
-    if drill_options.surface is None and drill_options.fixture_file is None and not part.has_hole_depths:
+    if drill_options.surface is None and drill_options.fixture is None and not part.has_hole_depths:
         return None, None
     from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
@@ -61,9 +61,9 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
     elif part.has_hole_depths:
         job.report("reading the surface")
         surface = Mesh(step_mesh(source.path, source.data, solid_number), part.name)
-    if drill_options.fixture_file is not None:
+    if drill_options.fixture is not None:
         job.report("reading the fixture")
-        fixture = load_mesh(drill_options.fixture_file, drill_options.surface_unit, which="all")
+        fixture = load_mesh(drill_options.fixture, drill_options.surface_unit, which="all")
     return (
         None if surface is None else upright_mesh(surface, part),
         None if fixture is None else upright_mesh(fixture, part),

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from leafcut.errors import OptionError, shown
-from leafcut.model.nest import OFFERED
 from leafcut.options.option_spec import OptionGroup, option
-from leafcut.options.sheet_word import SheetWord, parse_sheet
+from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
 from leafcut.units import parse_angles
 
 

@@ -17,10 +17,10 @@ from leafcut import api
 from leafcut.files.whole_files import read_program
 from leafcut.lab.tables import iterations_as_csv
 from leafcut.model.heartbeat import OnProgress, looking_for
-from leafcut.model.nest import OFFERED
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
+from leafcut.options.sheet_word import OFFERED
 from leafcut.studio.drawing.line_match import line_pairs
 from leafcut.studio.jobs.history import Artefact
 from leafcut.studio.jobs.nest_request import list_text, needs_list

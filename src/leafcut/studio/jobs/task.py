@@ -12,10 +12,9 @@ from typing import Any
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.files.user_files import has_defaults
 from leafcut.lab.experiment import check_experiment
-from leafcut.model.nest import OFFERED
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name, split_names
-from leafcut.options.sheet_word import SheetWord, parse_sheet
+from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, group_of
 from leafcut.read.format import has_half_letter

@@ -38,11 +38,10 @@ from leafcut.processes.drilling.plan.work_surface import (
     check_fixture,
     check_wide_tool,
     checked_fixture,
-    fixture_boxes,
     tops_of,
 )
 from leafcut.processes.spindle_moves import check_spindle_heights
-from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
 
 #: Height of tool changes above Z0 on machines without a safe height, mm.
 TOOL_CHANGE_HEIGHT = 25.0
@@ -279,7 +278,7 @@ def _work_surface(
         return None
     if part.slots:
         raise PlanError(f"{part.name}: slots are not routed on a surface; leave --surface out, or the slots (--layers)")
-    boxes, issues = fixture_boxes(options.fixture), list[Issue]()
+    boxes, issues = boxes_of(job.keep_out, float(mesh.low[2])), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
     return WorkSurface(mesh, boxes, SURFACE_CLEARANCE, fixture, tuple(issues))
@@ -345,7 +344,7 @@ def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine,
         plan.part.hole_xy[operation.targets].round(6),
         plan.r_planes[operation.targets],
         plan.clearance_height,
-        widened(plan.zones, 0.5 * operation.tool.diameter),
+        widened(plan.zones[plan.zone_heights >= plan.clearance_height], 0.5 * operation.tool.diameter),
     )
 
 

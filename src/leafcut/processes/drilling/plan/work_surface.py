@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.errors import PlanError, count_of
 from leafcut.material.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 from leafcut.model.cutter import cutter_of, discs_of
 from leafcut.model.heights import SAME_HEIGHT
@@ -53,12 +53,12 @@ class Tops(NamedTuple):
 class WorkSurface:
     """The surface of the part with its fixtures.
 
-    `mesh` is placed like the drawing. `fixtures`, float64[k, 6], are boxes on the surface: lower corner, upper corner,
-    mm. `clearance` is the distance of travel moves from surface and fixtures, vertical and horizontal, mm.
+    `mesh` is placed like the drawing. `boxes`, float64[k, 6], are the keep-out zones with a height: lower corner, upper
+    corner, mm. `clearance` is the distance of travel moves from all of these, vertical and horizontal, mm.
     """
 
     mesh: Mesh
-    fixtures: NDArray[np.float64]
+    boxes: NDArray[np.float64]
     clearance: float
     fixture: Mesh | None = None
     issues: tuple[Issue, ...] = ()
@@ -67,20 +67,18 @@ class WorkSurface:
     def triangles(self) -> NDArray[np.float64]:
         """The surface and the fixtures, float64[n, 3, 3]."""
         fixture_triangles = [] if self.fixture is None else [self.fixture.triangles]
-        return np.concatenate(
-            [self.mesh.triangles, *(_box_triangles(box) for box in self.fixtures), *fixture_triangles]
-        )
+        return np.concatenate([self.mesh.triangles, *(_box_triangles(box) for box in self.boxes), *fixture_triangles])
 
     @property
-    def boxes(self) -> tuple[FixtureBox, ...]:
-        """The fixture boxes as plain numbers."""
-        return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.fixtures.tolist())
+    def shown_boxes(self) -> tuple[FixtureBox, ...]:
+        """The boxes as plain numbers."""
+        return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.boxes.tolist())
 
     @property
     def highest(self) -> float:
         """The highest point of the surface and the fixtures, mm."""
         fixture_top = [] if self.fixture is None else [float(self.fixture.high[2])]
-        return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist(), *fixture_top]))
+        return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
         """Return whether the surface stays at or below height `z` everywhere within a radius of a point."""
@@ -126,28 +124,6 @@ class WorkSurface:
             points, heights, crossing_height, np.minimum(tiles.heights, crossing_height), tiles.x, tiles.y, tiles.side,
             machine.rapid_velocity[2], acceleration,
         )  # fmt: skip
-
-
-def fixture_boxes(texts: Sequence[str]) -> NDArray[np.float64]:
-    """Parse texts of the form ``x0 y0 z0 x1 y1 z1`` to boxes, float64[k, 6], lower corner first, mm. Raises OptionError
-    for any other text.
-    """
-    boxes = []
-    for text in texts:
-        parts = text.replace(",", " ").split()
-        try:
-            numbers = [float(part) for part in parts]
-        except ValueError:
-            numbers = []
-        if text.lower().endswith((".stl", ".step", ".stp")):
-            raise OptionError(f'--fixture "{text}": boxes only; set a file with --fixture-file')
-        if len(numbers) != 6 or not np.isfinite(numbers).all():
-            raise OptionError(f'--fixture "{text}": needs six numbers, x0 y0 z0 x1 y1 z1, in mm')
-        low, high = np.minimum(numbers[:3], numbers[3:]), np.maximum(numbers[:3], numbers[3:])
-        if not (high > low).all():
-            raise OptionError(f'--fixture "{text}": has no volume; give two opposite corners')
-        boxes.append([*low, *high])
-    return np.array(boxes, dtype=np.float64).reshape(-1, 6)
 
 
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
@@ -351,11 +327,8 @@ def tops_of(
             f"({count_of(len(outside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
             "both must have the same zero"
         )
-    _check_fixtures(part, surface, radius)
-    issues, tops = (
-        [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)],
-        rims.top,
-    )
+    issues = [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)]
+    tops = rims.top
     counts = (
         "R planes are measured from the highest point of the rim, depths from the drawing"
         if drawn
@@ -424,18 +397,6 @@ def rims_within(
         return whole
     inner = rims_of(triangles, xy, cut)
     return Rims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
-
-
-def _check_fixtures(part: Part, surface: WorkSurface, radius: NDArray[np.float64]) -> None:
-    for box in surface.fixtures:
-        gaps = np.maximum(np.maximum(box[:2] - part.hole_xy, part.hole_xy - box[3:5]), 0.0)
-        hits = np.flatnonzero(np.hypot(*gaps.T) < radius)
-        if len(hits):
-            x, y = part.hole_xy[hits[0]]
-            raise PlanError(
-                f"the hole at {x:g}, {y:g} is under a fixture, or closer to it than the radius of its tool "
-                f"({count_of(len(hits), 'hole')} in all); move the fixture, or leave the holes out"
-            )
 
 
 def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
