@@ -47,7 +47,7 @@ VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
     "pocket-stock": ("pocket.dxf", "pocket", {"depth": 6.0, "tool_diameter": 8.0, "stock": 0.3, "strategy": "contour"}),
     "pocket-ramp": ("pocket.png", "pocket", {"pixel_size": 0.2, "depth": 3.0, "tool_diameter": 4.0, "entry": "ramp"}),
-    "program-kept": ("cam_121.nc", "reorder", {"keep_order": True}),
+    "program-kept": ("cam_121.nc", "reorder", {"algorithm": "none"}),
     "program-keep-out": ("cam_121.nc", "reorder", {"keep_out": "40 40 60 60", "clearance_height": 8.0}),
     "program-merged": ("cam_121.nc", "reorder", {"merge_tools": True, "mix_operations": True, "allow_reverse": True}),
     "program-low": (
@@ -86,12 +86,12 @@ SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
     "sweep": ("crowded", {**_PLASMA, "sweep": "-x", "start_point": (250.0, 0.0)}),
     "sweep-heat": ("tight", {**_PLASMA, "sweep": "y", "heat_distance": 30.0}),
     "plan": ("crowded", {**_PLASMA, "planned": True}),
-    "plan-kept": ("crowded", {**_PLASMA, "planned": True, "keep_order": True}),
+    "plan-kept": ("crowded", {**_PLASMA, "planned": True, "algorithm": "none"}),
     "plan-sweep": ("crowded", {**_PLASMA, "planned": True, "sweep": "x"}),
     "plan-laser": ("tight", {**_LASER, "planned": True}),
     "plan-chains": ("tight", {**_PLASMA, "planned": True, "chains": True}),
-    "plan-chains-kept": ("tight", {**_PLASMA, "planned": True, "chains": True, "keep_order": True}),
-    "kept": ("crowded", {**_PLASMA, "keep_order": True}),
+    "plan-chains-kept": ("tight", {**_PLASMA, "planned": True, "chains": True, "algorithm": "none"}),
+    "kept": ("crowded", {**_PLASMA, "algorithm": "none"}),
     "laser": ("tight", _LASER),
     "laser-holes": ("crowded", {**_LASER, "start_point": (0.0, 0.0), "end_point": (0.0, 0.0)}),
     "laser-clamp": ("crowded", {**_LASER, "keep_out": "66 30 68 40"}),
@@ -207,7 +207,7 @@ def _sheets(folder: Path, only: str) -> None:
                 del more["cut_process"]
             if more.pop("planned", False):
                 plan = Path(work) / "fixed.json"
-                nearest = {**more, "algorithm": "nn", "keep_order": False}
+                nearest = {**more, "algorithm": "nn"}
                 leafcut.optimize(source, process="cut", threads=1, **nearest, save_plan=plan)
                 content = json.loads(plan.read_text())
                 for number, cut in enumerate(content["cuts"]):
