@@ -16,12 +16,9 @@ from leafcut.kernels import (
     chords,
     construct,
     cost,
-    directed,
     engagement,
     firefly,
     greedy,
-    insertion,
-    kicks,
     layers,
     lin_kernighan,
     local_search,
@@ -168,7 +165,7 @@ def seen_from_above() -> list[object]:
     surface.raise_around(heights, surface.reach_in_cells(1.5, 1.0), widest)
     x, y = np.array([-0.5, 0.5, 3.0, 8.0]), np.array([2.0, 0.5, 3.0, 7.0])
     top, under = np.full(4, -np.inf), np.full(4, np.inf)
-    surface.heights_at(triangles, x, y, top, under)
+    surface.heights_at(triangles, np.searchsorted(x, triangles[:, :, 0].min(axis=1)), x, y, top, under)
     found: list[object] = [repr(part.tolist()) for part in (heights, widest, top, under)]
     places = np.array([(0.5, 0.5), (8.0, 1.0), (2.0, 8.5), (10.0, 10.0)])
     relief = Relief(places[:3], np.array([2.0, 3.0, 1.0]), 12.0, widest, -1.0, -1.0, 1.0, 50.0, 200.0)
@@ -202,9 +199,9 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    first = (annealing, bands, candidates, chords, construct, cost, directed, engagement, firefly, greedy)
-    second = (insertion, kicks, layers)
+    first = (annealing, bands, candidates, chords, construct, cost, engagement, firefly, greedy)
     rest = (
+        layers,
         lin_kernighan,
         local_search,
         long_edges,
@@ -216,7 +213,7 @@ def unused() -> tuple[object, ...]:
         route,
         sequential,
     )
-    return (*first, *second, *rest, spanning_tree, step_over, surface, sweep)
+    return (*first, *rest, spanning_tree, step_over, surface, sweep)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.ab_cycles import BEGIN, CYCLES, Assembly, fill_links, find_cycles
 from leafcut.kernels.assembly import (
+    BEGIN,
+    CYCLES,
+    Assembly,
     assemble,
+    fill_links,
+    find_cycles,
     length_of_piece,
     piece_at,
     rewrite,

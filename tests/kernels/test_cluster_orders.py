@@ -8,8 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.annealing import BEST, PATH, anneal, begin_trial, choose_dirty, forget, spread_dirty
-from leafcut.kernels.insertion import close_path
+from leafcut.kernels.annealing import BEST, PATH, anneal, begin_trial, choose_dirty, close_path, forget, spread_dirty
 from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.ordering import choose_all, draw_next, lay_order, may_invert
 from leafcut.model.problem import RoutingProblem

@@ -11,7 +11,6 @@ from leafcut.kernels.construct import (
     WeightedEdges,
     choose_next,
     construct_tour,
-    construct_tour_with_decay,
     nearest_neighbour_tour,
     random_unvisited,
 )
@@ -20,6 +19,9 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.order.construction import none_visited
 from leafcut.order.instance import Instance, build_instance
 from plain_python import plain_python
+
+#: No local decay of trails.
+NONE = Decay(1.0, 0.0, 0.0)
 
 ENDS = [None, (None, None), ((0.0, 0.0), None), ((0.0, 0.0), (9.0, 9.0))]
 
@@ -103,11 +105,8 @@ def test_a_tour_of_an_ant_is_whole_and_wears_off_its_own_edges(
         for _ in range(6):
             tau[:], weights[:] = tau_before, tau_before**2.0 * nearness
             rest = (0.1, instance.first, instance.second, state, 0, tour, Unvisited(*none_visited(instance)))
-            if decays:
-                edges = WeightedEdges(instance.candidates, tau, nearness, weights)
-                construct_tour_with_decay(instance.cost, instance.tree, edges, Decay(2.0, 0.25, 0.5), *rest)
-            else:
-                construct_tour(instance.cost, instance.tree, instance.candidates, weights, nearness, *rest)
+            edges = WeightedEdges(instance.candidates, tau, nearness, weights)
+            construct_tour(instance.cost, instance.tree, edges, Decay(2.0, 0.25 if decays else 0.0, 0.5), *rest)
             assert sorted(tour.tolist()) == list(range(n))
             starts.add(int(tour[0]))
             if instance.first >= 0:
@@ -139,12 +138,16 @@ def test_an_ant_follows_overwhelming_trails_and_goes_to_the_nearest_where_its_li
         candidates[a], weights[a] = (c, b), (1e-12, 1.0)
     tour, unvisited = np.zeros(n, dtype=np.int32), Unvisited(*none_visited(instance))
     rest = (instance.cost, instance.tree)
+
+    def trails(lists: np.ndarray) -> WeightedEdges:
+        return WeightedEdges(lists, weights, weights, weights)
+
     with plain_python():
-        construct_tour(*rest, candidates, weights, weights, greedy, -1, -1, words(), 0, tour, unvisited)
+        construct_tour(*rest, trails(candidates), NONE, greedy, -1, -1, words(), 0, tour, unvisited)
         assert np.roll(ring, -int(np.flatnonzero(ring == tour[0])[0])).tolist() == tour.tolist()
         first = int(tour[0])
         own = np.full((n, 1), first, dtype=np.int32)
-        construct_tour(*rest, own, weights, weights, greedy, first, -1, words(), 0, tour, unvisited)
+        construct_tour(*rest, trails(own), NONE, greedy, first, -1, words(), 0, tour, unvisited)
         nearest = np.zeros(n, dtype=np.int32)
         nearest_neighbour_tour(*rest, first, -1, words(), nearest, unvisited)
     assert tour.tolist() == nearest.tolist()

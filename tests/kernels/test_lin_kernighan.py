@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.kicks import kick_and_mend, segment_kick
 from leafcut.kernels.lin_kernighan import (
     ENDS,
     LEAVES_3,
@@ -21,7 +20,9 @@ from leafcut.kernels.lin_kernighan import (
     find_move,
     improve_queued,
     is_one_tour,
+    kick_and_mend,
     make_move,
+    segment_kick,
     take_back,
 )
 from leafcut.model.problem import Metric, RoutingProblem

@@ -12,10 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.local_search import exchange, improve, queue_all
+from leafcut.kernels.local_search import exchange, improve
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.instance import build_instance
-from leafcut.order.literature.places import LocalSearch
+from leafcut.order.kicks import work_tour
+from leafcut.order.literature.places import improve_locally
 from leafcut.order.stop import Stop
 from plain_python import plain_python
 
@@ -32,35 +33,32 @@ def edges(tour: np.ndarray) -> set[frozenset[int]]:
 def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     tour = rng.permutation(n).astype(np.int32)
-    place = np.argsort(tour).astype(np.int32)
+    work = work_tour(tour)
     i, j = sorted(rng.choice(n, 2, replace=False).tolist())
     a, b, c, d = (int(tour[k % n]) for k in (i, i + 1, j, j + 1))
     if b in (c, d) or d == a:
         return
     before = edges(tour)
-    exchange(tour, place, a, b, c, d)
-    assert edges(tour) == before - {frozenset((a, b)), frozenset((c, d))} | {frozenset((a, c)), frozenset((b, d))}
-    assert np.array_equal(tour[place], np.arange(n))
+    with plain_python():
+        exchange(work, a, b, c, d)
+    assert edges(work.node) == before - {frozenset((a, b)), frozenset((c, d))} | {frozenset((a, c)), frozenset((b, d))}
+    assert np.array_equal(work.node[work.place], np.arange(n))
 
 
-@given(SIZES, SEEDS, st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"]), st.booleans())
-def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(
-    n: int, seed: int, metric: str, or_opt: bool
-) -> None:
+@given(SIZES, SEEDS, st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"]))
+def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(n: int, seed: int, metric: str) -> None:
     """One move at a time: after each the tour is a tour, `place` its inverse, and the cost has gone down."""
     rng = np.random.default_rng(seed)
     xy = rng.integers(0, 30, (n, 2)).astype(np.float64)
     problem = RoutingProblem.of_points(xy, Metric(metric, (10.0, 20.0), (50.0, 40.0)), closed=True)
     instance = build_instance(problem, 8)
     tour = rng.permutation(n).astype(np.int32)
-    search = LocalSearch.of(instance, or_opt)
-    queue_all(tour, search.place, search.queue, search.queued, search.state)
+    work = work_tour(tour)
     cost = tour_cost(instance.cost, tour)
-    arrays = (tour, search.place, instance.candidates, search.queue, search.queued, search.state, search.touched)
-    while improve(instance.cost, *arrays, or_opt, 1):
-        assert np.array_equal(np.sort(tour), np.arange(n))
-        assert np.array_equal(tour[search.place], np.arange(n))
-        lower = tour_cost(instance.cost, tour)
+    while improve(instance.cost, work, instance.candidates, 1):
+        assert np.array_equal(np.sort(work.node), np.arange(n))
+        assert np.array_equal(work.node[work.place], np.arange(n))
+        lower = tour_cost(instance.cost, work.node)
         assert lower < cost
         cost = lower
 
@@ -72,12 +70,11 @@ def test_a_tied_edge_survives_local_search(n: int, seed: int) -> None:
     problem = RoutingProblem.of_points(xy, start=(0.0, 0.0), end=(30.0, 30.0))
     instance = build_instance(problem, 8)
     tour = np.concatenate([[n + 1, n], rng.permutation(n)]).astype(np.int32)
-    LocalSearch.of(instance)(tour, Stop())
+    improve_locally(instance, tour, Stop())
     assert frozenset((n, n + 1)) in edges(tour)
 
 
-@pytest.mark.parametrize("or_opt", [False, True])
-def test_a_local_optimum_has_no_move_left_of_all_moves(or_opt: bool) -> None:
+def test_a_local_optimum_has_no_move_left_of_all_moves() -> None:
     """Tries every exchange of two edges, and every run of up to three nodes at every position, both ways.
 
     The lists hold all nodes. A run is only tried next to a node that is nearer to it than the length saved by its
@@ -88,12 +85,12 @@ def test_a_local_optimum_has_no_move_left_of_all_moves(or_opt: bool) -> None:
         rng = np.random.default_rng(seed)
         xy = rng.uniform(0, 30, (n, 2))
         instance = build_instance(RoutingProblem.of_points(xy, closed=True), n - 1)
-        tour, search, places = rng.permutation(n).astype(np.int32), LocalSearch.of(instance, or_opt), instance.cost.xy
+        tour, places = rng.permutation(n).astype(np.int32), instance.cost.xy
         with plain_python():
             before = None
             while not np.array_equal(tour, before):
                 before = tour.copy()
-                search(tour, Stop())
+                improve_locally(instance, tour, Stop())
         assert sorted(tour.tolist()) == list(range(n))
 
         def way(a: int, b: int, places: np.ndarray = places) -> float:
@@ -106,7 +103,7 @@ def test_a_local_optimum_has_no_move_left_of_all_moves(or_opt: bool) -> None:
         shortest = length(nodes) - 1e-7
         for i, j in itertools.combinations(range(n), 2):
             assert length([*nodes[:i], *nodes[i : j + 1][::-1], *nodes[j + 1 :]]) >= shortest
-        for at, size in itertools.product(range(n), (1, 2, 3) if or_opt else ()):
+        for at, size in itertools.product(range(n), (1, 2, 3)):
             turned = nodes[at:] + nodes[:at]
             run, rest = turned[:size], turned[size:]
             saved = way(rest[-1], run[0]) + way(run[-1], rest[0]) - way(rest[-1], rest[0])
@@ -129,7 +126,7 @@ def test_a_run_of_up_to_three_nodes_moves_to_where_it_belongs(forward: bool) -> 
         tour = [*ring[:5], *ring[5 + size : 8 + size], *run, *ring[8 + size :]]
         tour = np.array(tour if forward else tour[::-1], dtype=np.int32)
         with plain_python():
-            LocalSearch.of(instance)(tour, Stop())
+            improve_locally(instance, tour, Stop())
         assert tour_cost(instance.cost, tour) == pytest.approx(best)
 
 
@@ -138,25 +135,22 @@ def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
     instance = build_instance(RoutingProblem.of_points(xy, closed=True), 8)
     stop = Stop()
     stop.cancelled.set()
-    tour, search = np.random.default_rng(2).permutation(40).astype(np.int32), LocalSearch.of(instance)
-    arrays = (tour, search.place, instance.candidates, search.queue, search.queued, search.state, search.touched)
+    start = np.random.default_rng(2).permutation(40).astype(np.int32)
+    work = work_tour(start)
     with plain_python():
-        queue_all(tour, search.place, search.queue, search.queued, search.state)
-        assert improve(instance.cost, *arrays, True, 3) == 3
-        assert search.queued.sum() == search.state[1] > 0
-        rest = improve(instance.cost, *arrays, True, 10**6)
+        assert improve(instance.cost, work, instance.candidates, 3) == 3
+        assert work.queued.sum() == work.counts[1] > 0
+        rest = improve(instance.cost, work, instance.candidates, 10**6)
         assert 0 < rest < 10**6
-        assert search.state[1] == search.queued.sum() == 0
+        assert work.counts[1] == work.queued.sum() == 0
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("leafcut.order.literature.places.MOVES_PER_LOOK", 2)
-            looked = np.random.default_rng(2).permutation(40).astype(np.int32)
-            search(looked, stop)
-            again = np.random.default_rng(2).permutation(40).astype(np.int32)
-            queue_all(again, *arrays[1:2], *arrays[3:6])
-            improve(instance.cost, again, *arrays[1:], True, 2)
-            assert np.array_equal(looked, again)
-            search(looked, Stop())
-    assert tour_cost(instance.cost, looked) < tour_cost(instance.cost, again)
+            looked, again = start.copy(), work_tour(start)
+            improve_locally(instance, looked, stop)
+            improve(instance.cost, again, instance.candidates, 2)
+            assert np.array_equal(looked, again.node)
+            improve_locally(instance, looked, Stop())
+    assert tour_cost(instance.cost, looked) < tour_cost(instance.cost, again.node)
 
 
 def test_a_crossing_is_taken_out() -> None:
@@ -164,5 +158,5 @@ def test_a_crossing_is_taken_out() -> None:
     xy = np.array([[0.0, 0.0], [10.0, 10.0], [10.0, 0.0], [0.0, 10.0], [5.0, 0.0]])
     instance = build_instance(RoutingProblem.of_points(xy, closed=True), 4)
     tour = np.array([0, 1, 2, 3, 4], dtype=np.int32)
-    LocalSearch.of(instance)(tour, Stop())
+    improve_locally(instance, tour, Stop())
     assert tour_cost(instance.cost, tour) == 40.0

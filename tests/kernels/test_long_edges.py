@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.lin_kernighan import Tour
-from leafcut.kernels.long_edges import bring_home, turn
+from leafcut.kernels.lin_kernighan import Tour, reverse
+from leafcut.kernels.long_edges import bring_home
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import shorten_long_edges, work_tour
+from plain_python import plain_python
 
 
 def field(n: int, seed: int) -> Instance:
@@ -67,7 +68,8 @@ def test_every_part_of_a_tour_can_be_turned(n: int) -> None:
     for first in range(n):
         for last in range(n):
             tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
-            assert turn(tour, first, last) <= n // 2
+            with plain_python():
+                assert reverse(tour.node, tour.place, first, last) <= n // 2
             assert is_whole(tour)
             inside = [(first + k) % n for k in range((last - first) % n + 1)]
             turned = inside[::-1] + [(last + 1 + k) % n for k in range(n - len(inside))]

@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+from leafcut.kernels.lin_kernighan import pop, push
 from leafcut.kernels.route import (
     BLOCK,
     Route,
@@ -14,8 +15,6 @@ from leafcut.kernels.route import (
     choose_option,
     keeps_order,
     make_exchange,
-    pop,
-    push,
     take_back,
     take_option,
 )

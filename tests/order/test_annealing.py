@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, added_up, check, least, random_problem
 
-from leafcut.kernels.insertion import put_back
+from leafcut.kernels.annealing import put_back
 from leafcut.kernels.layers import ring_length
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.kernels.local_search import improve, queue_all
+from leafcut.kernels.local_search import improve
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.instance import build_instance
-from leafcut.order.literature.places import LocalSearch
+from leafcut.order.kicks import work_tour
 
 
 def test_local_search_ends_where_ways_differ_by_little() -> None:
@@ -22,13 +22,9 @@ def test_local_search_ends_where_ways_differ_by_little() -> None:
         start=(153.67, -96.266), end=(147.32, -99.06),
     )  # fmt: skip
     instance = build_instance(problem, 16)
-    search, tour = LocalSearch.of(instance), nearest_neighbour(instance)
-    queue_all(tour, search.place, search.queue, search.queued, search.state)
-    moves = improve(
-        instance.cost, tour, search.place, instance.candidates, search.queue, search.queued, search.state,
-        search.touched, True, 1000,
-    )  # fmt: skip
+    work = work_tour(nearest_neighbour(instance))
+    moves = improve(instance.cost, work, instance.candidates, 1000)
     assert moves < 1000
-    assert sorted(tour.tolist()) == list(range(11))
-    at = np.argsort(tour)
+    assert sorted(work.node.tolist()) == list(range(11))
+    at = work.place
     assert abs(int(at[instance.first]) - int(at[instance.second])) in (1, 10)

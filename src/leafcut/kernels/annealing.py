@@ -1,13 +1,21 @@
-"""Ruin and recreate on a path: remove a few clusters, reinsert them, and choose the nodes there again."""
+"""Ruin and recreate on a path: remove a few clusters, reinsert them at the cheapest positions, and choose the nodes
+there again.
+
+Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
+Berghe, Transportation Science 54 (2020) (removed pieces of the path near a position, blinks on reinsertion); S. L.
+Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: removal and insertion of sets).
+Differs: precedence bounds the positions of a cluster; gaps are pruned by the minimum cost between clusters.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
-from leafcut.kernels.insertion import AntPath, close_path, put_back, take_piece
 from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.random import below, uniform
 
@@ -22,6 +30,119 @@ SPARED, BLINK = 0.3, 0.01
 
 #: Distance from a changed position within which nodes are chosen again, in positions.
 REACH = 2
+
+
+class AntPath(NamedTuple):
+    """Current path of one ant, its trial path, and its best path; one object per ant.
+
+    ======= ============== ===========================================================================
+    path    int32[m]       the path: nodes in the order of visit
+    trial   int32[m]       trial path
+    best    int32[m]       best path so far
+    place   int32[m]       position of each cluster in `trial`, -1 if removed
+    out     int32[m]       removed clusters
+    dirty   uint8[m]       1 for positions of `trial` whose nodes are to be chosen again
+    costs   float64[2]     costs of path and best
+    sums    float64[2, w]  w is the maximum number of nodes of a cluster
+    links   int32[m, w]
+    ======= ============== ===========================================================================
+    """
+
+    path: NDArray[np.int32]
+    trial: NDArray[np.int32]
+    best: NDArray[np.int32]
+    place: NDArray[np.int32]
+    out: NDArray[np.int32]
+    dirty: NDArray[np.uint8]
+    costs: NDArray[np.float64]
+    sums: NDArray[np.float64]
+    links: NDArray[np.int32]
+
+
+@part
+def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
+    """Remove a piece of the path that contains cluster c; return the number of removed clusters. Changes: place (only
+    marked; `close_path` closes the path), out, states[k].
+    """
+    m, place = len(walk.trial), walk.place
+    start = place[c] - below(states, k, length)
+    for i in range(length):
+        p = (start + i + m) % m
+        v = layers.owner[walk.trial[p]]
+        if place[v] >= 0 and (p > 0 or layers.anchored[0] == 0) and count < m - 2:
+            place[v] = -1
+            walk.out[count] = v
+            count += 1
+    return count
+
+
+@part
+def close_path(layers: Clusters, walk: AntPath) -> int:
+    """Close the gaps of removed clusters; return the number of remaining positions. Changes: trial, place, dirty."""
+    kept, trial, place = 0, walk.trial, walk.place
+    gap = False
+    for at in range(len(trial)):
+        c = layers.owner[trial[at]]
+        if place[c] < 0:
+            gap = True
+            if kept > 0:
+                walk.dirty[kept - 1] = 1
+            continue
+        trial[kept] = trial[at]
+        place[c] = kept
+        walk.dirty[kept] = gap
+        gap = False
+        kept += 1
+    if gap:
+        walk.dirty[0] = 1
+    return kept
+
+
+@part
+def find_gap(
+    layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int
+) -> tuple[int, int]:
+    """Return the cheapest position among `count` for cluster c, and the node to use there.
+
+    Each gap that precedence allows is skipped with probability `blink`. Changes: states[k].
+    """
+    trial, place, owner, table, back = walk.trial, walk.place, layers.owner, layers.table, layers.back
+    first, last = layers.anchored[0], count
+    for e in range(layers.before_begin[c], layers.before_begin[c + 1]):
+        first = max(first, place[layers.before[e]] + 1)
+    for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
+        p = place[layers.after[e]]
+        if p >= 0:
+            last = min(last, p)
+    best, gap, node = math.inf, last, layers.begin[c]
+    x = trial[first - 1] if first > 0 else trial[count - 1]
+    for p in range(first, last + 1):
+        y = trial[p if p < count else 0]
+        current = table[x, y]
+        if layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - current < best and uniform(states, k) >= blink:
+            for w in range(layers.begin[c], layers.begin[c + 1]):
+                added = table[x, w] + back[y, w] - current
+                if added < best:
+                    best, gap, node = added, p, w
+        x = y
+    return gap, node
+
+
+@part
+def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
+    """Insert cluster c at the cheapest of `count` positions of the path. Changes: trial, place, dirty, states[k]."""
+    trial, place, dirty = walk.trial, walk.place, walk.dirty
+    gap, node = find_gap(layers, walk, c, count, blink, states, k)
+    for index in range(count, gap, -1):
+        v = trial[index - 1]
+        trial[index] = v
+        place[layers.owner[v]] = index
+        dirty[index] = dirty[index - 1]
+    trial[gap] = node
+    place[c] = gap
+    dirty[gap] = 1
+    dirty[gap - 1 if gap > 0 else count] = 1
+    dirty[gap + 1 if gap < count else 0] = 1
 
 
 @part

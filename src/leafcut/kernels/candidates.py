@@ -53,6 +53,16 @@ def _choose(points: NDArray, distances: NDArray, per_quadrant: int, k: int, chos
     return count
 
 
+@part
+def _insert(candidates: NDArray, lengths: NDArray, count: int, j: int, length: float) -> None:
+    """Insert a candidate into a sorted list of `count` others. Changes: candidates, lengths."""
+    slot = count
+    while slot > 0 and lengths[slot - 1] > length:
+        lengths[slot], candidates[slot] = lengths[slot - 1], candidates[slot - 1]
+        slot -= 1
+    lengths[slot], candidates[slot] = length, j
+
+
 @kernel
 def fill_candidates(
     cost: CostModel,
@@ -75,13 +85,39 @@ def fill_candidates(
         find_nearby(tree, i, per_quadrant, k, nearby)
         count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
         for f in range(count):
+            _insert(candidates[i], lengths[i], f, nearby.chosen[f], travel(cost, i, nearby.chosen[f]))
+        for c in range(count, k):
+            candidates[i, c], lengths[i, c] = -1, math.inf
+
+
+@kernel
+def fill_directed_candidates(
+    cost: CostModel,
+    tree: Tree,
+    goal: NDArray,
+    query: NDArray,
+    per_quadrant: int,
+    candidates: NDArray,
+    lengths: NDArray,
+    nearby: Nearby,
+) -> None:
+    """Fill the list of every query: the nearest goals per quadrant, and the nearest overall, except its own.
+
+    Symbols: tree, of m goals, with space for one more point after them; goal int32[m], query int32[n], rows of
+    `CostModel.xy`. Lists hold point numbers of the tree. The cost of travel from query to goal is symmetric.
+    Changes: candidates int32[n, k] (sorted by cost; -1 if there are fewer) and lengths float64[n, k]; the last point of
+    the tree; nearby.
+    """
+    m, k = len(goal), candidates.shape[1]
+    for i in range(len(query)):
+        tree.x[m], tree.y[m] = cost.xy[query[i], 0], cost.xy[query[i], 1]
+        tree.leaf_of[m] = 0  # the root: the search starts there and covers all points
+        nearby.limit[:] = math.inf
+        find_nearby(tree, m, per_quadrant, k, nearby)
+        count = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
+        for f in range(count):
             j = nearby.chosen[f]
-            d = travel(cost, i, j)
-            slot = f
-            while slot > 0 and lengths[i, slot - 1] > d:
-                lengths[i, slot], candidates[i, slot] = lengths[i, slot - 1], candidates[i, slot - 1]
-                slot -= 1
-            lengths[i, slot], candidates[i, slot] = d, j
+            _insert(candidates[i], lengths[i], f, j, travel(cost, query[i], goal[j]))
         for c in range(count, k):
             candidates[i, c], lengths[i, c] = -1, math.inf
 

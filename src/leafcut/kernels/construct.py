@@ -48,7 +48,7 @@ class WeightedEdges(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """Local pheromone decay of an edge taken by an ant, τ ← (1 − ξ)τ + ξτ0, and the exponent α of its weight."""
+    """Decay of the trail of an edge taken by an ant, τ ← (1 − ξ)τ + ξτ0, with the exponent α; rate ξ = 0 for none."""
 
     pheromone_weight: float
     rate: float
@@ -181,9 +181,7 @@ def random_unvisited(visited: NDArray, states: NDArray, ant: int) -> int:
 def _next_node(
     cost: CostModel,
     tree: Tree,
-    candidates: NDArray,
-    weights: NDArray,
-    nearness: NDArray,
+    edges: WeightedEdges,
     greedy_probability: float,
     states: NDArray,
     ant: int,
@@ -195,8 +193,8 @@ def _next_node(
     if last == cost.free:
         node = random_unvisited(visited, states, ant)
     else:
-        c = choose_next(candidates, weights, nearness, visited, last, greedy_probability, states, ant)
-        node = candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
+        c = choose_next(edges.candidates, edges.weights, edges.nearness, visited, last, greedy_probability, states, ant)
+        node = edges.candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
         remove(tree, unvisited.alive, node)
@@ -217,44 +215,6 @@ def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
 def construct_tour(
     cost: CostModel,
     tree: Tree,
-    candidates: NDArray,
-    weights: NDArray,
-    nearness: NDArray,
-    greedy_probability: float,
-    first: int,
-    second: int,
-    states: NDArray,
-    ant: int,
-    tour: NDArray,
-    unvisited: Unvisited,
-) -> None:
-    """Let one ant build a tour by pheromone and nearness.
-
-    ========== =============== ==========================================================
-    candidates int32[n, k]     neighbours of every node, -1 for none
-    weights    float64[n, k]   τ^α · η^β of those edges
-    nearness   float64[n, k]   η^β of those edges
-    first      int             first node, or -1 for a random one; `second` likewise
-    states     uint64[ants]    random state; this ant uses row `ant`
-    ========== =============== ==========================================================
-
-    Changes: tour int32[n], states[ant], unvisited.
-    Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists).
-    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored on
-    candidate edges only and is therefore equal elsewhere.
-    """
-    n = len(tour)
-    for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), n):
-        last = tour[step - 1]
-        tour[step] = _next_node(
-            cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last
-        )
-
-
-@kernel
-def construct_tour_with_decay(
-    cost: CostModel,
-    tree: Tree,
     edges: WeightedEdges,
     decay: Decay,
     greedy_probability: float,
@@ -265,17 +225,25 @@ def construct_tour_with_decay(
     tour: NDArray,
     unvisited: Unvisited,
 ) -> None:
-    """Let one ant of Ant Colony System build a tour, with local pheromone decay on each edge that it takes.
+    """Let one ant build a tour by pheromone and nearness.
 
-    As `construct_tour`; each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, and so attracts the next ant less.
-    Changes: edges.pheromone, edges.weights, tour, states[ant], unvisited.
-    Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
-    Differs: the ants of an iteration run one after another, not step by step.
+    In Ant Colony System, each edge taken gets τ ← (1 − ξ)τ + ξτ0 at once, and so attracts the next ant less.
+
+    ========== =============== ==========================================================
+    first      int             first node, or -1 for a random one; `second` likewise
+    states     uint64[ants]    random state; this ant uses row `ant`
+    ========== =============== ==========================================================
+
+    Changes: tour int32[n], states[ant], unvisited; pheromone and weights of the edges if decay.rate > 0.
+    Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists), and 3.4.1, equations 3.10 and 3.12 (decay).
+    Differs: if every candidate is visited, the ant goes to the nearest unvisited node, because pheromone is stored on
+    candidate edges only and is therefore equal elsewhere; the ants of an iteration run one after another, not step by
+    step.
     """
-    n, candidates, weights, nearness = len(tour), edges.candidates, edges.weights, edges.nearness
-    for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), n):
+    for step in range(_start_tour(tree, first, second, states, ant, tour, unvisited), len(tour)):
         last = tour[step - 1]
-        node = _next_node(cost, tree, candidates, weights, nearness, greedy_probability, states, ant, unvisited, last)
-        _decay_edge(edges, decay, last, node)
-        _decay_edge(edges, decay, node, last)
+        node = _next_node(cost, tree, edges, greedy_probability, states, ant, unvisited, last)
+        if decay.rate > 0.0:
+            _decay_edge(edges, decay, last, node)
+            _decay_edge(edges, decay, node, last)
         tour[step] = node

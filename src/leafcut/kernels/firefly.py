@@ -13,8 +13,17 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import TIED, CostModel, tour_cost, travel
-from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
-from leafcut.kernels.local_search import reverse
+from leafcut.kernels.lin_kernighan import (
+    ENDS,
+    TWO,
+    Tour,
+    improve_queued,
+    is_one_tour,
+    keep_or_undo,
+    make_move,
+    push,
+    reverse,
+)
 from leafcut.kernels.random import below
 
 _A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
@@ -224,7 +233,7 @@ def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
     move = tour.move
     move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3] = a, b, d, c
     added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
-    if not is_one_tour(tour.place, move, 2) or not make_move(tour, 2):
+    if not is_one_tour(tour.place, move, TWO) or not make_move(tour, TWO):
         return 0.0
     for i in range(4):
         push(tour, move[ENDS, i])
@@ -257,11 +266,5 @@ def fly_and_mend(
         for _ in range(INVERSIONS):
             first = (centre + below(states, k, longest)) % h
             added += invert(cost, tour, first, 2 + below(states, k, longest - 1))
-        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added
-        if tour.counts[3] == 1 or gained < -EPSILON:
-            while tour.counts[1] > 0:
-                pop(tour)
-            take_back(tour)
-        else:
-            total += gained
+        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added)
     return total

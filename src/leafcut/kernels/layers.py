@@ -1,4 +1,4 @@
-"""Order of clusters with a chosen node per cluster: the data structure of `insertion` and `annealing`.
+"""Order of clusters with a chosen node per cluster: the data structure of `annealing` and `ordering`.
 
 A path is an array of nodes, one per cluster. The cluster of each node is known, so the array also is the order of the
 clusters. It is a ring: the first position follows the last. An open path has an additional cluster, its anchor, at
@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels import part
 
 
 class Clusters(NamedTuple):
@@ -50,26 +49,6 @@ class Clusters(NamedTuple):
     before_begin: NDArray[np.int32]
     before: NDArray[np.int32]
     anchored: NDArray[np.int64]
-
-
-@kernel
-def fill_table(
-    cost: CostModel, leave: NDArray, enter: NDArray, service: NDArray, owner: NDArray, table: NDArray, least: NDArray
-) -> None:
-    """Compute the costs between all nodes, and the minimum costs between clusters.
-
-    Symbols: leave, enter int32[n], rows of the cost model; service float64[n]; owner int32[n].
-    Changes: table float64[n, n], least float64[m, m] (infinite from a cluster to itself).
-    """
-    n = len(owner)
-    least[:] = math.inf
-    for u in range(n):
-        c = owner[u]
-        for v in range(n):
-            length = travel(cost, leave[u], enter[v]) + service[v]
-            table[u, v] = length
-            if c != owner[v] and length < least[c, owner[v]]:
-                least[c, owner[v]] = length
 
 
 @part

@@ -8,21 +8,31 @@ overwritten entries are logged for undo.
 Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, European J. Operational Research 126
 (2000), section 5 (sequential 5-opt moves as basis), and Mathematical Programming Computation 1 (2009), section 3
 (feasibility by sorting).
+
+Kicks are small local changes of a good tour, followed by this search at the touched nodes only. The effort of a kick
+and its repair is independent of the size of the tour; a worse result is undone from the log.
+
+Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge); D. Applegate,
+W. Cook and A. Rohe, INFORMS J. Computing 15 (2003), section 3 (local kicks, no global work per kick).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, is_straight, straight, travel
+from leafcut.kernels.random import below
 
 #: Maximum number of edges exchanged by a move.
 DEPTH = 5
+
+#: Maximum length of a piece moved by a kick. Shorter ones are soon exhausted, longer ones are seldom repaired.
+LONGEST_PIECE = 50
 
 #: Value of `Tour.queued`: not in the queue, and not to be pushed.
 WAITING = 2
@@ -37,6 +47,9 @@ LEAVES_5 = np.array([
     0x0E0D0E0D00000000, 0x1E00000000000000, 0x1E1E000000000000, 0x661E, 0x66, 0x501090D0, 0x50F0A0,
     0x30E00000904, 0x300000F0C, 0x1E030D50406678, 0x0,
 ])  # fmt: skip
+
+#: Numbers of edges of NumPy's type: Numba would compile a function again for each constant of Python's type.
+TWO, THREE, FOUR, FIVE = np.int64(2), np.int64(3), np.int64(4), np.int64(5)
 
 #: Rows of `Tour.move`.
 ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
@@ -70,25 +83,25 @@ class Tour(NamedTuple):
 
 
 @part
-def push(tour: Tour, node: int) -> None:
-    """Append a node to the queue, unless it is there. Changes: queue, queued, counts."""
-    if tour.queued[node] == 0:
-        tour.queued[node] = 1
-        n = len(tour.queue)
-        tail = tour.counts[0] + tour.counts[1]
-        tour.queue[tail - n if tail >= n else tail] = node
-        tour.counts[1] += 1
+def push(work: Any, v: int) -> None:
+    """Append a node to the queue of a `Tour` or a `Route`, unless it is there. Changes: queue, queued, counts."""
+    if work.queued[v] == 0:
+        work.queued[v] = 1
+        n = len(work.queue)
+        tail = work.counts[0] + work.counts[1]
+        work.queue[tail - n if tail >= n else tail] = v
+        work.counts[1] += 1
 
 
-@kernel
-def pop(tour: Tour) -> int:
-    """Remove the first node from the queue. Changes: queued, counts."""
-    first = tour.counts[0]
-    node = tour.queue[first]
-    tour.counts[0] = first + 1 if first + 1 < len(tour.queue) else 0
-    tour.counts[1] -= 1
-    tour.queued[node] = 0
-    return int(node)
+@part
+def pop(work: Any) -> int:
+    """Remove the first node from the queue of a `Tour` or a `Route`. Changes: queued, counts."""
+    first = work.counts[0]
+    v = work.queue[first]
+    work.counts[0] = first + 1 if first + 1 < len(work.queue) else 0
+    work.counts[1] -= 1
+    work.queued[v] = 0
+    return int(v)
 
 
 @part
@@ -102,6 +115,34 @@ def after(node: NDArray, place: NDArray, v: int) -> int:
 def before(node: NDArray, place: NDArray, v: int) -> int:
     """Return the predecessor of v."""
     return int(node[place[v] - 1])
+
+
+@part
+def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
+    """Reverse the positions first … last (wrapping around if last < first), or the others if these are fewer; return
+    the number of positions. Changes: node, place.
+    """
+    n = len(node)
+    size = last - first + 1
+    if size <= 0:
+        size += n
+    if 2 * size > n:
+        first, last, size = last + 1, first - 1, n - size
+        if first == n:
+            first = 0
+        if last < 0:
+            last = n - 1
+    for _ in range(size // 2):
+        a, b = node[first], node[last]
+        node[first], place[b] = b, first
+        node[last], place[a] = a, last
+        first += 1
+        if first == n:
+            first = 0
+        last -= 1
+        if last < 0:
+            last = n - 1
+    return int(size)
 
 
 @part
@@ -338,7 +379,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                 closed = h1 - back
                 ends[3] = t3
                 if closed > EPSILON and leaves:
-                    return store_move(place, move, gain, 2, closed)
+                    return store_move(place, move, gain, TWO, closed)
                 on1 = 1 if side1 == direction else 0
                 m1 = r2 - 1 + on1
                 for i2 in range(b2):
@@ -368,7 +409,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         closed = h2 - back
                         ends[5] = t5
                         if closed > EPSILON and leaves:
-                            return store_move(place, move, gain, 3, closed)
+                            return store_move(place, move, gain, THREE, closed)
                         for i3 in range(b3):
                             t6 = candidates[t5, i3]
                             g3 = h2 - lengths[t5, i3]
@@ -400,7 +441,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 closed = h3 - back
                                 ends[7] = t7
                                 if closed > EPSILON and leaves:
-                                    return store_move(place, move, gain, 4, closed)
+                                    return store_move(place, move, gain, FOUR, closed)
                                 for i4 in range(b4):
                                     t8 = candidates[t7, i4]
                                     g4 = h3 - lengths[t7, i4]
@@ -436,7 +477,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         closed = g4 + removed - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
-                                            return store_move(place, move, gain, 5, closed)
+                                            return store_move(place, move, gain, FIVE, closed)
     return 0
 
 
@@ -465,4 +506,61 @@ def improve_queued(
             total += tour.gain[0]
             for i in range(2 * k):
                 push(tour, tour.move[ENDS, i])
+    return total
+
+
+@part
+def keep_or_undo(tour: Tour, gained: float) -> float:
+    """Undo the logged changes if they lengthen the tour or the log was too small; return the gain. Changes: tour."""
+    if tour.counts[3] == 0 and gained >= -EPSILON:
+        return gained
+    while tour.counts[1] > 0:
+        pop(tour)
+    take_back(tour)
+    return 0.0
+
+
+@part
+def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
+    """Swap two adjacent pieces of 1 … 50 nodes at a random place; return the added cost. Changes: tour, states[k]."""
+    n = len(tour.node)
+    longest = min(LONGEST_PIECE, (n - 2) // 2)
+    p = below(states, k, n)
+    q = (p + 1 + below(states, k, longest)) % n
+    r = (q + 1 + below(states, k, longest)) % n
+    a, b = tour.node[p], tour.node[p + 1 if p + 1 < n else 0]
+    c, d = tour.node[q], tour.node[q + 1 if q + 1 < n else 0]
+    e, f = tour.node[r], tour.node[r + 1 if r + 1 < n else 0]
+    # a b…c d…e f  becomes  a d…e b…c f
+    move = tour.move
+    move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3], move[ENDS, 4], move[ENDS, 5] = b, a, d, c, f, e
+    added = travel(cost, a, d) + travel(cost, e, b) + travel(cost, c, f)
+    removed = travel(cost, a, b) + travel(cost, c, d) + travel(cost, e, f)
+    if not is_one_tour(tour.place, move, THREE) or not make_move(tour, THREE):
+        return 0.0
+    for i in range(6):
+        push(tour, move[ENDS, i])
+    return added - removed
+
+
+@kernel
+def kick_and_mend(
+    cost: CostModel,
+    tour: Tour,
+    candidates: NDArray,
+    lengths: NDArray,
+    breadth: NDArray,
+    states: NDArray,
+    k: int,
+    kicks: int,
+) -> float:
+    """Kick and repair `kicks` times, undoing results that lengthen the tour; return the total gain. Changes: tour,
+    states[k].
+    """
+    total = 0.0
+    for _ in range(kicks):
+        tour.counts[2] = 0
+        tour.counts[3] = 0
+        added = segment_kick(cost, tour, states, k)
+        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added)
     return total

@@ -17,27 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import Tour, after, before, push
-
-
-@part
-def turn(tour: Tour, first: int, last: int) -> int:
-    """Reverse the part of a tour from node `first` to `last`, or its complement; return the number of positions.
-    Changes: node, place.
-    """
-    node, place = tour.node, tour.place
-    n = len(node)
-    i, j = place[first], place[last]
-    size = j - i + 1 if j >= i else j - i + 1 + n
-    if 2 * size > n:
-        size = n - size
-        i, j = j + 1 if j + 1 < n else 0, i - 1 if i > 0 else n - 1
-    for _ in range(size >> 1):
-        node[i], node[j] = node[j], node[i]
-        place[node[i]], place[node[j]] = i, j
-        i = i + 1 if i + 1 < n else 0
-        j = j - 1 if j > 0 else n - 1
-    return int(size)
+from leafcut.kernels.lin_kernighan import Tour, after, before, push, reverse
 
 
 @part
@@ -46,9 +26,10 @@ def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
 
     The new end, next to `fixed`, is the node before `target`. Return the number of positions. Changes: node, place.
     """
-    if after(tour.node, tour.place, fixed) == moving:
-        return turn(tour, moving, before(tour.node, tour.place, target))
-    return turn(tour, after(tour.node, tour.place, target), moving)
+    node, place = tour.node, tour.place
+    if after(node, place, fixed) == moving:
+        return reverse(node, place, place[moving], place[before(node, place, target)])
+    return reverse(node, place, place[after(node, place, target)], place[moving])
 
 
 @part

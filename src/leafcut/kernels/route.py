@@ -8,6 +8,7 @@ difference of two prefix sums, so it is known without walking the piece.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.lin_kernighan import push
 
 #: log2 of the number of positions that share one entry of `Route.shift`.
 BLOCK = 8
@@ -109,27 +111,6 @@ class Rules(NamedTuple):
     service: NDArray[np.float64]
     onward: Lists
     backward: Lists
-
-
-@part
-def push(route: Route, v: int) -> None:
-    """Append a node to the queue, unless it is there. Changes: queue, queued, counts."""
-    if route.queued[v] == 0:
-        n, tail = len(route.queue), route.counts[0] + route.counts[1]
-        route.queue[tail - n if tail >= n else tail] = v
-        route.queued[v] = 1
-        route.counts[1] += 1
-
-
-@part
-def pop(route: Route) -> int:
-    """Remove the first node from the queue. Changes: queued, counts."""
-    first = route.counts[0]
-    v = route.queue[first]
-    route.counts[0] = first + 1 if first + 1 < len(route.queue) else 0
-    route.counts[1] -= 1
-    route.queued[v] = 0
-    return int(v)
 
 
 @part
@@ -312,3 +293,46 @@ def take_back(cost: CostModel, route: Route, rules: Rules) -> None:
         if route.flags[TWISTED] == 1:
             set_bias(cost, route, p + 1, r)
     route.counts[2] = 0
+
+
+@kernel
+def lay_route(
+    cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
+) -> None:
+    """Build a path from the node at position 0, always to the cheapest node whose predecessors are all on the path.
+
+    Symbols: open_ int32[n], nodes that may come next, without the node at position 0; spot int32[n], index of each node
+    there, -1 for the others; missing int32[n], number of predecessors that are not on the path yet. The precedence has
+    no cycles. Candidates are tried first; if none may come next, all open nodes.
+    Changes: node, place, open_nodes, open_index, missing.
+    """
+    n, near = len(route.node), rules.onward.near
+    count = 0
+    while count < n and open_nodes[count] >= 0:
+        count += 1
+    for step in range(n):
+        if step > 0:
+            last, best = route.node[step - 1], -1
+            for k in range(near.shape[1]):
+                if near[last, k] < 0 or open_index[near[last, k]] >= 0:
+                    best = near[last, k]
+                    break
+            if best < 0:
+                best_d = math.inf
+                for f in range(count):
+                    d = leg(cost, route, last, open_nodes[f], 1)
+                    if d < best_d:
+                        best, best_d = open_nodes[f], d
+            count -= 1
+            moved = open_nodes[count]
+            open_nodes[open_index[best]], open_index[moved] = moved, open_index[best]
+            open_index[best] = -1
+            route.node[step] = best
+        v = route.node[step]
+        route.place[v] = step
+        for e in range(rules.after_begin[v], rules.after_begin[v + 1]):
+            w = rules.after[e]
+            missing[w] -= 1
+            if missing[w] == 0:
+                open_nodes[count], open_index[w] = w, count
+                count += 1

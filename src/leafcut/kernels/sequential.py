@@ -10,17 +10,19 @@ path as well. There, the coordinate of a node is its distance from the anchor ag
 
 Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
 precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all positions;
-pieces may be reversed; kicks as in `kernels.kicks`.
+pieces may be reversed; kicks as in `kernels.lin_kernighan`.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel
+from leafcut.kernels.lin_kernighan import pop, push
 from leafcut.kernels.random import below, uniform
 from leafcut.kernels.route import (
     BLOCK,
@@ -40,8 +42,6 @@ from leafcut.kernels.route import (
     keeps_order,
     leg,
     make_exchange,
-    pop,
-    push,
     take_back,
     take_option,
     visit_cost,
@@ -58,6 +58,9 @@ MOST_AT_ONCE = 3
 
 #: Maximum number of exchanges searched after a kick.
 MOST_SEARCHES = 10_000
+
+#: Flags of NumPy's type: Numba would compile a function again for each combination of Python's True and False.
+YES, NO = np.bool_(True), np.bool_(False)
 
 
 @part
@@ -112,7 +115,7 @@ def record_exchange(
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q
-        if r - p > capacity or not keeps_order(route, rules, p, q, r, True, False, False):
+        if r - p > capacity or not keeps_order(route, rules, p, q, r, YES, NO, NO):
             return False
     move[P], move[Q], move[R] = p, q, r
     move[SWAPPED], move[TURNED_B], move[TURNED_C] = swapped, b, c
@@ -148,7 +151,7 @@ def cut_before(
         total -= leg(cost, route, u, t1, s)
         if total > min_gain:
             x, z = min(x0, cut, last), max(x0, cut, last)
-            if record_exchange(route, rules, s, x, x0 + cut + last - x - z, z, True, False, False):
+            if record_exchange(route, rules, s, x, x0 + cut + last - x - z, z, YES, NO, NO):
                 return total
     if cut <= x0:
         return 0.0
@@ -163,7 +166,7 @@ def cut_before(
         f = node_at(route, xe + 1, s)
         total = gain - new_edge_cost(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, f, s) + inside
-        if total > min_gain and record_exchange(route, rules, s, x0, cut, xe, True, True, False):
+        if total > min_gain and record_exchange(route, rules, s, x0, cut, xe, YES, YES, NO):
             return total
     return 0.0
 
@@ -179,7 +182,7 @@ def cut_after(
     gain += leg(cost, route, node_at(route, xc, s), d, s)
     inside = turning(route, s, x0 + 1, xc)
     total = gain - leg(cost, route, t1, d, s) - inside  # A B' D
-    if total > min_gain and record_exchange(route, rules, s, x0, xc, xc, False, True, False):
+    if total > min_gain and record_exchange(route, rules, s, x0, xc, xc, NO, YES, NO):
         return total
     for k in range(min(breadth, lists.back.shape[1])):  # A C' B D
         e = lists.back[d, k]
@@ -191,7 +194,7 @@ def cut_after(
         h = node_at(route, xe + 1, s)
         total = gain - new_edge_cost(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
         total -= leg(cost, route, h, t1, s) + turning(route, s, xe + 1, xc)
-        if total > min_gain and record_exchange(route, rules, s, x0, xe, xc, True, False, True):
+        if total > min_gain and record_exchange(route, rules, s, x0, xe, xc, YES, NO, YES):
             return total
     for k in range(min(breadth, lists.near.shape[1]) if xc + 1 < n else 0):  # A B' C' D
         f = lists.near[d, k]
@@ -204,7 +207,7 @@ def cut_after(
         e = node_at(route, last, s)
         total = gain - new_edge_cost(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
         total -= leg(cost, route, t1, e, s) + inside + turning(route, s, xc + 1, last)
-        if total > min_gain and record_exchange(route, rules, s, x0, xc, last, False, True, True):
+        if total > min_gain and record_exchange(route, rules, s, x0, xc, last, NO, YES, YES):
             return total
     return 0.0
 
@@ -291,7 +294,7 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
         r = q + 1 + below(states, k, min(max_length, n - 1 - q))
         if (p < 0 and r == n - 1) or r - p > len(route.buffer):
             continue
-        if not keeps_order(route, rules, p, q, r, True, False, False):
+        if not keeps_order(route, rules, p, q, r, YES, NO, NO):
             continue
         move[P], move[Q], move[R], move[SWAPPED], move[TURNED_B], move[TURNED_C] = p, q, r, 1, 0, 0
         a, b, c, d, e = node[p], node[p + 1], node[q], node[q + 1], node[r]

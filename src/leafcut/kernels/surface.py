@@ -109,11 +109,12 @@ def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
 
 
 @kernel
-def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
+def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
     """Find the maximum and minimum height of triangles at given points, without vertical triangles.
 
     ========= ================ =====================================================
     triangles float64[n, 3, 3] vertices, mm
+    first     int64[n]         first point that is not left of a triangle
     x, y      float64[m]       points, mm, sorted by x
     top       float64[m]       −∞ without a triangle
     under     float64[m]       ∞ without a triangle
@@ -130,7 +131,7 @@ def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: 
             continue
         low, high = min(ay, by, cy), max(ay, by, cy)
         last = max(ax, bx, cx)
-        for i in range(np.searchsorted(x, min(ax, bx, cx)), len(x)):
+        for i in range(first[k], len(x)):
             if x[i] > last:
                 break
             if y[i] < low or y[i] > high:

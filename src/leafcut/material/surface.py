@@ -105,7 +105,8 @@ def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Flo
     order = np.argsort(points[:, 0], kind="stable")
     sorted_top, sorted_under = np.full(len(points), -np.inf), np.full(len(points), np.inf)
     x, y = (np.ascontiguousarray(points[order, k]) for k in range(2))
-    heights_at(np.ascontiguousarray(triangles), x, y, sorted_top, sorted_under)
+    first = np.searchsorted(x, triangles[:, :, 0].min(axis=1))
+    heights_at(np.ascontiguousarray(triangles), first, x, y, sorted_top, sorted_under)
     top, under = np.empty(len(points)), np.empty(len(points))
     top[order], under[order] = sorted_top, sorted_under
     tops, unders = top.reshape(len(xy), -1), under.reshape(len(xy), -1)

@@ -6,15 +6,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
-from leafcut.kernels.annealing import BEST, anneal
-from leafcut.kernels.insertion import AntPath
-from leafcut.kernels.layers import Clusters, fill_table
+from leafcut.kernels.annealing import BEST, AntPath, anneal
+from leafcut.kernels.layers import Clusters
 from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
+from leafcut.order.instance import costs_of_edges
 from leafcut.order.precedence import followers, rows
 
 #: Maximum growth of the path by a step, in mean moves between clusters: at the start, alternating, and at the end.
@@ -42,7 +43,11 @@ def layers_of(instance: DirectedInstance) -> Clusters:
         enter, leave = np.append(enter, instance.enter[n - 1]), np.append(leave, instance.leave[n - 1])
     owner = np.repeat(np.arange(n, dtype=np.int32), np.diff(begin))
     table, least = np.empty((len(enter), len(enter))), np.empty((n, n))
-    fill_table(instance.cost, leave, enter, rules.service[enter], owner, table, least)
+    for c, (first, last) in enumerate(pairwise(begin.tolist())):
+        travel = costs_of_edges(instance.cost, np.repeat(leave[first:last], len(enter)), np.tile(enter, last - first))
+        table[first:last] = travel.reshape(last - first, -1) + rules.service[enter]
+        least[c] = np.minimum.reduceat(table[first:last].min(axis=0), begin[:-1])
+    np.fill_diagonal(least, math.inf)
     pairs = np.argwhere(followers(instance.pairs, n)).astype(np.int32)
     near = np.argsort(np.minimum(least, least.T), axis=1, kind="stable")[:, : min(n - 1, NEAR)]
     return Clusters(

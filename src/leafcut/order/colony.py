@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON
-from leafcut.kernels.ab_cycles import Assembly
-from leafcut.kernels.assembly import MOST_CHANGES, assemble
+from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.kicks import kick_and_mend
+from leafcut.kernels.lin_kernighan import kick_and_mend
 from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance

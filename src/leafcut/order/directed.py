@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints, Points
+from leafcut.kernels.candidates import fill_directed_candidates
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.directed import fill_directed_candidates, lay_route
-from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules
+from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules, lay_route
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.kicks import kick_and_mend
-from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued
+from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, kick_and_mend
 from leafcut.kernels.long_edges import bring_home
 from leafcut.model.solution import WorkerFigures
 from leafcut.order.best import Best

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.kicks import kick_and_mend
+from leafcut.kernels.lin_kernighan import kick_and_mend
 from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, matrix_of

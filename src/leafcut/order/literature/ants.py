@@ -98,29 +98,27 @@ class Ants(AntColony):
     def share(self, iteration: int, worker: int, workers: int) -> Tours:
         """Return the tours and costs of every `workers`-th ant, starting with ant `worker`."""
         words = self._words(iteration)
-        built = self._construct_with_decay(words, worker, workers) if self._decays else None
-        self._work(worker, words, built, workers)
+        self._work(worker, words, self._construct_in_turn(words, worker, workers), workers)
         return self.tours[worker::workers], self.costs[worker::workers]
 
     def _words(self, iteration: int) -> NDArray[np.uint64]:
         self.costs[:] = math.inf
         return random_words(self.seed, iteration, count=len(self.costs))
 
-    @property
-    def _decays(self) -> bool:
-        """Whether ants change the pheromone as they move, so that tours must be constructed sequentially."""
-        return self.trails.parameters.algorithm == "acs"
-
     def _construct_all(self, words: NDArray[np.uint64]) -> int | None:
         """Return the number of tours constructed before the workers start; None if each worker constructs its own."""
-        return self._construct_with_decay(words, 0, 1) if self._decays else None
+        return self._construct_in_turn(words, 0, 1)
 
-    def _construct_with_decay(self, words: NDArray[np.uint64], first: int, step: int) -> int:
-        """Return the index of the first ant for which there was no time."""
+    def _construct_in_turn(self, words: NDArray[np.uint64], first: int, step: int) -> int | None:
+        """If ants change the pheromone as they move, construct every `step`-th tour; return the index of the first ant
+        for which there was no time.
+        """
+        if not self.trails.parameters.local_rate:
+            return None
         for ant in range(first, len(self.tours), step):
             if ant > first and self.stop.now():
                 return ant
-            self.moves.construct_with_decay(self.trails, words, ant, self.tours[ant])
+            self.moves.construct(self.trails, words, ant, self.tours[ant], 0)
         return len(self.tours)
 
     def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:

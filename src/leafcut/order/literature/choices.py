@@ -26,9 +26,6 @@ from leafcut.order.stop import Stop
 class Choices:
     """Orders of clusters, with the buffers of a worker."""
 
-    #: Whether several workers can share one object.
-    parallel = False
-
     def __init__(
         self, instance: DirectedInstance, local_search: bool, layers: Clusters | None = None,
         greedy: Route | None = None,
@@ -61,17 +58,10 @@ class Choices:
         trails.nearness[:] = (1.0 / (near + trails.offset)) ** trails.parameters.beta
 
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, worker: int) -> None:
-        """Construct the order of an ant. Changes: order, words[ant]."""
-        self._construct(trails, words, ant, order, 0.0)
-
-    def construct_with_decay(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints) -> None:
-        """Construct the order of an ant of Ant Colony System. Changes: order, words[ant], pheromone and weights."""
-        self._construct(trails, words, ant, order, trails.parameters.local_rate)
-
-    def _construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, local_rate: float) -> None:
+        """Construct the order of an ant. Changes: order, words[ant]; pheromone and weights in Ant Colony System."""
         p = trails.parameters
         lay_order(
-            self.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability, local_rate,
+            self.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability, p.local_rate,
             trails.initial, words, ant, self.missing, order,
         )  # fmt: skip
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError, shown
-from leafcut.kernels.construct import Unvisited, construct_tour
+from leafcut.kernels.construct import Decay, Unvisited, WeightedEdges, construct_tour
 from leafcut.order.construction import none_visited
 from leafcut.order.instance import Instance
 from leafcut.order.literature.ants import Ants, MoveSet
@@ -75,9 +75,10 @@ class _Builder:
         self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
         self.cost = _placed(instance.cost)
         self.tree = _placed(instance.tree)
-        self.candidates = there.to_device(instance.candidates)
-        self.nearness = there.to_device(trails.nearness)
         self.weights = there.to_device(trails.weights)
+        candidates, nearness = there.to_device(instance.candidates), there.to_device(trails.nearness)
+        # Only Ant Colony System, which does not run on a GPU, needs the pheromone for its decay.
+        self.edges = WeightedEdges(candidates, self.weights, nearness, self.weights)
         self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in buffers]
         self.made = there.device_array((self.share, n), tours.dtype)
 
@@ -92,21 +93,21 @@ class _Builder:
             states = there.to_device(mine)
             blocks = -(-len(mine) // _BLOCK)
             _kernel()[blocks, _BLOCK](
-                self.cost, self.tree, self.candidates, self.weights, self.nearness, q0, instance.first, instance.second,
-                states, self.made, *self.unvisited,
+                self.cost, self.tree, self.edges, q0, instance.first, instance.second, states, self.made,
+                *self.unvisited,
             )  # fmt: skip
             self.tours[begin : begin + len(mine)] = self.made.copy_to_host()[: len(mine)]
             mine[:] = states.copy_to_host()
 
 
 def _build_tours(
-    cost: Any, tree: Any, candidates: Any, weights: Any, nearness: Any, greedy_probability: float, first: int,
-    second: int, words: Any, tours: Any, visited: Any, alive: Any, stack: Any,
+    cost: Any, tree: Any, edges: Any, greedy_probability: float, first: int, second: int, words: Any, tours: Any,
+    visited: Any, alive: Any, stack: Any,
 ) -> None:  # fmt: skip
     ant = cuda.grid(1)
     if ant < len(words):
         construct_tour(
-            cost, tree, candidates, weights, nearness, greedy_probability, first, second, words, ant, tours[ant],
+            cost, tree, edges, Decay(1.0, 0.0, 0.0), greedy_probability, first, second, words, ant, tours[ant],
             Unvisited(visited[ant], alive[ant], stack[ant]),
         )  # fmt: skip
 

@@ -93,7 +93,7 @@ class AntParameters:
             elitist_weight=ants,
             ranks=min(RANKS, ants),
             greedy_probability=options.greedy_probability if algorithm == "acs" else 0.0,
-            local_rate=LOCAL_RATE,
+            local_rate=LOCAL_RATE if algorithm == "acs" else 0.0,
             local_search=local_search,
             initial=options.initial_pheromone,
         )

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
-from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, construct_tour_with_decay
+from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.local_search import improve, queue_all
+from leafcut.kernels.local_search import improve
 from leafcut.kernels.pheromone import fill_nearness
 from leafcut.model.snapshot import NextPlace
 from leafcut.order.best import Best
 from leafcut.order.construction import nearest_neighbour, none_visited
 from leafcut.order.instance import Instance
+from leafcut.order.kicks import work_tour
 from leafcut.order.literature.pheromone import MOST_CHOICES, Trails
 from leafcut.order.observing import on_candidates
 from leafcut.order.search import AlgorithmRun, SearchResult
@@ -27,37 +27,12 @@ from leafcut.order.stop import Stop
 MOVES_PER_LOOK = 2000
 
 
-@dataclass(frozen=True, eq=False)
-class LocalSearch:
-    """2-opt and optional Or-opt on the candidate lists of an instance; each worker has its own buffers."""
-
-    instance: Instance
-    place: NDArray[np.int32]
-    queue: NDArray[np.int32]
-    queued: NDArray[np.uint8]
-    state: NDArray[np.int64]
-    touched: NDArray[np.int32]
-    use_or_opt: bool
-
-    @classmethod
-    def of(cls, instance: Instance, use_or_opt: bool = True) -> LocalSearch:
-        """Return a local search with its buffers."""
-        n = instance.n
-        place, queue = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-        queued, touched = np.zeros(n, dtype=np.uint8), np.zeros(8, dtype=np.int32)
-        return cls(instance, place, queue, queued, np.zeros(2, dtype=np.int64), touched, use_or_opt)
-
-    def __call__(self, tour: NDArray[np.int32], stop: Stop) -> None:
-        """Improve the tour int32[n] in place to a local optimum, or until `stop.now()`."""
-        queue_all(tour, self.place, self.queue, self.queued, self.state)
-        cost, lists = self.instance.cost, self.instance.candidates
-        while True:
-            moves = improve(
-                cost, tour, self.place, lists, self.queue, self.queued, self.state, self.touched, self.use_or_opt,
-                MOVES_PER_LOOK,
-            )  # fmt: skip
-            if moves < MOVES_PER_LOOK or stop.now():
-                return
+def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
+    """Improve the tour int32[n] in place by 2-opt and Or-opt to a local optimum, or until `stop.now()`."""
+    work = work_tour(tour)
+    while improve(instance.cost, work, instance.candidates, MOVES_PER_LOOK) == MOVES_PER_LOOK and not stop.now():
+        pass
+    tour[:] = work.node
 
 
 def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
@@ -66,7 +41,7 @@ def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -
     c_nn = float(tour_cost(instance.cost, tour))
     best.offer(tour, c_nn, 0)
     if local_search:
-        LocalSearch.of(instance)(tour, stop)
+        improve_locally(instance, tour, stop)
         best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
     return c_nn
 
@@ -74,13 +49,12 @@ def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -
 class Places:
     """Closed tours of points, with the buffers of each worker."""
 
-    #: Whether several workers can share one object, and whether the two directions of an edge have separate trails.
-    parallel, one_way = True, False
+    #: Whether the two directions of an edge have separate trails.
+    one_way = False
 
     def __init__(self, instance: Instance, local_search: bool, workers: int = 1) -> None:
         self.instance, self.local_search, self.lists = instance, local_search, instance.candidates
         self._unvisited = [none_visited(instance) for _ in range(workers)]
-        self._search = [LocalSearch.of(instance) for _ in range(workers)]
 
     def start(self, best: Best) -> float:
         """Offer the first tours and return C_nn."""
@@ -91,26 +65,19 @@ class Places:
         fill_nearness(self.instance.cost, self.lists, trails.parameters.beta, trails.offset, trails.nearness)
 
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints, worker: int) -> None:
-        """Construct the tour of an ant. Changes: tour, words[ant]."""
-        i, p = self.instance, trails.parameters
-        construct_tour(
-            i.cost, i.tree, i.candidates, trails.weights, trails.nearness, p.greedy_probability, i.first, i.second,
-            words, ant, tour, self._unvisited[worker],
-        )  # fmt: skip
-
-    def construct_with_decay(self, trails: Trails, words: NDArray[np.uint64], ant: int, tour: Ints) -> None:
-        """Construct the tour of an ant of Ant Colony System. Changes: tour, words[ant], pheromone and weights."""
+        """Construct the tour of an ant. Changes: tour, words[ant]; pheromone and weights in Ant Colony System."""
         i, p = self.instance, trails.parameters
         edges = WeightedEdges(i.candidates, trails.pheromone, trails.nearness, trails.weights)
         decay = Decay(p.alpha, p.local_rate, trails.initial)
-        construct_tour_with_decay(
-            i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, tour, self._unvisited[0]
-        )
+        construct_tour(
+            i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, tour,
+            self._unvisited[worker],
+        )  # fmt: skip
 
     def finish(self, tour: Ints, stop: Stop, worker: int) -> float:
         """Improve a tour if wanted, and return its cost. Changes: tour."""
         if self.local_search:
-            self._search[worker](tour, stop)
+            improve_locally(self.instance, tour, stop)
         return float(tour_cost(self.instance.cost, tour))
 
     def result(self, tour: Ints) -> Ints:
