@@ -29,6 +29,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.colony import assembly_for
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import BREADTH, choices, descend, work_tour
+from leafcut.order.stop import Stop
 from plain_python import plain_python
 
 SEEDS = st.integers(0, 2**31)
@@ -132,7 +133,7 @@ def test_assembling_never_makes_a_tour_longer_and_counts_its_gain_right(n: int, 
 def test_a_tour_assembled_with_itself_stays_unchanged(n: int, seed: int) -> None:
     instance = instance_of(n, seed, **CLOSED)
     tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
-    descend(instance, tour, BREADTH, None)
+    descend(instance, tour, BREADTH, Stop())
     mine, gain = assembled(instance, tour.node, tour.node, seed)
     assert gain == 0
     assert np.array_equal(mine, tour.node)

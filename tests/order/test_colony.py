@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -19,7 +18,6 @@ from leafcut.order.colony import (
     FIRST_ANTS,
     MOST_ANTS,
     Colony,
-    Meetings,
     _have_time_to_kick,
     _how_many,
     _learned,
@@ -30,7 +28,7 @@ from leafcut.order.colony import (
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
-from leafcut.order.workers import WorkerLog, Workers
+from leafcut.order.workers import Share, WorkerLog, Workers
 
 
 def instance_of(n: int, seed: int = 1) -> Instance:
@@ -38,9 +36,9 @@ def instance_of(n: int, seed: int = 1) -> Instance:
     return build_instance(RoutingProblem.of_points(np.random.default_rng(seed).uniform(0, 90, (n, 2)), closed=True), 8)
 
 
-def workers(executor: Executor | None = None, count: int = 1, shared: bool = True) -> Workers:
+def workers(executor: Executor | None = None, count: int = 1) -> Workers:
     """Return workers without a clock."""
-    return Workers(executor, count, Stop(), WorkerLog.of(count), shared)
+    return Workers(executor, count, Stop(), WorkerLog.of(count))
 
 
 def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
@@ -84,9 +82,9 @@ def test_the_best_ant_of_another_colony_joins_if_there_is_any() -> None:
 def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytest.MonkeyPatch) -> None:
     instance, met = instance_of(12), []
 
-    def note(_: Instance, meetings: Meetings, __: Stop | None = None) -> tuple[np.ndarray, np.ndarray]:
-        met.extend(zip(meetings.mine.tolist(), meetings.other.tolist(), meetings.costs.tolist(), strict=True))
-        return meetings.mine, meetings.costs
+    def note(_: Instance, mine: np.ndarray, other: np.ndarray, costs: np.ndarray, *__: object) -> Share:
+        met.extend(zip(mine.tolist(), other.tolist(), costs.tolist(), strict=True))
+        return mine, costs
 
     monkeypatch.setattr(colony_module, "follow_trails", note)
     tours = np.array([np.roll(np.arange(12), k) for k in range(9)], dtype=np.int32)
@@ -107,22 +105,14 @@ def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytes
 def test_ants_that_meet_after_the_time_is_up_keep_their_tours_and_costs() -> None:
     instance = instance_of(150)
     colony = found_colony(instance, 4, 7, 0, workers())
-    meetings = Meetings(colony.tours, np.roll(colony.tours, 1, axis=0), colony.costs, np.arange(1, 5, dtype=np.uint64))
-    late = Stop(seconds=0.0)
-    tours, costs = follow_trails(instance, meetings, late)
+    mine = colony.tours.copy()
+    meetings = mine, np.roll(mine, 1, axis=0), colony.costs, np.arange(1, 5, dtype=np.uint64)
+    tours, costs = follow_trails(instance, *meetings, Stop(seconds=0.0))
     assert np.array_equal(tours, colony.tours)
     assert np.array_equal(costs, colony.costs)
-    tours, costs = follow_trails(instance, meetings)
+    tours, costs = follow_trails(instance, *meetings, Stop())
     assert (costs < colony.costs).any()
-    assert np.array_equal(meetings.mine, colony.tours)
-
-
-@pytest.mark.slow
-def test_a_generation_is_the_same_in_another_process() -> None:
-    instance = instance_of(80)
-    here = lived(instance, workers())
-    with ProcessPoolExecutor(1, get_context("spawn")) as processes:
-        assert np.array_equal(here.tours, lived(instance, workers(processes, 1, shared=False), 4).tours)
+    assert np.array_equal(mine, colony.tours)
 
 
 def test_a_generation_leaves_the_colony_it_comes_from_alone() -> None:

@@ -132,7 +132,7 @@ def test_a_descent_does_nothing_once_stopped_and_everything_otherwise() -> None:
     assert not descend(instance, tour, BREADTH, stop)
     assert np.array_equal(tour.node, before)
     assert tour.counts[1] == 60
-    assert descend(instance, tour, BREADTH, None)
+    assert descend(instance, tour, BREADTH, Stop())
     assert tour.counts[1] == 0
     assert tour_cost(instance.cost, tour.node) < tour_cost(instance.cost, before)
 
@@ -143,7 +143,7 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
     node = np.random.default_rng(4).permutation(120).astype(np.int32)
     monkeypatch.setattr(kicks, "LONGEST_REWRITE", 5)
     tour, short = work_tour(node), work_tour(node)
-    assert descend(instance, tour, BREADTH, None)
+    assert descend(instance, tour, BREADTH, Stop())
     assert not tour.queued.any()
     breadth = choices(instance, BREADTH)
     improve_queued(instance.cost, short._replace(buffer=short.buffer[:5]), *instance.exchange_lists, breadth, 10**6)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,11 +10,11 @@ import pytest
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order import colony, kicks, pieces
+from leafcut.order import colony, kicks
 from leafcut.order.best import Best
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
-from leafcut.order.pieces import cut, instance_of, kick_pieces
+from leafcut.order.kicks import cut, instance_of, kick_piece, kick_pieces
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers
@@ -34,10 +33,15 @@ def board(ends: str, n: int = 90) -> Instance:
     return build_instance(RoutingProblem.of_points(xy, closed=ends == "closed", start=start, end=end), 6)
 
 
-def kicked(instance: Instance, rounds: int, executor: Executor | None = None, shared: bool = True) -> Best:
+def word() -> np.ndarray:
+    """Return a random state."""
+    return np.array([77], dtype=np.uint64)
+
+
+def kicked(instance: Instance, rounds: int, executor: Executor | None = None) -> Best:
     """Return the best after some rounds of kicks on the pieces of the greedy tour."""
     best, stop = Best(Stop()), Stop(iterations=rounds)
-    workers = Workers(executor, 2, stop, WorkerLog.of(2), shared)
+    workers = Workers(executor, 2, stop, WorkerLog.of(2))
     assert kick_pieces(instance, greedy(instance), 5, best, workers, 0, 1e9) == rounds
     return best
 
@@ -45,8 +49,8 @@ def kicked(instance: Instance, rounds: int, executor: Executor | None = None, sh
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make pieces of twenty nodes, and many kicks on each."""
-    monkeypatch.setattr(pieces, "PIECE", 20)
-    monkeypatch.setattr(pieces, "KICKS_PER_NODE", 5.0)
+    monkeypatch.setattr(kicks, "PIECE", 20)
+    monkeypatch.setattr(kicks, "KICKS_PER_NODE", 5.0)
 
 
 @pytest.mark.parametrize("ends", ENDS)
@@ -99,15 +103,13 @@ def test_a_kicked_piece_keeps_its_ends_and_gets_no_longer_until_it_is_stopped(
     ends: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     instance = board(ends)
-    monkeypatch.setattr(pieces, "KICKS_PER_LOOK", 10)
+    monkeypatch.setattr(kicks, "KICKS_PER_LOOK", 10)
     stopped, asked = Stop(), []
     monkeypatch.setattr(stopped, "now", lambda spare=0.0: asked.append(spare) or len(asked) > 2, raising=False)
     gained = 0
     for nodes in cut(instance, greedy(instance), np.random.default_rng(1)):
-        piece = pieces.TourPiece(nodes, np.array([77], dtype=np.uint64), 100)
-        (after,), none = pieces.kick_piece(instance, piece)
+        (after,), none = kick_piece(instance, nodes, word(), 100, Stop())
         assert len(none) == 0
-        assert piece.word[0] == 77
         assert (after[0], after[-1]) == (nodes[0], nodes[-1])
         assert sorted(after.tolist()) == sorted(nodes.tolist())
         before, now = (sum(instance.costs(n[:-1], n[1:])) for n in (nodes, after))
@@ -115,10 +117,10 @@ def test_a_kicked_piece_keeps_its_ends_and_gets_no_longer_until_it_is_stopped(
         gained += now < before - 1e-6
         # Stopped at the third look, 20 kicks are made.
         asked.clear()
-        some = pieces.TourPiece(nodes, piece.word, 20)
-        assert np.array_equal(pieces.kick_piece(instance, piece, stopped)[0], pieces.kick_piece(instance, some)[0])
+        some = kick_piece(instance, nodes, word(), 20, Stop())
+        assert np.array_equal(kick_piece(instance, nodes, word(), 100, stopped)[0], some[0])
         assert len(asked) == 3
-        assert asked[0] == pytest.approx(pieces.PUTTING_TOGETHER * instance.n)
+        assert asked[0] == pytest.approx(kicks.PUTTING_TOGETHER * instance.n)
     assert gained
 
 
@@ -133,13 +135,11 @@ def test_kicks_on_pieces_end_with_their_number() -> None:
     assert kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1) == 5
 
 
-def test_pieces_are_the_same_kicked_here_in_threads_and_in_another_process() -> None:
+def test_pieces_are_the_same_kicked_here_and_in_threads() -> None:
     instance = board("start")
     here = kicked(instance, 3)
     with ThreadPoolExecutor(3) as threads:
         assert np.array_equal(here.tour, kicked(instance, 3, threads).tour)
-    with ThreadPoolExecutor(1) as one:
-        assert np.array_equal(here.tour, kicked(instance, 3, one, shared=False).tour)
 
 
 def test_a_search_with_pieces_gives_the_same_answer_on_one_thread_and_on_two(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,17 +155,6 @@ def test_a_search_with_pieces_gives_the_same_answer_on_one_thread_and_on_two(mon
     assert found[0].cost == found[1].cost
     assert len(rounds) == 2
     assert rounds[0] == rounds[1] > 0
-
-
-@pytest.mark.slow
-def test_a_piece_is_the_same_kicked_in_another_process() -> None:
-    instance = board("open")
-    with ProcessPoolExecutor(1, get_context("spawn")) as processes:
-        workers = Workers(processes, 1, Stop(), WorkerLog.of(1), shared=False)
-        word = np.array([77], dtype=np.uint64)
-        piece = pieces.TourPiece(cut(instance, greedy(instance), np.random.default_rng(1))[0], word, 50)
-        ((there, _),) = workers.shares(pieces.kick_piece, instance, [piece])
-    assert np.array_equal(there, pieces.kick_piece(instance, piece)[0])
 
 
 @pytest.mark.slow

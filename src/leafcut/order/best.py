@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.model.heartbeat import OnProgress, Progress
-from leafcut.model.snapshot import Observer, Snapshot
+from leafcut.model.snapshot import Observer, Pheromone, Snapshot
 from leafcut.model.solution import gap
 from leafcut.model.study import Study
 from leafcut.order.directed import AnyInstance
@@ -26,9 +27,12 @@ ROUNDING = 1e-12
 class SearchView:
     """View of a search for observers; by default the best path and the figures of the workers."""
 
-    def __init__(self, shown: AnyInstance | None = None, log: WorkerLog | None = None) -> None:
+    def __init__(
+        self, shown: AnyInstance | None = None, log: WorkerLog | None = None,
+        pheromone: Callable[[], Pheromone] | None = None,
+    ) -> None:  # fmt: skip
         """Without the instance `shown`, snapshots have no path."""
-        self.shown, self.log = shown, WorkerLog.of(0) if log is None else log
+        self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
 
     def result(self, tour: Ints) -> Ints:
         """Convert a tour of the search to nodes of the instance."""
@@ -36,59 +40,12 @@ class SearchView:
 
     def parts(self, best: Best) -> dict[str, Any]:
         """Return the optional fields of `Snapshot` for this algorithm."""
-        return {"workers": self.log.figures()}
+        pheromone = {} if self.pheromone is None else {"pheromone": self.pheromone()}
+        return {"workers": self.log.figures()} | pheromone
 
     def branching(self) -> float | None:
         """Return the mean λ-branching factor of the trails."""
         return None
-
-
-class SearchObserver:
-    """Observer of a search, called after each iteration; does nothing by default."""
-
-    #: Whether the gap is shown from the start, which requires a lower bound before the search.
-    wants_bound = False
-
-    def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Handle the end of an iteration; see `Best.tell` for the arguments."""
-
-
-class Watched(SearchObserver):
-    """Forwards snapshots to an observer, and the figures of each iteration to a study."""
-
-    wants_bound = True
-
-    def __init__(self, observer: Observer) -> None:
-        self.observer = observer
-        if isinstance(observer, Study):
-            observer.begin()
-
-    def after_iteration(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
-        """Call the observer; the search clock is paused if the search waits (`alone`)."""
-        seconds, view = best.stop.elapsed(), best.view
-
-        def take() -> Snapshot:
-            with best.lock:
-                tour, cost = best.tour, best.cost
-            path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
-            return Snapshot(path, cost + best.service, best.known_bound, iteration, seconds, **view.parts(best))
-
-        def show() -> None:
-            if isinstance(self.observer, Study):
-                whole = None if costs is None else costs + best.service
-                self.observer.note(iteration, seconds, best.cost + best.service, whole, view.branching())
-            self.observer(take, alone)
-
-        if not alone:
-            show()
-            return
-        with best.stop.paused():
-            show()
-
-
-def observer_of(observe: Observer | None) -> SearchObserver:
-    """Wrap an observer for a search; None gives an observer that does nothing."""
-    return SearchObserver() if observe is None else Watched(observe)
 
 
 @dataclass
@@ -111,7 +68,7 @@ class Best:
     bound: float | None = None
     shown_bound: float | None = None
     view: SearchView = field(default_factory=SearchView)
-    observer: SearchObserver = field(default_factory=SearchObserver)
+    observe: Observer | None = None
     tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     cost: float = math.inf
     iteration: int = 0
@@ -144,4 +101,25 @@ class Best:
             shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
             cost = self.cost + self.service
             self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.known_bound)))
-        self.observer.after_iteration(self, iteration, alone, costs)
+        if self.observe is None:
+            return
+        if alone:
+            with self.stop.paused():
+                self._show(self.observe, iteration, alone, costs)
+        else:
+            self._show(self.observe, iteration, alone, costs)
+
+    def _show(self, observe: Observer, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
+        """Call the observer, and give a study the figures of the iteration."""
+        seconds, view = self.stop.elapsed(), self.view
+
+        def take() -> Snapshot:
+            with self.lock:
+                tour, cost = self.tour, self.cost
+            path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
+            return Snapshot(path, cost + self.service, self.known_bound, iteration, seconds, **view.parts(self))
+
+        if isinstance(observe, Study):
+            whole = None if costs is None else costs + self.service
+            observe.note(iteration, seconds, self.cost + self.service, whole, view.branching())
+        observe(take, alone)

@@ -53,7 +53,7 @@ def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Dead
 
 def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
-    if not (best.observer.wants_bound and best.bound is None and options.bound):
+    if not (best.observe is not None and best.bound is None and options.bound):
         return
     if instance.problem.n_clusters > MOST_BOUNDED:
         return

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,18 @@ from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance
 from leafcut.order.kicks import BREADTH as KICKING_BREADTH
-from leafcut.order.kicks import MANY, NODES_PER_LOOK, choices, descend, first_tour, kick_on, warm_kicks, work_tour
+from leafcut.order.kicks import (
+    MANY,
+    NODES_PER_LOOK,
+    choices,
+    descend,
+    first_tour,
+    kick_on,
+    kick_pieces,
+    warm_kicks,
+    work_tour,
+)
 from leafcut.order.observing import of_tours
-from leafcut.order.pieces import kick_pieces
 from leafcut.order.search import AlgorithmRun, SearchResult, until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
@@ -102,9 +111,7 @@ _CHAMPIONS = 2**32 - 1
 
 @dataclass(frozen=True, eq=False)
 class Colony:
-    """State of a colony: arrays and numbers only, so that it can be sent to other processes. `tours` int32[m, n], one
-    per ant; `costs` float64[m].
-    """
+    """State of a colony: `tours` int32[m, n], one per ant; `costs` float64[m]."""
 
     tours: NDArray[np.int32]
     costs: NDArray[np.float64]
@@ -120,65 +127,33 @@ class Colony:
         return replace(self, tours=tours, costs=np.append(self.costs, other.costs[best]))
 
 
-@dataclass(frozen=True, eq=False)
-class Founders:
-    """Ants that build tours: their random states uint64[m], and the number of kicks per tour."""
-
-    words: NDArray[np.uint64]
-    kicks: int = 0
-
-
-class ColonyView(SearchView):
-    """View of a colony for observers: the share of its ants on each edge."""
-
-    def __init__(self, instance: Instance, workers: Workers, colony: Colony | None = None) -> None:
-        super().__init__(instance, workers.log)
-        self.instance, self.colony = instance, colony
-
-    def parts(self, best: Best) -> dict[str, Any]:
-        """Return the figures of the workers, and the ants on each edge."""
-        shown = None if self.colony is None else of_tours(self.instance, self.colony.tours)
-        return super().parts(best) | {"pheromone": shown}
-
-
-def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:
-    """Return a tour per founder and its cost (inf if the time ran out): greedy by random costs, exchanges, kicks."""
-    words = founders.words.copy()
-    tours, costs = np.zeros((len(words), instance.n), dtype=np.int32), np.full(len(words), math.inf)
-    for k, word in enumerate(founders.words):
-        if stop is not None and stop.now():
-            break
-        tour = work_tour(greedy(instance, np.random.default_rng(word)))
+def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
+    """Return a tour and its cost (inf if the time ran out): greedy by random costs, exchanges, kicks. `word` is a
+    random state uint64[1]. Changes: word.
+    """
+    node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
+    if not stop.now():
+        tour = work_tour(greedy(instance, np.random.default_rng(word[0])))
         if descend(instance, tour, BREADTH, stop):
-            node = _kicked(instance, tour.node, words, k, founders.kicks, stop)
-            tours[k], costs[k] = node, tour_cost(instance.cost, node)
-    return tours, costs
+            node = _kicked(instance, tour.node, word, kicks, stop)
+            cost = float(tour_cost(instance.cost, node))
+    return node[None], np.array([cost])
 
 
 def _kicked(
-    instance: Instance, node: NDArray[np.int32], words: NDArray[np.uint64], k: int, kicks: int, stop: Stop | None
+    instance: Instance, node: NDArray[np.int32], word: NDArray[np.uint64], kicks: int, stop: Stop
 ) -> NDArray[np.int32]:
-    """Return a tour int32[n] after `kicks` kicks, or fewer if the time runs out. Changes: words[k]."""
+    """Return a tour int32[n] after `kicks` kicks, or fewer if the time runs out. Changes: word."""
     if kicks <= 0:
         return node
     tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
     breadth = choices(instance, KICKING_BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
-        if stop is not None and stop.now():
+        if stop.now():
             break
         some = min(KICKS_PER_LOOK, kicks - made)
-        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, words, k, some)
+        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, word, 0, some)
     return tour.node
-
-
-@dataclass(frozen=True, eq=False)
-class Meetings:
-    """Pairs of tours to recombine: mine, other int32[m, n], costs of mine float64[m], random states uint64[m]."""
-
-    mine: NDArray[np.int32]
-    other: NDArray[np.int32]
-    costs: NDArray[np.float64]
-    words: NDArray[np.uint64]
 
 
 def assembly_for(n: int) -> Assembly:
@@ -192,22 +167,26 @@ def assembly_for(n: int) -> Assembly:
     )
 
 
-def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = None) -> Share:
-    """Recombine each tour in `mine` with its partner in `other`, keeping improvements; return the tours and costs."""
-    n, pairs = instance.n, len(meetings.mine)
-    tours, gains, words = meetings.mine.copy(), np.zeros(pairs), meetings.words.copy()
+def follow_trails(
+    instance: Instance, mine: NDArray[np.int32], other: NDArray[np.int32], costs: NDArray[np.float64],
+    words: NDArray[np.uint64], stop: Stop,
+) -> Share:  # fmt: skip
+    """Recombine each tour in `mine` int32[m, n], of cost float64[m], with its partner in `other`, keeping improvements;
+    return the tours and costs. `words` are random states uint64[m].
+    """
+    n, pairs = instance.n, len(mine)
+    tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
     tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
     assembly = assembly_for(n)
     step, breadth = max(1, NODES_PER_LOOK // n), choices(instance, BREADTH)
     for first in range(0, pairs, step):
-        if stop is not None and stop.now():
+        if stop.now():
             break
         assemble(
             instance.cost, tour, assembly, *instance.exchange_lists, breadth,
-            tours, meetings.other, words, gains, first, min(pairs, first + step),
+            tours, other, words, gains, first, min(pairs, first + step),
         )  # fmt: skip
     # Costs are summed again: subtracting gains would accumulate rounding errors over the generations.
-    costs = meetings.costs.copy()
     for k in np.flatnonzero(gains > 0.0):
         costs[k] = tour_cost(instance.cost, tours[k])
     return tours, costs
@@ -216,8 +195,7 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
 def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
     """Return a colony of newly built tours; unfinished tours are left out."""
     words = random_words(seed, _BUILDING, number, count=ants)
-    founders = [Founders(words[k : k + 1], kicks) for k in range(ants)]
-    tours, costs = workers.spread(build_tours, instance, founders)
+    tours, costs = workers.spread([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
     return Colony(tours[done], costs[done], number)
 
@@ -229,11 +207,19 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
     mine = np.random.default_rng(words[0]).permutation(ants)
     other = np.roll(mine, -1)
     block = max(1, ants // (MEETINGS_PER_WORKER * workers.count))
-    items = [
-        Meetings(colony.tours[mine[at]], colony.tours[other[at]], colony.costs[mine[at]], words[at])
-        for at in (slice(k, k + block) for k in range(0, ants, block))
-    ]
-    tours, costs = workers.spread(follow_trails, instance, items)
+    tours, costs = workers.spread(
+        [
+            partial(
+                follow_trails,
+                instance,
+                colony.tours[mine[at]],
+                colony.tours[other[at]],
+                colony.costs[mine[at]],
+                words[at],
+            )
+            for at in (slice(k, k + block) for k in range(0, ants, block))
+        ]
+    )
     back = np.argsort(mine)
     return Colony(tours[back], costs[back], colony.number, colony.generation + 1)
 
@@ -284,7 +270,7 @@ def improve_by_colony(
         champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
-    best.view = ColonyView(instance, workers)  # kicks use no pheromone
+    best.view = SearchView(instance, workers.log)  # kicks use no pheromone
     kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.thrift.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
@@ -306,7 +292,7 @@ def _live(
         colony = following
         generations += 1
         _offer(colony, best, generations)
-        best.view = ColonyView(instance, workers, colony)
+        best.view = SearchView(instance, workers.log, partial(of_tours, instance, colony.tours))
         best.tell(generations)
     return colony, generations
 
@@ -358,7 +344,7 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     threads = options.threads or os.cpu_count() or 1
     with thread_pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
-        best.view = ColonyView(instance, workers)
+        best.view = SearchView(instance, workers.log)
         iterations = until_interrupted(
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )

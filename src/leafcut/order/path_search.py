@@ -10,7 +10,6 @@ import math
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from leafcut.geometry.arrays import Ints
 from leafcut.kernels.layers import Clusters
 from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route, kick_route
-from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions
 from leafcut.order.annealing import Forgetting, is_small, layers_of
 from leafcut.order.best import Best, SearchView
@@ -30,6 +28,7 @@ from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.search import AlgorithmRun, SearchResult, search, until_interrupted
 from leafcut.order.stop import Stop
+from leafcut.order.workers import WorkerLog
 
 #: Budget of a preset in kicks: per node, fewest and most.
 PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
@@ -77,15 +76,15 @@ class PathSearch:
 
     def __init__(
         self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
-        alone: bool = True,
+        log: WorkerLog | None = None,
     ) -> None:  # fmt: skip
-        """Searches that share `best` and `layers` have different numbers and are not `alone`."""
+        """Searches that share `best`, `layers` and the `log` of their work have different numbers."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
-        self.alone = alone
+        self.log = log or WorkerLog.of(1)
+        self.alone = len(self.log.ants) == 1
         self.words, self.number = random_words(seed, number, count=1), number
         self.breadth = np.array(BREADTH, dtype=np.int64)
         self.iteration = self.kicks = 0
-        self.shortest = math.inf
 
     def run(self, most: float, start: Route, phase: float = PHASE) -> int:
         """Improve a path to a local optimum, then by kicks, until `stop` or `most` kicks; return the iterations. A
@@ -193,14 +192,15 @@ class PathSearch:
                 return
 
     def _tell(self, iteration: int) -> None:
-        """Report the progress of the first of several searches."""
+        """Update the log; report the progress of the first of several searches."""
+        self.log.ants[self.number], self.log.seconds[self.number] = self.kicks, self.stop.elapsed()
         if self.number == 0:
             self.best.tell(iteration, alone=self.alone)
 
     def _offer(self) -> None:
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
-        self.shortest = min(self.shortest, self.cost)
+        self.log.best[self.number] = min(self.log.best[self.number], self.cost)
         self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
 
     def _take_up(self, nodes: Ints) -> None:
@@ -219,16 +219,6 @@ def _turns(n: int) -> Iterator[tuple[float, int]]:
         yield 0.0, COLD * n
 
 
-class _PathView(SearchView):
-    def __init__(self, instance: DirectedInstance, searches: list[PathSearch]) -> None:
-        super().__init__(instance)
-        self.searches = searches
-
-    def parts(self, best: Best) -> dict[str, Any]:
-        seconds = best.stop.elapsed()
-        return {"workers": tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in self.searches)}
-
-
 def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     """Run one search per thread; each may restart from the best path of all. A work budget allows only one."""
     options, stop, best = run.options, run.stop, run.best
@@ -238,10 +228,9 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     only_time = options.iterations is None and options.time_limit is not None
     threads = (options.threads or os.cpu_count() or 1) if only_time else 1
     layers = layers_of(instance) if is_small(instance) else None
-    searches = [
-        PathSearch(instance, options.seed, best, number, layers, alone=threads == 1) for number in range(threads)
-    ]
-    best.view = view = _PathView(instance, searches)
+    log = WorkerLog.of(threads)
+    searches = [PathSearch(instance, options.seed, best, number, layers, log) for number in range(threads)]
+    best.view = SearchView(instance, log)
 
     def work() -> int:
         greedy = greedy_path(instance)
@@ -258,7 +247,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
                 raise
 
     iterations = until_interrupted(work, best)
-    return SearchResult(best.tour, iterations, view.parts(best)["workers"])
+    return SearchResult(best.tour, iterations, log.figures())
 
 
 def offer_path_of_ants(

@@ -14,9 +14,10 @@ from leafcut.model.heartbeat import OnProgress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
+from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import check_algorithm, check_options, method_for, needs_choices, warm_up
-from leafcut.order.best import Best, SearchView, observer_of
+from leafcut.order.best import Best, SearchView
 from leafcut.order.certificate import aim, certify, foresee
 from leafcut.order.deadline import Deadline
 from leafcut.order.directed import refuse_places_of_a_table
@@ -78,7 +79,9 @@ def solve(
     instance = method.instance(problem, options.candidates)
     best.service, best.view = instance.service, SearchView(instance)
     aim(options, instance, best, bounds)
-    best.observer = observer_of(observe)
+    best.observe = observe
+    if isinstance(observe, Study):
+        observe.begin()
     foresee(options, instance, best)
     found = method.search(instance, AlgorithmRun(options, aco, firefly, best))
     solution = _solution(problem, instance.path(found.tour), options, found, best, instance.exact)

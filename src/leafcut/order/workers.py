@@ -1,22 +1,19 @@
-"""Workers: run tasks of a search in threads or another executor, and record statistics per worker."""
+"""Workers: run tasks of a search in threads, and record statistics per worker."""
 
 from __future__ import annotations
 
 import math
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.solution import WorkerFigures
-from leafcut.order.instance import Instance
 from leafcut.order.stop import Stop
 
 #: Result of a task: tours int32[m, n] and their costs float64[m].
@@ -30,18 +27,16 @@ class WorkerLog:
     ants: list[int]
     seconds: list[float]
     best: list[float]
-    known: list[object] = field(default_factory=list)
+    known: dict[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, workers: int) -> WorkerLog:
         """Return an empty log."""
         return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
 
-    def number(self, identity: object) -> int:
+    def number(self, thread: int) -> int:
         """Return the number of a worker; they are numbered in the order of their first task."""
-        if identity not in self.known:
-            self.known.append(identity)
-        return self.known.index(identity) % len(self.ants)
+        return self.known.setdefault(thread, len(self.known)) % len(self.ants)
 
     def add(self, worker: int, ants: int, seconds: float, best: float) -> None:
         """Add a task to the totals."""
@@ -57,40 +52,29 @@ class WorkerLog:
 
 @dataclass(frozen=True)
 class Workers:
-    """Executor (None for this thread) and settings for the workers of a search. If not `shared`, workers (processes,
-    machines) cannot be stopped during a task.
-    """
+    """Threads of a search (None: this thread alone), and their stopping criteria."""
 
     executor: Executor | None
     count: int
     stop: Stop
     log: WorkerLog
-    shared: bool = True
 
-    def shares(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> list[Share]:
-        """Return ``work(instance, item, stop)`` for each item, in order, independent of the number of workers."""
-        if self.executor is None:
-            done = [_timed(work, instance, item, self.stop) for item in items]
-        else:
-            stop = self.stop if self.shared else None
-            jobs = [self.executor.submit(_timed, work, instance, item, stop) for item in items]
-            done = [job.result() for job in jobs]
-        for identity, seconds, (_, costs) in done:
-            self.log.add(self.log.number(identity), len(costs), seconds, float(costs.min(initial=math.inf)))
+    def shares(self, tasks: list[Callable[[Stop], Share]]) -> list[Share]:
+        """Return the result of each task, in order, independent of the number of workers."""
+        done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
+        for thread, seconds, (_, costs) in done:
+            self.log.add(self.log.number(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
-    def spread(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> Share:
+    def spread(self, tasks: list[Callable[[Stop], Share]]) -> Share:
         """Return the results of `shares`, concatenated."""
-        tours, costs = zip(*self.shares(work, instance, items), strict=True)
+        tours, costs = zip(*self.shares(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
-
-def _timed(
-    work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
-) -> tuple[tuple[int, int], float, Share]:
-    began = time.perf_counter()
-    share = work(instance, item, stop)
-    return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share
+    def _timed(self, task: Callable[[Stop], Share]) -> tuple[int, float, Share]:
+        began = time.perf_counter()
+        share = task(self.stop)
+        return threading.get_ident(), time.perf_counter() - began, share
 
 
 @contextmanager
