@@ -22,7 +22,7 @@ import leafcut
 from benchmarks import page
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.stock_proof import stock_judge

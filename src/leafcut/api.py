@@ -22,7 +22,7 @@ from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import ReadOptions, Settings, flag_name
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing

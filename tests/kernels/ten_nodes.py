@@ -41,8 +41,8 @@ from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order import bound as patched
 from leafcut.order import kicks as tour_kicks
-from leafcut.order import spanning_tree as patched
 from leafcut.order.annealing import Forgetting
 from leafcut.order.bound import lower_bound
 from leafcut.order.construction import greedy as greedy_tour

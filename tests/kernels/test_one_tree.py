@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from leafcut.kernels.one_tree import Graph, Sets, TreeScratch, close_tree, join_sets, shifts, sparse_tree, two_spokes
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order import spanning_tree
+from leafcut.order import bound as spanning_tree
+from leafcut.order.bound import in_the_plane, smallest_tree
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.spanning_tree import in_the_plane, smallest_tree
 from plain_python import plain_python
 from travel_reference import travel_cost
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import leafcut
 from leafcut.model.problem import METRICS, Metric, RoutingProblem
 from leafcut.order import bound as bound_module
-from leafcut.order import spanning_tree
+from leafcut.order import bound as spanning_tree
 from leafcut.order.bound import lower_bound
 from leafcut.order.instance import build_instance
 from travel_reference import travel_cost

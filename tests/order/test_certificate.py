@@ -21,10 +21,9 @@ from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
 from leafcut.order.best import Best
 from leafcut.order.certificate import bound_of, relaxation
-from leafcut.order.deadline import Deadline
 from leafcut.order.instance import build_instance, path_cost
 from leafcut.order.solve import keep_better, solve
-from leafcut.order.stop import Stop
+from leafcut.order.stop import Deadline, Stop
 
 Bounding = Callable[[float | None], list[float]]
 
@@ -343,7 +342,7 @@ def test_a_bound_of_several_ways_that_is_late_is_given_up() -> None:
 def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bound that ends early is below the cost, and never above the bound without a limit. A look takes a second."""
     ticks = itertools.count()
-    monkeypatch.setattr("leafcut.order.deadline.clock", lambda: float(next(ticks)))
+    monkeypatch.setattr("leafcut.order.stop.clock", lambda: float(next(ticks)))
     bounds = []
     for most in (0.5, 1.5, 3.5, None):
         found = solve(board(n), SolveOptions(preset="fast", threads=1), bounds=Deadline(most))

@@ -18,9 +18,9 @@ from leafcut.model.snapshot import Snapshot
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.instance import build_instance
-from leafcut.order.literature.ants import TRAILS, Ants
+from leafcut.order.literature.ants import Ants
 from leafcut.order.literature.fireflies import PlaceFireflies
-from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.literature.pheromone import TRAILS, AntParameters
 from leafcut.order.search import Tours
 from leafcut.order.solve import solve
 

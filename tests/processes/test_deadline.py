@@ -19,9 +19,9 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.options import SolveOptions
 from leafcut.order import algorithms, certificate, stop
-from leafcut.order import deadline as module
 from leafcut.order import solve as solving
-from leafcut.order.deadline import Deadline
+from leafcut.order import stop as module
+from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.pocket.plan import grid
@@ -131,7 +131,7 @@ def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytes
     stages = [Stage(problem, False, np.arange(9, dtype=np.int32), name) for name in "ab"]
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(certificate, "relaxation", endless)
-    find_order(job, stages, SolveOptions(iterations=2))
+    find_order(job, stages, SolveOptions(algorithm="2opt"))
     assert 1.0 <= now[0] <= 1.2
 
 

@@ -22,10 +22,10 @@ from leafcut.model.problem import Relief, RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import warm_up
+from leafcut.order.bound import ALL_PAIRS
 from leafcut.order.construction import FEW
 from leafcut.order.kicks import MANY
 from leafcut.order.solve import solve
-from leafcut.order.spanning_tree import ALL_PAIRS
 from leafcut.timing.travel import travel_heights
 
 #: Moves that a controller blends into one, and a hole in stock.

@@ -6,6 +6,7 @@ step uses all edges.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +16,8 @@ from leafcut.geometry.arrays import Floats
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
 from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
-from leafcut.order import spanning_tree
-from leafcut.order.instance import Instance
-from leafcut.order.spanning_tree import SpanningTree, StopAsked, all_pairs, edge_lengths, in_the_plane, smallest_tree
+from leafcut.kernels.spanning_tree import ForestParts, dense_tree, join_parts, leave_by_graph, leave_by_tree
+from leafcut.order.instance import Instance, costs_of_edges
 
 #: Number of steps of the ascent. More steps gained nothing on a few hundred nodes. Clustered boards of 1,000 to 2,000
 #: nodes need many; larger boards cannot afford them. A step takes about 0.2 µs per node.
@@ -48,7 +48,25 @@ DENSE_LIMIT = 5000
 #: Relative rounding allowance for float64 sums of millions of numbers, with a wide margin.
 ROUNDING = 1e-9
 
+#: Maximum number of pairs and boxes checked, in total and per node; reached only if lifts outweigh distances.
+MOST_LOOKS, MOST_LOOKS_PER_NODE = 2e7, 2000
+
+#: Maximum number of nodes for checking all pairs, which takes microseconds and needs no further compilation.
+ALL_PAIRS = 150
+
+#: Stack size for boxes: one more than the height of the k-d tree, which is at most about 60 for a million points.
+STACK = 128
+
+StopAsked = Callable[[], bool]
+
 _WHOLE = (codes.EUC_2D, codes.CEIL_2D, codes.ATT, codes.GEO, codes.MAX_2D, codes.MAN_2D)
+
+
+class SpanningTree(NamedTuple):
+    """Edges of a spanning tree of all nodes but one, int32[2, n - 2], and their costs."""
+
+    edges: NDArray[np.int32]
+    length: Floats
 
 
 class Hub(NamedTuple):
@@ -91,7 +109,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
         only = float(tour_cost(cost, np.arange(n, dtype=np.int32)))
         value: float | None = _below(cost, only, abs(only))
     else:
-        prove = _best_of_few if n <= spanning_tree.ALL_PAIRS else _best_proved
+        prove = _best_of_few if n <= ALL_PAIRS else _best_proved
         value = prove(instance, upper, stop if stop is not None else lambda: False)
     return value if value is not None and math.isfinite(value) else None
 
@@ -260,3 +278,74 @@ def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> f
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
     value = float(added.sum()) - 2.0 * float(penalty.sum())
     return _below(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))
+
+
+def in_the_plane(cost: CostModel) -> bool:
+    """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point in the box."""
+    return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
+
+
+def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
+    """Return the costs of the edges int32[2, e]; a tied edge costs 0."""
+    length = costs_of_edges(cost, edges[0], edges[1])
+    return np.where(length == codes.TIED, 0.0, length)
+
+
+def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
+    """Return the minimum spanning tree of all nodes but the hub under finite penalties, by checking all pairs."""
+    n = len(penalty)
+    edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
+    return SpanningTree(edges, edge_lengths(cost, edges))
+
+
+def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked) -> SpanningTree | None:
+    """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
+
+    In the plane it is built in rounds over the k-d tree, otherwise by checking all pairs. Any graph is valid; the more
+    of its edges are in the tree, the faster the search. Returns None if `stop` returns True, if too many pairs would
+    have to be checked, or if costs overflow.
+    """
+    cost, n = instance.cost, instance.n
+    if not in_the_plane(cost):
+        return None if stop() or not np.isfinite(penalty).all() else all_pairs(cost, hub, penalty)
+    edges = np.zeros((2, n - 2), dtype=np.int32)
+    parts = _parts(instance, hub, penalty)
+    have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
+    while have < n - 2:
+        _survey(instance, hub, parts)
+        leave_by_graph(graph, penalty, parts)
+        looked = leave_by_tree(cost, instance.tree, penalty, hub, most - looks, parts)
+        if looked < 0 or stop():
+            return None
+        looks += looked
+        had, have = have, join_parts(hub, parts, edges[0], edges[1], have)
+        if have == had:  # costs that overflowed
+            return None
+    return SpanningTree(edges, edge_lengths(cost, edges))
+
+
+def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
+    n, m = instance.n, len(instance.tree.child)
+    up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
+    part, found = np.arange(n, dtype=np.int32), np.full(n, -1, dtype=np.int32)
+    low, high = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
+    least = _in_boxes(instance, np.minimum, penalty, hub, math.inf)
+    stack = np.zeros(STACK, dtype=np.int64)
+    return ForestParts(up, part, low, high, least, found, np.full(n, -math.inf), np.zeros(n), leave, arrive, stack)
+
+
+def _survey(instance: Instance, hub: int, parts: ForestParts) -> None:
+    """Set the range of part numbers in each box of the k-d tree. Changes: parts.low, high."""
+    parts.low[:] = _in_boxes(instance, np.minimum, parts.part, hub, instance.n)
+    parts.high[:] = _in_boxes(instance, np.maximum, parts.part, hub, -1)
+
+
+def _in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
+    """Return the minimum or maximum node value in every box; the hub has the value `none`."""
+    tree = instance.tree
+    runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
+    values = np.append(values[: len(tree.x)], none).astype(values.dtype)
+    values[min(hub, len(tree.x))] = none
+    # Always contiguous, so that the kernels are compiled for one array type only.
+    return np.ascontiguousarray(extreme.reduceat(values, runs)[::2])

@@ -19,13 +19,12 @@ from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import check_algorithm, check_options, method_for, needs_choices, warm_up
 from leafcut.order.best import Best, SearchView
 from leafcut.order.certificate import aim, certify, foresee
-from leafcut.order.deadline import Deadline
 from leafcut.order.directed import refuse_places_of_a_table
 from leafcut.order.exact import TRY_ALL, best_nodes, best_of_all_orders, choose_nodes, within_reach
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import broken_pair, checked_pairs, keeps
 from leafcut.order.search import AlgorithmRun, SearchResult
-from leafcut.order.stop import Stop, Thrift
+from leafcut.order.stop import Deadline, Stop, Thrift
 
 
 def solve(

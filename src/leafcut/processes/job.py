@@ -14,7 +14,7 @@ from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.snapshot import Observer
 from leafcut.options import Settings, flag_name
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.placing import negative_axes
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.options.search import ANTS_AS_PARTS
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 
 if TYPE_CHECKING:
     from leafcut.processes.job import Job

@@ -12,7 +12,7 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign

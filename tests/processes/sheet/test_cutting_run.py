@@ -118,7 +118,7 @@ def test_once_the_time_is_over_no_start_slides_and_no_order_is_sought_again(
 ) -> None:
     """The clock of the deadline goes on by a second each time it is read."""
     ticks = itertools.count()
-    monkeypatch.setattr("leafcut.order.deadline.clock", lambda: float(next(ticks)))
+    monkeypatch.setattr("leafcut.order.stop.clock", lambda: float(next(ticks)))
     monkeypatch.setattr(
         "leafcut.processes.sheet.plan.moved_starts._slide_start",
         lambda *_: pytest.fail("a start slid when the time was over"),

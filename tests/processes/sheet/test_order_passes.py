@@ -10,7 +10,7 @@ import pytest
 from cut_sheets import cutting_of, part_in_hole
 from leafcut.errors import PlanError
 from leafcut.model.plan import Order
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.course import check_order
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order

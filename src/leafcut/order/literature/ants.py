@@ -13,25 +13,14 @@ from leafcut.geometry.arrays import Ints
 from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.directed import AnyInstance, DirectedInstance
-from leafcut.order.literature.ant_system import AntSystem, ElitistAntSystem, RankBasedAntSystem
 from leafcut.order.literature.choices import Choices
-from leafcut.order.literature.colony_system import AntColonySystem
-from leafcut.order.literature.max_min import MaxMinAntSystem
-from leafcut.order.literature.pheromone import AntParameters, Trails
+from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.search import Population, Tours
 from leafcut.order.stop import Stop, clock
 from leafcut.order.workers import WorkerLog, on_all_workers
 
 MoveSet = Places | Choices
-
-TRAILS: dict[str, type[Trails]] = {
-    "as": AntSystem,
-    "eas": ElitistAntSystem,
-    "asrank": RankBasedAntSystem,
-    "mmas": MaxMinAntSystem,
-    "acs": AntColonySystem,
-}
 
 
 def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:

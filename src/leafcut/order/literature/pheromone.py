@@ -1,6 +1,7 @@
-"""Parameters of the ant algorithms, and the base class of their trails.
+"""Parameters of the ant algorithms, and their trails.
 
-Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package).
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" in this package); the
+deposit schedule of MAX–MIN Ant System with local search follows ACOTSP, the authors' program.
 Differs: pheromone is kept on candidate edges only, so memory grows with n; see `kernels.construct`.
 """
 
@@ -50,6 +51,13 @@ MOST_ANTS = 1000
 
 #: λ of the branching factor.
 BRANCHING_SHARE = 0.05
+
+#: Probability of reconstructing the best tour at convergence (p_best), from the book.
+BEST_PROBABILITY = 0.05
+
+#: The trails restart if they have converged and the best tour is this many iterations old.
+RESTART_AFTER = 250
+CONVERGED_BRANCHING = 1.00001
 
 #: Number of next nodes shown to an observer, the most probable first.
 MOST_CHOICES = 5
@@ -197,3 +205,141 @@ def _random_shares(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]
     low, high = (here, there) if one_way else (np.minimum(here, there), np.maximum(here, there))
     edges, which = np.unique(low * n + high, return_inverse=True)
     return np.random.default_rng((seed, _TRAILS)).random(len(edges))[which].reshape(lists.shape)
+
+
+class AntSystem(Trails):
+    """All ants deposit 1/C (equations 3.2 to 3.4)."""
+
+    def usual_pheromone(self) -> float:
+        """Return the initial pheromone, m / C_nn."""
+        return float(self.parameters.ants / self.c_nn)
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Evaporate, then deposit on every finished tour."""
+        self.evaporate()
+        for tour, cost in zip(tours, costs, strict=True):
+            if cost < math.inf:
+                self.deposit(tour, 1.0 / cost)
+
+
+class ElitistAntSystem(AntSystem):
+    """Ant System in which the best-so-far tour deposits an additional e/C (equation 3.5)."""
+
+    def usual_pheromone(self) -> float:
+        """Return the initial pheromone, (e + m) / (ρ C_nn)."""
+        p = self.parameters
+        return float((p.elitist_weight + p.ants) / (p.rate * self.c_nn))
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Update as in Ant System, then deposit on the best-so-far tour."""
+        super().update(iteration, tours, costs, best)
+        self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
+
+    def constants(self) -> dict[str, float]:
+        """Return the weight e of the best tour."""
+        return {"e": self.parameters.elitist_weight}
+
+
+class RankBasedAntSystem(Trails):
+    """The w - 1 best ants deposit by rank, and the best-so-far tour with weight w (equation 3.6)."""
+
+    def usual_pheromone(self) -> float:
+        """Return the initial pheromone, w(w - 1) / 2 / (ρ C_nn)."""
+        p = self.parameters
+        return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * self.c_nn)
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Evaporate, then deposit on the tours of the best ants and on the best-so-far tour."""
+        self.evaporate()
+        w = self.parameters.ranks
+        for rank, ant in enumerate(np.argsort(costs, kind="stable")[: w - 1], start=1):
+            if costs[ant] < math.inf:
+                self.deposit(tours[ant], (w - rank) / costs[ant])
+        self.deposit(best.tour, w / best.cost)
+
+    def constants(self) -> dict[str, float]:
+        """Return the weight w of the best tour."""
+        return {"w": self.parameters.ranks}
+
+
+class MaxMinAntSystem(Trails):
+    """MAX–MIN Ant System (section 3.3.4): one ant deposits, within trail limits; converged trails restart."""
+
+    restarted_at = 0
+
+    def usual_pheromone(self) -> float:
+        """Return the initial pheromone, 1 / (ρ C_nn)."""
+        return 1.0 / (self.parameters.rate * self.c_nn)
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Update the limits; evaporate and deposit, or restart."""
+        p = self.parameters
+        self.highest = 1.0 / (p.rate * best.cost)
+        self.lowest = self.highest * lowest_share(p, *self.lists.shape)
+        since = iteration - self.restarted_at
+        stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
+        # An edge in both lists counts at both nodes: converged trails keep two edges per node.
+        if stuck and iteration % 100 == 0 and self.branching() <= 2.0 * CONVERGED_BRANCHING:
+            self.pheromone[:] = self.highest
+            self.restarted_at, self.depositor = iteration, "restart"
+            return
+        self.evaporate()
+        if since % best_so_far_every(since, p.local_search) == 0:
+            self.deposit(best.tour, 1.0 / best.cost)
+            self.depositor = "best"
+        else:
+            winner, self.depositor = int(np.argmin(costs)), "iteration"
+            self.deposit(tours[winner], 1.0 / costs[winner])
+
+    def constants(self) -> dict[str, float]:
+        """Return the trail limits τ_max and τ_min."""
+        return {"tau_max": self.highest, "tau_min": self.lowest}
+
+
+def lowest_share(p: AntParameters, n: int, k: int) -> float:
+    """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (equation 3.9)."""
+    if p.local_search:
+        return float(1.0 / (2.0 * n))
+    root = float(BEST_PROBABILITY ** (1.0 / n))
+    return float(min(1.0, (1.0 - root) / (max(1.0, 0.5 * (k + 1)) * root)))
+
+
+def best_so_far_every(since_restart: int, local_search: bool) -> int:
+    """Return the interval of iterations at which the best tour so far deposits, instead of the iteration's best."""
+    if not local_search or since_restart < 25:
+        return 25
+    for limit, every in ((75, 5), (125, 3), (250, 2)):
+        if since_restart < limit:
+            return every
+    return 1
+
+
+class AntColonySystem(Trails):
+    """Ant Colony System: evaporation and deposit on the edges of the best-so-far tour only (equation 3.11). The local
+    update (equation 3.12) is part of the construction (`kernels.construct.Decay`).
+    """
+
+    def usual_pheromone(self) -> float:
+        """Return the initial pheromone, 1 / (n C_nn)."""
+        return 1.0 / (len(self.lists) * self.c_nn)
+
+    def update(self, iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        """Deposit 1/C on the best-so-far tour."""
+        self.deposit(best.tour, 1.0 / best.cost)
+
+    def _add(self, tour: Ints, amount: float) -> None:
+        rate = self.parameters.rate
+        trails.reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
+
+    def constants(self) -> dict[str, float]:
+        """Return the greedy probability q0 and the local evaporation rate ξ."""
+        return {"q_0": self.parameters.greedy_probability, "xi": self.parameters.local_rate}
+
+
+TRAILS: dict[str, type[Trails]] = {
+    "as": AntSystem,
+    "eas": ElitistAntSystem,
+    "asrank": RankBasedAntSystem,
+    "mmas": MaxMinAntSystem,
+    "acs": AntColonySystem,
+}

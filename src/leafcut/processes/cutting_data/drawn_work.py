@@ -14,7 +14,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.course import run_process
 from leafcut.processes.job import Job
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job
 from leafcut.processes.pocket.options import PocketOptions
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
-from leafcut.order.deadline import Deadline
+from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid as pocket_grid
 from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_path, grid_points, grid_problem
