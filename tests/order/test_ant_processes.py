@@ -33,7 +33,7 @@ from leafcut.order.literature import processes
 from leafcut.order.literature.ants import trails_of
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
-from leafcut.order.literature.processes import AntProcesses, AntTask, AntWorker
+from leafcut.order.literature.processes import AntProcesses
 from leafcut.order.search import AlgorithmRun
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
@@ -150,7 +150,7 @@ class PlainAnts:
 def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> None:
     instance = build_instance(RoutingProblem.of_points(PLACES[:12], closed=True), 0)
     with closing(master(instance, "as", workers=2, ants=5)) as ants:
-        start = ants.starts[0]
+        start = ants.colonies[0]
         offset = trails_of(ants.moves, start.parameters, start.c_nn, 3).offset
         plain = PlainAnts(instance, start.c_nn, 2, 5, offset)
         for iteration in range(8):
@@ -167,16 +167,16 @@ def test_separate_pheromone_diverges_as_in_a_sequential_simulation(algorithm: st
     instance = build_instance(PROBLEM, 8)
     laid: list[list] = [[], [], []]
     with closing(master(instance, algorithm, workers=3, ants=7)) as ants:
-        workers = [AntWorker(start) for start in ants.starts]
+        workers = ants.colonies
         for iteration in range(ITERATIONS):
             tours, costs = ants.construct(iteration)
             others = [[c for j in range(3) if j != k for c in laid[j]] for k in range(3)]
-            answers = [w.do(AntTask(iteration, math.inf, None, others[k])) for k, w in enumerate(workers)]
-            laid = [answer.changes for answer in answers]
-            for k, answer in enumerate(answers):
-                assert np.array_equal(tours[k::3], answer.tours)
-                assert np.array_equal(costs[k::3], answer.costs)
-    assert not np.allclose(workers[0].trails.pheromone, workers[1].trails.pheromone, rtol=1e-3)
+            answers = [w.iterate(iteration, math.inf, None, others[k]) for k, w in enumerate(workers)]
+            laid = [changes for _, _, changes, _ in answers]
+            for k, (own_tours, own_costs, *_) in enumerate(answers):
+                assert np.array_equal(tours[k::3], own_tours)
+                assert np.array_equal(costs[k::3], own_costs)
+    assert not np.allclose(workers[0].ants.trails.pheromone, workers[1].ants.trails.pheromone, rtol=1e-3)
 
 
 @pytest.mark.usefixtures("workers_are")
@@ -224,12 +224,12 @@ def test_a_worker_that_is_killed_is_reported_in_one_line() -> None:
 
 
 def test_a_worker_whose_time_is_over_reports_no_cost_and_learns_nothing() -> None:
-    worker = AntWorker(master(build_instance(PROBLEM, 8), "mmas", workers=1, ants=4).starts[0])
-    before = worker.trails.pheromone.copy()
-    answer = worker.do(AntTask(1, -1.0, None, []))
-    assert np.isinf(answer.costs).any()
-    assert answer.changes == []
-    assert np.array_equal(worker.trails.pheromone, before)
+    (worker,) = master(build_instance(PROBLEM, 8), "mmas", workers=1, ants=4).colonies
+    before = worker.ants.trails.pheromone.copy()
+    _, costs, changes, _ = worker.iterate(1, -1.0, None, [])
+    assert np.isinf(costs).any()
+    assert changes == []
+    assert np.array_equal(worker.ants.trails.pheromone, before)
 
 
 @pytest.mark.slow

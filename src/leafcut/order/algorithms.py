@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,7 @@ WARM_NODES = 40
 #: Maximum size of a problem with choices for algorithms that store the costs of all moves (n² memory).
 MOST_CLUSTERS, MOST_NODES = 1000, 6000
 
+Build = Callable[[RoutingProblem, int], AnyInstance]
 Search = Callable[[Any, AlgorithmRun], SearchResult]
 #: A short search that calls all kernels; the flag marks a large problem.
 Warm = Callable[[Any, AlgorithmRun, bool], Ints]
@@ -52,62 +54,47 @@ Warm = Callable[[Any, AlgorithmRun, bool], Ints]
 
 @dataclass(frozen=True)
 class Algorithm:
-    """An entry of the registry.
+    """An algorithm with one of the two move sets.
 
     Attributes
     ----------
-    places, choices
-        Search functions of the two move sets; None if not available. `warm_places` and `warm_choices` call their
-        kernels.
+    build
+        Returns the instance of a problem: `build_instance` for places, `build_directed` for choices.
+    warm
+        Calls all kernels of `search`; None if `search` itself does.
     few
-        `choices` is limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
+        Limited to few clusters (`MOST_CLUSTERS`, `MOST_NODES`).
     check
         Raises an error for unsupported options, given those of ants and fireflies and whether there are choices.
     """
 
-    places: Search
-    choices: Search | None = None
-    warm_places: Warm | None = None
-    warm_choices: Warm | None = None
+    name: str
+    search: Search
+    build: Build = build_instance
+    warm: Warm | None = None
     few: bool = False
     candidates: int = ANTS_CANDIDATES
     check: Callable[[str, AcoOptions, FireflyOptions, bool], None] = lambda *_: None
 
-
-@dataclass(frozen=True)
-class Method:
-    """An algorithm and its move set for a problem."""
-
-    name: str
-    algorithm: Algorithm
-    has_choices: bool
-
     @property
-    def search(self) -> Search:
-        """Search function of the move set."""
-        return self.algorithm.choices if self.has_choices and self.algorithm.choices else self.algorithm.places
-
-    def warm(self, instance: AnyInstance, run: AlgorithmRun, large: bool) -> Ints:
-        """Run a short search that calls every kernel of `search`, and return its tour."""
-        warm = self.algorithm.warm_choices if self.has_choices else self.algorithm.warm_places
-        return self.search(instance, run).tour if warm is None else warm(instance, run, large)
+    def has_choices(self) -> bool:
+        """Whether its move set is that of choices."""
+        return self.build is build_directed
 
     def instance(self, problem: RoutingProblem, candidates: int | None) -> AnyInstance:
-        """Return the instance of the problem for the move set."""
-        k = self.algorithm.candidates if candidates is None else candidates
-        return build_directed(problem, k) if self.has_choices else build_instance(problem, k)
+        """Return the instance of a problem for its move set."""
+        return self.build(problem, self.candidates if candidates is None else candidates)
 
 
-def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
+def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
     """Return the algorithm named in the options, with its move set for a problem. Raises SolveError if the algorithm
     does not support precedence, asymmetric costs, or the number of clusters.
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
-    algorithm = OWN[name] if name in OWN else _on_demand(name)
-    wanted, ordered = needs_choices(problem), len(problem.precedence) > 0
-    if wanted and algorithm.choices is not None and (is_few(problem) or not algorithm.few):
-        return Method(name, algorithm, True)
-    if ordered and algorithm.few:
+    choices, ordered = CHOICES.get(name), len(problem.precedence) > 0
+    if choices is not None and needs_choices(problem) and (is_few(problem) or not choices.few):
+        return choices
+    if ordered and choices is not None:
         raise SolveError(
             f"algorithm '{name}' orders at most {MOST_CLUSTERS} clusters with {MOST_NODES} nodes; there are "
             f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
@@ -116,28 +103,13 @@ def method_for(problem: RoutingProblem, options: SolveOptions) -> Method:
         raise SolveError(f"algorithm '{name}' does not support precedence; use --algorithm auto")
     if problem.metric.matrix is not None and is_directed(problem):
         raise SolveError(f"algorithm '{name}' needs equal costs in both directions; use --algorithm auto")
-    return Method(name, algorithm, False)
+    return PLACES[name] if name in PLACES else _packaged(name)
 
 
 @cache
-def _on_demand(name: str) -> Algorithm:
-    """Return the entry of an algorithm of the literature or of a package, whose modules and kernels only it needs.
-
-    Always the same entry, so that its warm-up runs once.
-    """
-    if name in ANT_ALGORITHMS:
-        from leafcut.order.literature.ant_algorithms import check_ants, run_ants
-
-        return Algorithm(run_ants, run_ants, few=True, check=check_ants)
-    if name == "firefly":
-        from leafcut.order.literature.fireflies import check_fireflies, run_fireflies
-
-        return Algorithm(run_fireflies, run_fireflies, few=True, check=check_fireflies)
-    if name == "2opt":
-        from leafcut.order.literature.places import run_local_search
-
-        return Algorithm(run_local_search)
-    return Algorithm(partial(run_packaged, name))
+def _packaged(name: str) -> Algorithm:
+    """Always the same entry, so that its warm-up runs once."""
+    return Algorithm(name, partial(run_packaged, name))
 
 
 def is_few(problem: RoutingProblem) -> bool:
@@ -167,12 +139,12 @@ def check_algorithm(name: str) -> None:
 
 
 def check_options(
-    problem: RoutingProblem, method: Method, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
+    problem: RoutingProblem, algorithm: Algorithm, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
     """Check the options of an algorithm before anything is compiled. Raises SolveError if the algorithm does not
     support an option, or full candidate lists would be too large.
     """
-    method.algorithm.check(method.name, aco, firefly, method.has_choices)
+    algorithm.check(algorithm.name, aco, firefly, algorithm.has_choices)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
@@ -186,25 +158,25 @@ def warm_up(
     """Compile every kernel that the search needs, or load it from disk, before the clock starts, by an iteration or
     two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
     """
-    method, firefly = method_for(problem, options), firefly or FireflyOptions()
+    algorithm, firefly = algorithm_for(problem, options), firefly or FireflyOptions()
     options = replace(
-        options, algorithm=method.name, seed=1, threads=1, preset="fast", time_limit=None, target_gap=None,
-        candidates=None, iterations=2 if method.name == "firefly" else 1,  # fireflies move from the second one
+        options, algorithm=algorithm.name, seed=1, threads=1, preset="fast", time_limit=None, target_gap=None,
+        candidates=None, iterations=2 if algorithm.name == "firefly" else 1,  # fireflies move from the second one
     )  # fmt: skip
     aco = replace(aco or AcoOptions(), n_ants=1, parallel="threads")
-    directed = method.has_choices and is_directed(problem) and problem.n_nodes == problem.n_clusters
+    directed = algorithm.has_choices and is_directed(problem) and problem.n_nodes == problem.n_clusters
     many = problem.n_clusters >= FEW_CLUSTERS or problem.n_nodes > FEW_NODES
-    large = many if method.has_choices else problem.n_clusters >= MANY
-    _warm_up(method, directed, large, options, aco, FireflyOptions(n_fireflies=2, variant=firefly.variant))
+    large = many if algorithm.has_choices else problem.n_clusters >= MANY
+    _warm_up(algorithm, directed, large, options, aco, FireflyOptions(n_fireflies=2, variant=firefly.variant))
 
 
 @cache
 def _warm_up(
-    method: Method, directed: bool, large: bool, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
+    algorithm: Algorithm, directed: bool, large: bool, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
 ) -> None:
     # Pseudo-random points; importing NumPy's generator would take longer than the rest.
     places = np.arange(2.0 * WARM_NODES)[:, None] * (75.4878, 56.9840) % 100.0
-    entry, pairs = places[:WARM_NODES], [(0, 1)] if method.has_choices else []
+    entry, pairs = places[:WARM_NODES], [(0, 1)] if algorithm.has_choices else []
     small = RoutingProblem(
         entry=entry,
         exit=places[WARM_NODES:] if directed else entry,
@@ -212,9 +184,10 @@ def _warm_up(
         service=np.zeros(WARM_NODES),
         precedence=np.array(pairs, dtype=np.int32).reshape(-1, 2),
     )
-    instance = method.instance(small, CANDIDATES)
+    instance = algorithm.instance(small, CANDIDATES)
     stop = Stop()
-    tour = method.warm(instance, AlgorithmRun(options, aco, firefly, Best(stop)), large)
+    run = AlgorithmRun(options, aco, firefly, Best(stop))
+    tour = algorithm.search(instance, run).tour if algorithm.warm is None else algorithm.warm(instance, run, large)
     if stop.cancelled.is_set():
         raise KeyboardInterrupt  # the search caught it to keep its best tour; an aborted warm-up is not cached
     path_cost(small, choose_nodes(small, instance.path(tour)))
@@ -233,22 +206,41 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
     return SearchResult(nodes)
 
 
-def _run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
-    """Run the search for paths, whose kernels tours of places do not need."""
-    from leafcut.order.path_search import run_paths
+def _later(place: str) -> Callable[..., Any]:
+    """Return a function whose module is imported at its first call, so that only its users load its kernels."""
 
-    return run_paths(instance, run)
+    def call(*arguments: Any) -> Any:
+        return resolve_name(f"leafcut.order.{place}")(*arguments)
 
-
-def _warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> Ints:
-    from leafcut.order.path_search import warm_paths
-
-    return warm_paths(instance, run, large)
+    return call
 
 
-#: Algorithms of leafcut by name; `auto` selects `colony`, and `none` needs no search.
-OWN = {
-    "colony": Algorithm(run_colony, _run_paths, warm_colony, _warm_paths, candidates=CANDIDATES),
-    "kicks": Algorithm(run_kicks, warm_places=warm_kicks, candidates=CANDIDATES),
-    "nn": Algorithm(_nearest_tour, _nearest_path),
+run_ants, check_ants = (_later(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))
+run_fireflies, check_fireflies = (
+    _later(f"literature.fireflies:{name}") for name in ("run_fireflies", "check_fireflies")
+)
+run_paths, warm_paths = (_later(f"path_search:{name}") for name in ("run_paths", "warm_paths"))
+
+#: Built-in algorithms for places, by name; `auto` selects `colony`, and `none` needs no search.
+PLACES = {
+    one.name: one
+    for one in (
+        Algorithm("colony", run_colony, warm=warm_colony, candidates=CANDIDATES),
+        *(Algorithm(name, run_ants, check=check_ants) for name in ANT_ALGORITHMS),
+        Algorithm("firefly", run_fireflies, check=check_fireflies),
+        Algorithm("kicks", run_kicks, warm=warm_kicks, candidates=CANDIDATES),
+        Algorithm("2opt", _later("literature.places:run_local_search")),
+        Algorithm("nn", _nearest_tour),
+    )
+}
+
+#: Built-in algorithms for choices, by name.
+CHOICES = {
+    one.name: one
+    for one in (
+        Algorithm("colony", run_paths, build_directed, warm_paths, candidates=CANDIDATES),
+        *(Algorithm(name, run_ants, build_directed, few=True, check=check_ants) for name in ANT_ALGORITHMS),
+        Algorithm("firefly", run_fireflies, build_directed, few=True, check=check_fireflies),
+        Algorithm("nn", _nearest_path, build_directed),
+    )
 }

@@ -22,6 +22,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,
     Instance,
+    MoveCosts,
     candidate_lists,
     cluster_places,
     cost_model,
@@ -149,7 +150,7 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
         barred, pairs = consequences(pairs, m)
     cost, ends, beyond = _cost(problem, twisted)
     way, begin = _ways(problem)
-    near, back = _candidates(problem, cost, way, begin, beyond, k + (k // 2 if len(pairs) else 0))
+    near, back = _candidates(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
     near, back = _possible(near, pairs, barred, False, k), _possible(back, pairs, barred, True, k)
     enter = way[begin[:m]]
     leave = enter + np.int32(beyond)
@@ -216,17 +217,18 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
     before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
     """
-    cost, ends, beyond = _cost(problem, is_directed(problem))
+    refuse_places_of_a_table(problem)
+    moves, m = MoveCosts(problem), problem.n_clusters
     way, begin = _ways(problem)
-    leave, enter = way + np.int32(beyond), way
-    if ends is not None:
-        leave, enter, begin = np.append(leave, ends[0]), np.append(enter, ends[1]), np.append(begin, begin[-1] + 1)
-    least = np.empty((len(begin) - 1, len(begin) - 1))
+    least = np.zeros((m, m) if problem.closed else (m + 1, m + 1))
     for c, (first, last) in enumerate(pairwise(begin.tolist())):
         if late():
             return None
-        costs = costs_of_edges(cost, np.repeat(leave[first:last], len(enter)), np.tile(enter, last - first))
-        least[c] = np.minimum.reduceat(costs.reshape(-1, len(enter)).min(axis=0), begin[:-1])
+        least[c, :m] = np.minimum.reduceat(moves.between(way[first:last], way).min(axis=0), begin[:-1])
+    if not problem.closed:
+        least[:m, m] = np.minimum.reduceat(moves.to_end(way), begin[:-1])
+        least[m, :m] = np.minimum.reduceat(moves.from_start(way), begin[:-1])
+        least[m, m] = moves.along(way[:0]).sum()
     return least
 
 
@@ -257,17 +259,13 @@ def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
     return way, begin.astype(np.int32)
 
 
-def _candidates(
-    problem: RoutingProblem, cost: CostModel, way: Ints, begin: Ints, beyond: int, k: int
-) -> tuple[Listed, Listed]:
-    m, nodes = len(begin) - 1, len(way)
+def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int, k: int) -> tuple[Listed, Listed]:
+    m, nodes = problem.n_clusters, len(way)
     k = min(k, m - 1)
     if problem.metric.name == "EXPLICIT" or m < nodes <= DENSE_LIMIT:
-        grid = np.empty((m, m))
-        for c in range(m):
-            leave = way[begin[c] : begin[c + 1]] + np.int32(beyond)
-            costs = costs_of_edges(cost, np.repeat(leave, nodes), np.tile(way, len(leave)))
-            grid[c] = np.minimum.reduceat(costs.reshape(-1, nodes).min(axis=0), begin[:-1])
+        least = least_costs(problem)
+        assert least is not None
+        grid = least[:m, :m]
         np.fill_diagonal(grid, np.inf)
         return _cheapest(grid, k), _cheapest(grid.T, k)
     if m == nodes and beyond:

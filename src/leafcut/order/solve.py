@@ -16,7 +16,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.algorithms import check_algorithm, check_options, method_for, needs_choices, warm_up
+from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
 from leafcut.order.best import Best, SearchView
 from leafcut.order.certificate import aim, certify, foresee
 from leafcut.order.directed import refuse_places_of_a_table
@@ -69,20 +69,20 @@ def solve(
         )
         solution = replace(solution, algorithm=name)
         return certify(problem, solution, bound, cancelled, deadline=bounds) if options.bound else solution
-    method = method_for(problem, options)
-    options = replace(options, algorithm=method.name)
-    check_options(problem, method, options, aco, firefly)
+    algorithm = algorithm_for(problem, options)
+    options = replace(options, algorithm=algorithm.name)
+    check_options(problem, algorithm, options, aco, firefly)
     with stop.paused():
         warm_up(problem, options, aco, firefly)
     best = Best(stop, progress)
-    instance = method.instance(problem, options.candidates)
+    instance = algorithm.instance(problem, options.candidates)
     best.service, best.view = instance.service, SearchView(instance)
     aim(options, instance, best, bounds)
     best.observe = observe
     if isinstance(observe, Study):
         observe.begin()
     foresee(options, instance, best)
-    found = method.search(instance, AlgorithmRun(options, aco, firefly, best))
+    found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
     solution = _solution(problem, instance.path(found.tour), options, found, best, instance.exact)
     if not options.bound:
         return solution

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -59,14 +59,14 @@ class Workers:
     stop: Stop
     log: WorkerLog
 
-    def shares(self, tasks: list[Callable[[Stop], Share]]) -> list[Share]:
+    def shares(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
         """Return the result of each task, in order, independent of the number of workers."""
         done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
         for thread, seconds, (_, costs) in done:
             self.log.add(self.log.number(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
-    def spread(self, tasks: list[Callable[[Stop], Share]]) -> Share:
+    def spread(self, tasks: Sequence[Callable[[Stop], Share]]) -> Share:
         """Return the results of `shares`, concatenated."""
         tours, costs = zip(*self.shares(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)

@@ -22,17 +22,9 @@ from leafcut.order.search import Population
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
-
-@dataclass(frozen=True)
-class Mode:
-    """Number of fireflies and β0."""
-
-    fireflies: int
-    attractiveness: float
-
-
-#: Modes by the value of `--variant`; 11 and 20 are published for simple pockets, 10 and 15 for complex ones.
-MODES = {"leafcut": Mode(11, 20.0), "published": Mode(11, 20.0), "published-complex": Mode(10, 15.0)}
+#: Number of fireflies and β0 by the value of `--variant`; 11 and 20 are published for simple pockets, 10 and 15 for
+#: complex ones.
+MODES = {"leafcut": (11, 20.0), "published": (11, 20.0), "published-complex": (10, 15.0)}
 
 #: Share of the search after which the inversions of leafcut's variant are short.
 SWITCH = 0.27
@@ -63,10 +55,10 @@ class Flight:
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
         """Return the parameters; a search `limited` in time or iterations has no patience."""
-        mode = MODES[options.variant]
+        count, attractiveness = MODES[options.variant]
         return cls(
-            fireflies=options.n_fireflies or mode.fireflies,
-            attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
+            fireflies=options.n_fireflies or count,
+            attractiveness=attractiveness if options.attractiveness is None else options.attractiveness,
             absorption=options.absorption,
             patience=math.inf if limited else PATIENCE,
             at_random=options.variant != "leafcut",

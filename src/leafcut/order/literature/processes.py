@@ -22,7 +22,8 @@ import uuid
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +42,13 @@ from leafcut.order.stop import Stop
 LOOK = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class WorkerStart:
-    """Initial data of a worker: problem, parameters, number, and the best tour so far; `run` is a unique ID."""
+#: Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time in seconds.
+WorkerAnswer = tuple[NDArray[np.int32], NDArray[np.float64], list[Deposit], float]
+
+
+@dataclass(eq=False)
+class AntWorker:
+    """A worker: the problem, its own ants and pheromone, and its best known tour; `run` is a unique ID."""
 
     run: str
     instance: Instance | DirectedInstance
@@ -56,64 +61,50 @@ class WorkerStart:
     tour: NDArray[np.int32]
     cost: float
 
+    @cached_property
+    def ants(self) -> Ants:
+        """Ants with their trails, created in the process of the worker."""
+        moves = move_set(self.instance, self.parameters.local_search)
+        return Ants(moves, trails_of(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
 
-@dataclass(frozen=True, eq=False)
-class AntTask:
-    """One iteration of a worker, its time in seconds, and the pheromone float64[n, k] or the deposits of the others."""
+    @cached_property
+    def best(self) -> Best:
+        """The best known tour."""
+        best = Best(Stop())
+        best.offer(self.tour, self.cost, 0)
+        return best
 
-    iteration: int
-    seconds: float
-    pheromone: NDArray[np.float64] | None
-    changes: list[Deposit]
-
-
-@dataclass(frozen=True, eq=False)
-class AntAnswer:
-    """Result of an iteration: tours int32[ants, n], costs float64[ants], deposits, and the time in seconds."""
-
-    tours: NDArray[np.int32]
-    costs: NDArray[np.float64]
-    changes: list[Deposit]
-    seconds: float
-
-
-class AntWorker:
-    """A worker: its ants, its pheromone, and its best known tour."""
-
-    def __init__(self, start: WorkerStart) -> None:
-        self.start = start
-        moves = move_set(start.instance, start.parameters.local_search)
-        self.trails = trails_of(moves, start.parameters, start.c_nn, start.seed)
-        self.ants = Ants(moves, self.trails, start.seed, Stop())
-        self.best = Best(Stop())
-        self.best.offer(start.tour, start.cost, 0)
-
-    def do(self, task: AntTask) -> AntAnswer:
-        """Construct the tours of an iteration; in ``exchange`` mode, also update the worker's own pheromone."""
-        began, trails = time.perf_counter(), self.trails
-        if task.pheromone is not None:
-            trails.pheromone[:] = task.pheromone
+    def iterate(
+        self, iteration: int, seconds: float, pheromone: NDArray[np.float64] | None, changes: list[Deposit]
+    ) -> WorkerAnswer:
+        """Construct the tours of an iteration, given its time and the pheromone float64[n, k] or the deposits of the
+        others; in ``exchange`` mode, also update the worker's own pheromone.
+        """
+        began, trails = time.perf_counter(), self.ants.trails
+        if pheromone is not None:
+            trails.pheromone[:] = pheromone
             trails.weigh()
-        if task.changes:
-            trails.receive(task.changes)
-        self.ants.stop = Stop(seconds=task.seconds)
-        tours, costs = self.ants.share(task.iteration, self.start.worker, self.start.workers)
+        if changes:
+            trails.receive(changes)
+        self.ants.stop = Stop(seconds=seconds)
+        tours, costs = self.ants.share(iteration, self.worker, self.workers)
         trails.changes = []
-        if self.start.exchange and np.isfinite(costs).all():
+        if self.exchange and np.isfinite(costs).all():
             winner = int(np.argmin(costs))
-            self.best.offer(tours[winner], float(costs[winner]), task.iteration)
-            trails.reinforce(task.iteration, tours, costs, self.best)
-        return AntAnswer(tours, costs, trails.changes, time.perf_counter() - began)
+            self.best.offer(tours[winner], float(costs[winner]), iteration)
+            trails.reinforce(iteration, tours, costs, self.best)
+        return tours, costs, trails.changes, time.perf_counter() - began
 
 
 @cache
 def _worker(packed: bytes) -> AntWorker:
-    return AntWorker(pickle.loads(packed))
+    worker: AntWorker = pickle.loads(packed)
+    return worker
 
 
-def do_task(packed: bytes, task: AntTask) -> AntAnswer:
-    """Run a task on the worker with the pickled initial data `packed`."""
-    return _worker(packed).do(task)
+def iterate(packed: bytes, *task: Any) -> WorkerAnswer:
+    """Run an iteration on the pickled worker `packed`; each process unpacks it once."""
+    return _worker(packed).iterate(*task)
 
 
 class AntProcesses(AntColony):
@@ -126,54 +117,51 @@ class AntProcesses(AntColony):
         trails = None if exchange else trails_of(moves, parameters, c_nn, seed)
         super().__init__(moves, trails, parameters.ants, count)
         self.stop, self._stack = run.stop, ExitStack()
-        self.starts = [
-            WorkerStart(name, moves.instance, parameters, c_nn, seed, k, count, exchange, best.tour, best.cost)
+        self.colonies = [
+            AntWorker(name, moves.instance, parameters, c_nn, seed, k, count, exchange, best.tour, best.cost)
             for k in range(count)
         ]
-        self.packed = [pickle.dumps(start, pickle.HIGHEST_PROTOCOL) for start in self.starts]
-        self.changes: list[list[Deposit]] = [[] for _ in self.starts]
+        self.packed = [pickle.dumps(worker, pickle.HIGHEST_PROTOCOL) for worker in self.colonies]
+        self.changes: list[list[Deposit]] = [[] for _ in self.colonies]
         self.executors: list[WatchedExecutor] = []
 
     def construct(self, iteration: int) -> Tours:
         """Return the tours int32[m, n] of all ants and their costs float64[m] (inf: not finished in time). Raises
         SolveError if a worker cannot be started, has ended or failed.
         """
-        while len(self.executors) < len(self.starts):
+        while len(self.executors) < len(self.colonies):
             self.executors.append(self._stack.enter_context(open_executor(PROCESSES, 1)))
         self.costs[:] = math.inf
         pheromone = None if self.trails is None else self.trails.pheromone
         seconds, waiting = self.stop.seconds - self.stop.elapsed(), {}
         for k, packed in enumerate(self.packed):
             others = [change for j, changes in enumerate(self.changes) if j != k for change in changes]
-            task = AntTask(iteration, seconds, pheromone, others)
-            waiting[self._submit(k, packed, task)] = k
+            waiting[self._submit(k, packed, iteration, seconds, pheromone, others)] = k
         while waiting and not self.stop.cancelled.is_set():
             for future in wait(waiting, LOOK, FIRST_COMPLETED).done:
                 self._receive(waiting.pop(future), future)
         return self.tours, self.costs
 
-    def _submit(self, k: int, packed: bytes, task: AntTask) -> Future[AntAnswer]:
+    def _submit(self, k: int, packed: bytes, *task: Any) -> Future[WorkerAnswer]:
         try:
-            return self.executors[k].submit(do_task, packed, task)
+            return self.executors[k].submit(iterate, packed, *task)
         except (OSError, AssertionError) as problem:  # a daemonic process must not have children
             raise SolveError(f"a worker process cannot be started ({problem}); use --parallel threads") from None
 
-    def _receive(self, k: int, future: Future[AntAnswer]) -> None:
+    def _receive(self, k: int, future: Future[WorkerAnswer]) -> None:
         try:
-            answer = future.result()
+            tours, costs, changes, seconds = future.result()
         except BrokenExecutor:
             raise SolveError(
-                f"worker process {k + 1} of {len(self.starts)} ended; run again, or use --parallel threads; a script "
+                f"worker process {k + 1} of {len(self.colonies)} ended; run again, or use --parallel threads; a script "
                 "must do its work under if __name__ == '__main__'"
             ) from None
         except Exception as problem:
             why = f"{type(problem).__name__}: {problem}"
             raise SolveError(f"worker process {k + 1} failed ({why}); use --parallel threads") from problem
-        workers = len(self.starts)
-        self.tours[k::workers], self.costs[k::workers] = answer.tours, answer.costs
-        self.changes[k] = answer.changes
-        done = int(np.isfinite(answer.costs).sum())
-        self.log.add(k, done, answer.seconds, float(answer.costs.min(initial=math.inf)))
+        workers = len(self.colonies)
+        self.tours[k::workers], self.costs[k::workers], self.changes[k] = tours, costs, changes
+        self.log.add(k, int(np.isfinite(costs).sum()), seconds, float(costs.min(initial=math.inf)))
 
     def close(self) -> None:
         """End the workers."""
