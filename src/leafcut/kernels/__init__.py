@@ -19,7 +19,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 Function = TypeVar("Function", bound=Callable[..., object])
+ConstantT = TypeVar("ConstantT", bool, int)
 
 #: Called with True when Numba starts to compile a function, and with False when it ends.
 listeners: list[Callable[[bool], None]] = []
@@ -36,6 +39,17 @@ def kernel(function: Function) -> Function:
 def part(function: Function) -> Function:
     """Compile a function that only kernels call, without the wrappers for Python and C."""
     return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def constant(value: ConstantT) -> ConstantT:
+    """Return a constant of NumPy's type. Numba compiles a function again for each argument that is a constant of
+    Python's type.
+    """
+    return cast(ConstantT, np.bool_(value) if isinstance(value, bool) else np.int64(value))
+
+
+#: No node.
+NONE = constant(-1)
 
 
 def _compiled(function: Function, **flags: Any) -> Function:

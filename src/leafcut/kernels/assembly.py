@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel, part
+from leafcut.kernels import EPSILON, NONE, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import Tour, improve_queued, push
 from leafcut.kernels.random import below
@@ -281,7 +281,7 @@ def _join(
     Symbols: u–v the removed edge of the small subtour, w–x that outside; u–w and v–x are added. Changes: links, log.
     """
     cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
-    best, bu, bv, bw, bx = -math.inf, -1, -1, -1, -1
+    best, bu, bv, bw, bx = -math.inf, NONE, NONE, NONE, NONE
     for s in range(count):
         if subtour[s] != small:
             continue
@@ -332,7 +332,7 @@ def try_cycle(
     subtours = _find_subtours(a, place, start, stop)
     size, subtour = a.pieces[SIZE], a.pieces[SUBTOUR]
     for _ in range(subtours - 1):
-        small = -1
+        small = NONE
         for s in range(subtours):
             if size[s] > 0 and (small < 0 or size[s] < size[small]):
                 small = s

@@ -15,6 +15,7 @@ from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import TIED, CostModel, tour_cost, travel
 from leafcut.kernels.lin_kernighan import (
     ENDS,
+    NO_LIMIT,
     TWO,
     Tour,
     improve_queued,
@@ -266,5 +267,5 @@ def fly_and_mend(
         for _ in range(INVERSIONS):
             first = (centre + below(states, k, longest)) % h
             added += invert(cost, tour, first, 2 + below(states, k, longest - 1))
-        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added)
+        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
     return total

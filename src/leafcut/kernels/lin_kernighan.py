@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel, part
+from leafcut.kernels import EPSILON, constant, kernel, part
 from leafcut.kernels.cost import CostModel, is_straight, straight, travel
 from leafcut.kernels.random import below
 
@@ -48,8 +48,10 @@ LEAVES_5 = np.array([
     0x30E00000904, 0x300000F0C, 0x1E030D50406678, 0x0,
 ])  # fmt: skip
 
-#: Numbers of edges of NumPy's type: Numba would compile a function again for each constant of Python's type.
-TWO, THREE, FOUR, FIVE = np.int64(2), np.int64(3), np.int64(4), np.int64(5)
+#: Numbers of edges of a move.
+TWO, THREE, FOUR, FIVE = constant(2), constant(3), constant(4), constant(5)
+#: Nodes that may be examined after a kick, which never needs as many.
+NO_LIMIT = constant(1_000_000)
 
 #: Rows of `Tour.move`.
 ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
@@ -562,5 +564,5 @@ def kick_and_mend(
         tour.counts[2] = 0
         tour.counts[3] = 0
         added = segment_kick(cost, tour, states, k)
-        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - added)
+        total += keep_or_undo(tour, improve_queued(cost, tour, candidates, lengths, breadth, NO_LIMIT) - added)
     return total

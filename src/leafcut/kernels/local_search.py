@@ -17,29 +17,28 @@ LONGEST_SEGMENT = 3
 
 
 @part
-def beside(tour: Tour, v: int, forward: bool) -> int:
+def beside(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
     """Return the node after (or before) v."""
-    return after(tour.node, tour.place, v) if forward else before(tour.node, tour.place, v)
+    return after(node, place, v) if forward else before(node, place, v)
 
 
 @part
-def exchange(tour: Tour, a: int, b: int, c: int, d: int) -> None:
+def exchange(node: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
     """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in the same direction. Changes:
     node, place.
     """
-    if beside(tour, a, True) == b and beside(tour, c, True) == d:
-        reverse(tour.node, tour.place, tour.place[b], tour.place[c])
+    if beside(node, place, a, True) == b and beside(node, place, c, True) == d:
+        reverse(node, place, place[b], place[c])
     else:
-        reverse(tour.node, tour.place, tour.place[c], tour.place[b])
+        reverse(node, place, place[c], place[b])
 
 
 @part
-def two_opt_move(cost: CostModel, tour: Tour, candidates: NDArray, a: int) -> bool:
-    """Make the first improving 2-opt move at node a. Changes: node, place; row ENDS of move, its four nodes."""
-    touched = tour.move[ENDS]
+def two_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
+    """Make the first improving 2-opt move at node a. Changes: node, place, touched int64[≥4] (its four nodes)."""
     for direction in range(2):
         forward = direction == 0
-        b = beside(tour, a, forward)
+        b = beside(node, place, a, forward)
         old = travel(cost, a, b)
         for k in range(candidates.shape[1]):
             c = candidates[a, k]
@@ -48,39 +47,37 @@ def two_opt_move(cost: CostModel, tour: Tour, candidates: NDArray, a: int) -> bo
             gain = old - travel(cost, a, c)
             if gain <= EPSILON:
                 break
-            d = beside(tour, c, forward)
+            d = beside(node, place, c, forward)
             if c == b or d == a:
                 continue
             if gain + travel(cost, c, d) - travel(cost, b, d) > EPSILON:
-                exchange(tour, a, b, c, d)
+                exchange(node, place, a, b, c, d)
                 touched[0], touched[1], touched[2], touched[3] = a, b, c, d
                 return True
     return False
 
 
 @part
-def _within(tour: Tour, a: int, length: int, forward: bool, v: int) -> bool:
-    place = tour.place
+def _within(place: NDArray, a: int, length: int, forward: bool, v: int) -> bool:
     return steps_between(place[v], place[a], 0 if forward else 1, len(place)) < length
 
 
 @part
-def or_opt_move(cost: CostModel, tour: Tour, candidates: NDArray, a: int) -> bool:
+def or_opt_move(cost: CostModel, node: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
     """Move a run of 1 … 3 nodes that starts at a to a better position, in either direction, if that improves the tour.
 
     Symbols: the run is a … e, p the node before a, q the node after e; it goes between c and d, with a next to c.
-    Changes: node, place; row ENDS of move, the six nodes.
+    Changes: node, place, touched int64[≥6].
     Source: I. Or, PhD thesis, Northwestern University 1976.
     """
-    touched = tour.move[ENDS]
     for direction in range(2):
         forward = direction == 0
-        p = beside(tour, a, not forward)
+        p = beside(node, place, a, not forward)
         e = a
         for length in range(1, LONGEST_SEGMENT + 1):
             if length > 1:
-                e = beside(tour, e, forward)
-            q = beside(tour, e, forward)
+                e = beside(node, place, e, forward)
+            q = beside(node, place, e, forward)
             removed = travel(cost, p, a) + travel(cost, e, q) - travel(cost, p, q)
             for k in range(candidates.shape[1]):
                 c = candidates[a, k]
@@ -89,14 +86,14 @@ def or_opt_move(cost: CostModel, tour: Tour, candidates: NDArray, a: int) -> boo
                 gain = removed - travel(cost, a, c)
                 if gain <= EPSILON:
                     break
-                if _within(tour, a, length, forward, c):
+                if _within(place, a, length, forward, c):
                     continue
                 for side in range(2):
-                    d = beside(tour, c, forward if side == 0 else not forward)
-                    if _within(tour, a, length, forward, d):
+                    d = beside(node, place, c, forward if side == 0 else not forward)
+                    if _within(place, a, length, forward, d):
                         continue
                     if gain + travel(cost, c, d) - travel(cost, e, d) > EPSILON:
-                        _move_run(tour, p, a, e, q, c, d, side == 0)
+                        _move_run(node, place, p, a, e, q, c, d, side == 0)
                         touched[0], touched[1], touched[2] = p, a, e
                         touched[3], touched[4], touched[5] = q, c, d
                         return True
@@ -104,19 +101,19 @@ def or_opt_move(cost: CostModel, tour: Tour, candidates: NDArray, a: int) -> boo
 
 
 @part
-def _move_run(tour: Tour, p: int, a: int, e: int, q: int, c: int, d: int, c_first: bool) -> None:
+def _move_run(node: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: int, d: int, c_first: bool) -> None:
     """Turn p a…e q … c d into p q … c a…e d (c_first), or p a…e q … d c into p q … d e…a c. Changes: node, place."""
     if c_first:
         if c != q:
-            exchange(tour, p, a, c, d)  # p c…q e…a d
-            exchange(tour, p, c, q, e)  # p q…c e…a d
-            exchange(tour, c, e, a, d)  # p q…c a…e d
+            exchange(node, place, p, a, c, d)  # p c…q e…a d
+            exchange(node, place, p, c, q, e)  # p q…c e…a d
+            exchange(node, place, c, e, a, d)  # p q…c a…e d
         else:
-            exchange(tour, p, a, q, d)  # p q e…a d
-            exchange(tour, q, e, a, d)  # p q a…e d
+            exchange(node, place, p, a, q, d)  # p q e…a d
+            exchange(node, place, q, e, a, d)  # p q a…e d
     else:
-        exchange(tour, p, a, d, c)  # p d…q e…a c
-        exchange(tour, p, d, q, e)  # p q…d e…a c
+        exchange(node, place, p, a, d, c)  # p d…q e…a c
+        exchange(node, place, p, d, q, e)  # p q…d e…a c
 
 
 @kernel
@@ -131,9 +128,9 @@ def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) ->
     while tour.counts[1] > 0 and moves < max_moves:
         a = pop(tour)
         touched = 0
-        if two_opt_move(cost, tour, candidates, a):
+        if two_opt_move(cost, tour.node, tour.place, candidates, a, tour.move[ENDS]):
             touched = 4
-        elif or_opt_move(cost, tour, candidates, a):
+        elif or_opt_move(cost, tour.node, tour.place, candidates, a, tour.move[ENDS]):
             touched = 6
         if touched > 0:
             moves += 1

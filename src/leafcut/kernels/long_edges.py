@@ -15,7 +15,7 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel, part
+from leafcut.kernels import EPSILON, NONE, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import Tour, after, before, push, reverse
 
@@ -43,7 +43,7 @@ def _walk(
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
     while count < len(steps) and places > 0:
         forward = after(tour.node, tour.place, fixed) == moving
-        shortest, target, gain = math.inf, -1, 0.0
+        shortest, target, gain = math.inf, NONE, 0.0
         for c in range(candidates.shape[1]):
             x = candidates[moving, c]
             if x < 0:

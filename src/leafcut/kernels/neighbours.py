@@ -340,7 +340,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
             height = 1
 
 
-@kernel
+@part
 def remove(tree: Tree, alive: NDArray, i: int) -> None:
     """Remove point i from the counts. Changes: alive int32[m]."""
     node = tree.leaf_of[i]

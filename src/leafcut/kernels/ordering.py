@@ -6,7 +6,7 @@ import math
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import NONE, kernel, part
 from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.pheromone import wear
 from leafcut.kernels.random import below, uniform
@@ -79,7 +79,7 @@ def lay_order(
     Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: only clusters whose predecessors are all in
     the order are drawn.
     """
-    m, last = len(order), -1
+    m, last = len(order), NONE
     for c in range(m):
         missing[c] = layers.before_begin[c + 1] - layers.before_begin[c]
     for at in range(m):

@@ -47,38 +47,22 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 
 @kernel
 def deposit(
-    candidates: NDArray, tour: NDArray, amount: float, highest: float, one_way: bool, pheromone: NDArray
+    candidates: NDArray, tour: NDArray, kept: float, amount: float, highest: float, one_way: bool, pheromone: NDArray
 ) -> None:
-    """Add `amount` to every edge of the closed tour, up to `highest`; `one_way`: only in the direction of the tour.
+    """Change every edge of the closed tour to τ ← kept·τ + amount, up to `highest`; `one_way`: only in the direction of
+    the tour.
 
     Changes: pheromone.
-    Source: Dorigo and Stützle 2004, equation 3.4; upper trail limit of MAX–MIN: section 3.3.4.
+    Source: Dorigo and Stützle 2004, equation 3.4 (kept = 1) and 3.11 (Ant Colony System: kept = 1 − ρ); upper trail
+    limit of MAX–MIN: section 3.3.4.
     """
     for step in range(len(tour)):
         a, b = tour[step - 1], tour[step]
         for c in range(candidates.shape[1]):
             if candidates[a, c] == b:
-                pheromone[a, c] = min(highest, pheromone[a, c] + amount)
+                pheromone[a, c] = min(highest, kept * pheromone[a, c] + amount)
             if candidates[b, c] == a and not one_way:
-                pheromone[b, c] = min(highest, pheromone[b, c] + amount)
-
-
-@kernel
-def reinforce_and_decay(
-    candidates: NDArray, tour: NDArray, rate: float, amount: float, one_way: bool, pheromone: NDArray
-) -> None:
-    """Move the trails of the tour's edges towards `amount`: τ ← (1 − ρ)τ + ρ·amount; `one_way` as for `deposit`.
-
-    Changes: pheromone.
-    Source: Dorigo and Stützle 2004, equation 3.11 (global update of Ant Colony System).
-    """
-    for step in range(len(tour)):
-        a, b = tour[step - 1], tour[step]
-        for c in range(candidates.shape[1]):
-            if candidates[a, c] == b:
-                pheromone[a, c] = (1.0 - rate) * pheromone[a, c] + rate * amount
-            if candidates[b, c] == a and not one_way:
-                pheromone[b, c] = (1.0 - rate) * pheromone[b, c] + rate * amount
+                pheromone[b, c] = min(highest, kept * pheromone[b, c] + amount)
 
 
 @part

@@ -17,10 +17,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel, part
+from leafcut.kernels import constant, kernel, part
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.lin_kernighan import pop, push
 from leafcut.kernels.random import below, uniform
@@ -57,10 +56,10 @@ OPTION_SHARE = 0.3
 MOST_AT_ONCE = 3
 
 #: Maximum number of exchanges searched after a kick.
-MOST_SEARCHES = 10_000
+MOST_SEARCHES = constant(10_000)
 
-#: Flags of NumPy's type: Numba would compile a function again for each combination of Python's True and False.
-YES, NO = np.bool_(True), np.bool_(False)
+#: Flags of an exchange.
+YES, NO = constant(True), constant(False)
 
 
 @part
@@ -267,6 +266,7 @@ def improve_route(
             max_searches -= 1
             gain = choose_option(cost, route, rules, v, min_gain)
             if gain <= 0.0:
+                # Numba compiles one version for each constant direction; a common version is a third slower.
                 gain = find_exchange(cost, route, rules, rules.onward, breadth, min_gain, 1, v)
                 if gain <= 0.0:
                     gain = find_exchange(cost, route, rules, rules.backward, breadth, min_gain, -1, v)

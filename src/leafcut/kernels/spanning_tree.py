@@ -112,7 +112,7 @@ def leave_by_tree(
 
     Every metric of positions increases with |dx| and |dy|, also after rounding, and a lift only adds to it. Therefore
     no edge into a box costs less than to its nearest point. Existing values in `parts.best` prune the search.
-    Changes: parts.found, reach, best, leave, arrive, stack.
+    Changes: parts.nearest, reach, best, leave, arrive, stack.
     """
     part, best, nearest, reach, low, high = parts.part, parts.best, parts.nearest, parts.reach, parts.low, parts.high
     min_penalty, stack, box = parts.min_penalty, parts.stack, tree.box

@@ -123,41 +123,20 @@ def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
     """Fill the lists of the first n nodes with the cheapest other nodes; ties go to the lower index."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
-    if cost.code == codes.EXPLICIT and cost.tied_a < 0 and not 0 <= cost.free < n and 0 < size < n - 1:
-        for begin in range(0, n, ROWS_AT_ONCE):
-            rows = nodes[begin : begin + ROWS_AT_ONCE]
-            _list_cheapest_of_table(cost.matrix[rows, :n], rows, candidates[rows[0] :], lengths[rows[0] :], size)
-        return
-    for i in range(n):
-        others = np.delete(nodes, i)
-        costs = costs_of_edges(cost, np.full(n - 1, i, dtype=np.int32), others)
-        if size < n - 1:
-            few = np.flatnonzero(costs <= np.partition(costs, size - 1)[size - 1])
-            others, costs = others[few], costs[few]
-        order = np.argsort(costs, kind="stable")[:size]
-        candidates[i, :size], lengths[i, :size] = others[order], costs[order]
-
-
-def _list_cheapest_of_table(
-    costs: NDArray[np.float64],
-    rows: NDArray[np.int32],
-    candidates: NDArray[np.int32],
-    lengths: NDArray[np.float64],
-    size: int,
-) -> None:
-    """Do the work of `_list_cheapest` for several rows of a cost matrix float64[m, n] at once."""
-    own = np.arange(len(rows))
-    costs[own, rows] = np.inf
-    row, column = np.nonzero(costs <= np.partition(costs, size - 1, axis=1)[:, size - 1 : size])
-    others = column != rows[row]
-    row, column = row[others], column[others]
-    value = costs[row, column]
-    # Stable sort: ties keep the order of the indices.
-    order = np.lexsort((value, row))
-    place = np.arange(len(row)) - np.searchsorted(row, row)
-    kept = place < size
-    candidates[row[kept], place[kept]] = column[order[kept]]
-    lengths[row[kept], place[kept]] = value[order[kept]]
+    for begin in range(0, n if size > 0 else 0, ROWS_AT_ONCE):
+        rows = nodes[begin : begin + ROWS_AT_ONCE]
+        costs = costs_of_edges(cost, np.repeat(rows, n), np.tile(nodes, len(rows))).reshape(len(rows), n)
+        costs[np.arange(len(rows)), rows] = np.inf
+        row, column = np.nonzero(costs <= np.partition(costs, size - 1, axis=1)[:, size - 1 : size])
+        others = column != rows[row]
+        row, column = row[others], column[others]
+        value = costs[row, column]
+        # Stable sort: ties keep the order of the indices.
+        order = np.lexsort((value, row))
+        place = np.arange(len(row)) - np.searchsorted(row, row)
+        kept = place < size
+        candidates[begin + row[kept], place[kept]] = column[order[kept]]
+        lengths[begin + row[kept], place[kept]] = value[order[kept]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -170,7 +170,7 @@ class Trails:
         self.weigh()
 
     def _add(self, tour: Ints, amount: float) -> None:
-        trails.deposit(self.lists, tour, amount, self.highest, self.one_way, self.pheromone)
+        trails.deposit(self.lists, tour, 1.0, amount, self.highest, self.one_way, self.pheromone)
 
     def _initial_pheromone(self) -> float:
         p, n, c_nn = self.parameters, len(self.lists), self.c_nn
@@ -329,7 +329,7 @@ class AntColonySystem(Trails):
 
     def _add(self, tour: Ints, amount: float) -> None:
         rate = self.parameters.rate
-        trails.reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
+        trails.deposit(self.lists, tour, 1.0 - rate, rate * amount, self.highest, self.one_way, self.pheromone)
 
     def constants(self) -> dict[str, float]:
         """Return the greedy probability q0 and the local evaporation rate ξ."""
