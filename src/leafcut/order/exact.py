@@ -89,63 +89,44 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Return the nodes int32[clusters] of the cheapest path under the precedence int32[k, 2], which has no cycles; the
     problem must be `within_reach`.
     """
-    table = _Table(problem, pairs)
+    moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
+    ways = moves.between(node, node)
     if not problem.closed:
-        return table.cheapest(table.begun, table.home)[1]
+        return _cheapest(problem, pairs, ways, problem.service + moves.from_start(node), moves.to_end(node))[1]
     # Without precedence, a closed path may start with cluster 0; otherwise with any cluster without predecessors.
-    firsts = np.flatnonzero(table.needs[problem.cluster] == 0) if len(pairs) else np.flatnonzero(problem.cluster == 0)
+    firsts = np.setdiff1d(np.arange(problem.n_clusters), pairs[:, 1]) if len(pairs) else np.array([0])
     paths = []
-    for first in firsts:
-        begun = np.full(problem.n_nodes, np.inf)
-        begun[first] = problem.service[first]
-        paths.append(table.cheapest(begun, table.ways[:, first]))
+    for first in np.flatnonzero(np.isin(problem.cluster, firsts)):
+        begun = np.where(node == first, problem.service, np.inf)
+        paths.append(_cheapest(problem, pairs, ways, begun, ways[:, first]))
     return min(paths, key=lambda path: path[0])[1]
 
 
-class _Table:
-    """Costs and precedence for the dynamic programme.
+def _cheapest(problem: RoutingProblem, pairs: Ints, ways: Floats, begun: Floats, home: Floats) -> tuple[float, Ints]:
+    """Return the cheapest path and its cost, by dynamic programming over sets of clusters and the last node.
 
-    Attributes
-    ----------
-    ways
-        float64[nodes, nodes]: costs from the exit of one node to the entry of another.
-    begun, home
-        float64[nodes]: on an open path, costs up to and including a first node, and from a last node to the end.
-    needs
-        int64[clusters]: bit mask of the predecessors.
+    `ways` float64[nodes, nodes]: costs from the exit of one node to the entry of another; `begun` and `home`
+    float64[nodes]: costs up to and including a first node, and from a last node to the end.
     """
-
-    def __init__(self, problem: RoutingProblem, pairs: Ints) -> None:
-        self.problem, n, m = problem, problem.n_nodes, problem.n_clusters
-        moves, node = MoveCosts(problem), np.arange(n, dtype=np.int32)
-        self.ways = moves.between(node, node)
-        self.begun, self.home = problem.service + moves.from_start(node), moves.to_end(node)
-        self.needs = np.zeros(m, dtype=np.int64)
-        np.bitwise_or.at(self.needs, pairs[:, 1], np.int64(1) << pairs[:, 0].astype(np.int64))
-        sets = np.arange(1 << m, dtype=np.int64)
-        size = sum((sets >> c & 1 for c in range(m)), np.zeros(len(sets), dtype=np.int64))
-        self.levels = [sets[size == k] for k in range(m)]
-        self.members = [np.flatnonzero(problem.cluster == c) for c in range(m)]
-
-    def cheapest(self, begun: Floats, home: Floats) -> tuple[float, Ints]:
-        problem, m = self.problem, self.problem.n_clusters
-        spent = np.full((1 << m, problem.n_nodes), np.inf)
+    m, cluster = problem.n_clusters, problem.cluster
+    needs = np.zeros(m, dtype=np.int64)  # bit mask of the predecessors of each cluster
+    np.bitwise_or.at(needs, pairs[:, 1], np.int64(1) << pairs[:, 0].astype(np.int64))
+    sets = np.arange(1 << m, dtype=np.int64)
+    size = sum((sets >> c & 1 for c in range(m)), np.zeros(len(sets), dtype=np.int64))
+    members = [np.flatnonzero(cluster == c) for c in range(m)]
+    spent = np.full((1 << m, problem.n_nodes), np.inf)
+    for c in np.flatnonzero(needs == 0).tolist():
+        spent[1 << c, members[c]] = begun[members[c]]
+    for k in range(1, m):
+        level = sets[size == k]
         for c in range(m):
-            if self.needs[c] == 0:
-                spent[1 << c, self.members[c]] = begun[self.members[c]]
-        for level in self.levels[1:]:
-            for c in range(m):
-                done = level[(level >> c & 1 == 0) & (level & self.needs[c] == self.needs[c])]
-                for node in self.members[c]:
-                    least = (spent[done] + self.ways[:, node]).min(axis=1)
-                    spent[done | 1 << c, node] = least + problem.service[node]
-        return self._followed_back(spent, home)
-
-    def _followed_back(self, spent: Floats, home: Floats) -> tuple[float, Ints]:
-        """Trace the cheapest path back through the table float64[sets, nodes]."""
-        cluster, done = self.problem.cluster, (1 << self.problem.n_clusters) - 1
-        total = spent[done] + home
-        nodes = [int(np.argmin(total))]
-        while done := done & ~(1 << int(cluster[nodes[-1]])):
-            nodes.append(int(np.argmin(spent[done] + self.ways[:, nodes[-1]])))
-        return float(total.min()), np.array(nodes[::-1], dtype=np.int32)
+            done = level[(level >> c & 1 == 0) & (level & needs[c] == needs[c])]
+            for node in members[c]:
+                least = (spent[done] + ways[:, node]).min(axis=1)
+                spent[done | 1 << c, node] = least + problem.service[node]
+    left = (1 << m) - 1
+    total = spent[left] + home
+    nodes = [int(np.argmin(total))]
+    while left := left & ~(1 << int(cluster[nodes[-1]])):
+        nodes.append(int(np.argmin(spent[left] + ways[:, nodes[-1]])))
+    return float(total.min()), np.array(nodes[::-1], dtype=np.int32)
