@@ -40,7 +40,7 @@ def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
         return
     before = edges(tour)
     with plain_python():
-        exchange(work, a, b, c, d)
+        exchange(work.node, work.place, a, b, c, d)
     assert edges(work.node) == before - {frozenset((a, b)), frozenset((c, d))} | {frozenset((a, c)), frozenset((b, d))}
     assert np.array_equal(work.node[work.place], np.arange(n))
 

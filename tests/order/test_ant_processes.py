@@ -26,7 +26,6 @@ from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature import processes
@@ -34,7 +33,7 @@ from leafcut.order.literature.ants import trails_of
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
 from leafcut.order.literature.processes import AntProcesses
-from leafcut.order.search import AlgorithmRun
+from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry

@@ -19,9 +19,9 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
-from leafcut.order.best import Best
 from leafcut.order.certificate import bound_of, relaxation
 from leafcut.order.instance import build_instance, path_cost
+from leafcut.order.search import Best
 from leafcut.order.solve import keep_better, solve
 from leafcut.order.stop import Deadline, Stop
 

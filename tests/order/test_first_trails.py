@@ -12,11 +12,11 @@ from leafcut.kernels.construct import choose_next
 from leafcut.kernels.ordering import draw_next
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ANT_ALGORITHMS, AcoOptions, SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature.ants import Ants, trails_of
 from leafcut.order.literature.pheromone import AntParameters, Trails
 from leafcut.order.literature.places import Places
+from leafcut.order.search import Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from plain_python import plain_parts

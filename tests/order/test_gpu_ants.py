@@ -31,7 +31,7 @@ from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
 from leafcut.order.literature.gpu import GpuAnts
 from leafcut.order.instance import build_instance
-from leafcut.order.best import Best
+from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
 places = np.random.default_rng(4).uniform(0, 100, (40, 2))

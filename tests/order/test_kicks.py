@@ -11,7 +11,6 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import WAITING, improve_queued
 from leafcut.model.problem import RoutingProblem
 from leafcut.order import kicks
-from leafcut.order.best import Best
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import (
@@ -24,6 +23,7 @@ from leafcut.order.kicks import (
     queue_waiting,
     work_tour,
 )
+from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
 

@@ -11,10 +11,10 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import colony, kicks
-from leafcut.order.best import Best
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
 from leafcut.order.kicks import cut, instance_of, kick_piece, kick_pieces
+from leafcut.order.search import Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog, Workers

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from leafcut.options import SolveOptions
-from leafcut.order.best import Best
-from leafcut.order.search import Population, search, set_budget, set_budget_of_visits, until_interrupted
+from leafcut.order.search import Best, Population, search, set_budget, set_budget_of_visits, until_interrupted
 from leafcut.order.stop import Stop
 
 

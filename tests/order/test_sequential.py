@@ -19,13 +19,13 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import path_search
-from leafcut.order.best import Best
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import path_cost
 from leafcut.order.literature import choices
 from leafcut.order.path_search import PathSearch
 from leafcut.order.precedence import consequences, keeps
+from leafcut.order.search import Best
 from leafcut.order.solve import keep_better, solve
 from leafcut.order.stop import Stop
 from travel_reference import travel_cost

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.order.best import Best
+from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
 

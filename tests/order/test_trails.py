@@ -10,8 +10,8 @@ import pytest
 
 from leafcut.kernels import pheromone
 from leafcut.options import AcoOptions
-from leafcut.order.best import Best
 from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails, best_so_far_every
+from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 from plain_python import plain_parts, plain_python
 

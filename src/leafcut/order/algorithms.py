@@ -16,7 +16,6 @@ from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, AnyInstance, DirectedInstance, build_directed, greedy_path
@@ -30,7 +29,7 @@ from leafcut.order.instance import (
 )
 from leafcut.order.kicks import CANDIDATES, MANY, run_kicks, warm_kicks
 from leafcut.order.packaged import PACKAGED, run_packaged
-from leafcut.order.search import AlgorithmRun, SearchResult
+from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
 #: Candidates per node for ants, which choose every edge of a tour from them.

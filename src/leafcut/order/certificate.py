@@ -13,10 +13,10 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.directed import AnyInstance, least_costs
 from leafcut.order.instance import Instance, build_instance, is_directed, is_symmetric
+from leafcut.order.search import Best
 from leafcut.order.stop import Deadline
 
 #: Candidates per node for the lower bound of an order that needed no search.

@@ -22,11 +22,8 @@ from numpy.typing import NDArray
 from leafcut.kernels import EPSILON
 from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
 from leafcut.kernels.cost import tour_cost
-from leafcut.kernels.lin_kernighan import kick_and_mend
-from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance
-from leafcut.order.kicks import BREADTH as KICKING_BREADTH
 from leafcut.order.kicks import (
     MANY,
     NODES_PER_LOOK,
@@ -35,11 +32,12 @@ from leafcut.order.kicks import (
     first_tour,
     kick_on,
     kick_pieces,
+    kick_until,
     warm_kicks,
     work_tour,
 )
 from leafcut.order.observing import of_tours
-from leafcut.order.search import AlgorithmRun, SearchResult, until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
 
@@ -90,9 +88,6 @@ WHIMS = 1.3
 #: share of the remaining time in which the last colony builds its tours.
 KICKS_BEFORE, FEWEST_KICKING, KICKING_TAKES, KICKING_SHARE = 0.5, 12, 5.0, 0.75
 
-#: Kicks between two checks of the clock.
-KICKS_PER_LOOK = 200
-
 #: Batches of a generation per worker: more balance the load better, fewer have less overhead.
 MEETINGS_PER_WORKER = 2
 
@@ -135,25 +130,11 @@ def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: S
     if not stop.now():
         tour = work_tour(greedy(instance, np.random.default_rng(word[0])))
         if descend(instance, tour, BREADTH, stop):
-            node = _kicked(instance, tour.node, word, kicks, stop)
-            cost = float(tour_cost(instance.cost, node))
+            if kicks > 0:
+                tour = work_tour(tour.node, queued=False, log=2 * instance.n + 1000)
+                kick_until(instance, tour, word, kicks, stop)
+            node, cost = tour.node, float(tour_cost(instance.cost, tour.node))
     return node[None], np.array([cost])
-
-
-def _kicked(
-    instance: Instance, node: NDArray[np.int32], word: NDArray[np.uint64], kicks: int, stop: Stop
-) -> NDArray[np.int32]:
-    """Return a tour int32[n] after `kicks` kicks, or fewer if the time runs out. Changes: word."""
-    if kicks <= 0:
-        return node
-    tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
-    breadth = choices(instance, KICKING_BREADTH)
-    for made in range(0, kicks, KICKS_PER_LOOK):
-        if stop.now():
-            break
-        some = min(KICKS_PER_LOOK, kicks - made)
-        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, word, 0, some)
-    return tour.node
 
 
 def assembly_for(n: int) -> Assembly:

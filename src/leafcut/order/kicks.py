@@ -24,10 +24,9 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, kick_and_mend
 from leafcut.kernels.long_edges import bring_home
 from leafcut.model.solution import WorkerFigures
-from leafcut.order.best import Best
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, costs_of_edges, matrix_of
-from leafcut.order.search import AlgorithmRun, SearchResult, set_budget, until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, set_budget, until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
@@ -200,6 +199,18 @@ def kick_on(
     return iteration
 
 
+def kick_until(
+    instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
+) -> None:
+    """Kick a tour `kicks` times, or fewer if only `spare` seconds are left. Changes: tour, word uint64[1]."""
+    breadth = choices(instance, BREADTH)
+    for made in range(0, kicks, KICKS_PER_LOOK):
+        if stop.now(spare):
+            return
+        some = min(KICKS_PER_LOOK, kicks - made)
+        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, word, 0, some)
+
+
 def cut(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Ints]:
     """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge."""
     n, a, b = len(tour), instance.cost.tied_a, instance.cost.tied_b
@@ -243,11 +254,7 @@ def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks:
     """
     own, start, label = instance_of(instance, nodes)
     tour = work_tour(start, queued=False, log=2 * own.n + 1000)
-    breadth, spare = choices(own, BREADTH), PUTTING_TOGETHER * instance.n
-    for made in range(0, kicks, KICKS_PER_LOOK):
-        if stop.now(spare):
-            break
-        kick_and_mend(own.cost, tour, *own.exchange_lists, breadth, word, 0, min(KICKS_PER_LOOK, kicks - made))
+    kick_until(own, tour, word, kicks, stop, PUTTING_TOGETHER * instance.n)
     begin = int(tour.place[start[0]])
     nodes = np.roll(tour.node, -begin)
     if nodes[-1] != start[-1]:

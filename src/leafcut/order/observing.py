@@ -1,4 +1,4 @@
-"""Pheromone and brightness for observers; memory and time grow with the number of nodes and candidates."""
+"""Pheromone for observers; memory and time grow with the number of nodes and candidates."""
 
 from __future__ import annotations
 
@@ -58,8 +58,3 @@ def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float6
     edges = np.column_stack([low, high])[order[first]]
     kept = np.argsort(-strength, kind="stable")[:MOST_EDGES]
     return Pheromone(points, edges[kept].astype(np.int32), np.minimum(strength[kept], 1.0).astype(np.float32))
-
-
-def brightness_of(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the brightness 1 / length of fireflies; 0 if the length is unknown or not positive."""
-    return np.where(np.isfinite(lengths) & (lengths > 0.0), 1.0 / np.where(lengths > 0.0, lengths, 1.0), 0.0)

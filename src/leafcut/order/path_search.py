@@ -19,14 +19,13 @@ from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.options import AcoOptions
 from leafcut.order.annealing import Forgetting, is_small, layers_of
-from leafcut.order.best import Best, SearchView
 from leafcut.order.construction import random_words
 from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
 from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
 from leafcut.order.literature.ants import Ants, trails_of
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
-from leafcut.order.search import AlgorithmRun, SearchResult, search, until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, search, until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 

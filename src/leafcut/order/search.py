@@ -1,24 +1,135 @@
-"""The search loop of all population algorithms, and the budget of a run."""
+"""The search loop of all population algorithms, the budget of a run, its best tour, and snapshots for observers."""
 
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.solution import WorkerFigures
+from leafcut.geometry.arrays import Ints
+from leafcut.model.heartbeat import OnProgress, Progress
+from leafcut.model.snapshot import Observer, Pheromone, Snapshot
+from leafcut.model.solution import WorkerFigures, gap
+from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.best import Best, SearchView
+from leafcut.order.directed import AnyInstance
 from leafcut.order.stop import Stop
+from leafcut.order.workers import WorkerLog
+
+#: Relative tolerance of costs: equal tours may be summed in different orders.
+ROUNDING = 1e-12
 
 #: Budget of a preset: nodes visited by ants, and iterations without a better tour after which the search ends.
 PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
 #: Tours int32[m, n] and their costs float64[m]; the cost of a tour that was not finished is infinite.
 Tours = tuple[NDArray[np.int32], NDArray[np.float64]]
+
+
+class SearchView:
+    """View of a search for observers; by default the best path and the figures of the workers."""
+
+    def __init__(
+        self, shown: AnyInstance | None = None, log: WorkerLog | None = None,
+        pheromone: Callable[[], Pheromone] | None = None,
+    ) -> None:  # fmt: skip
+        """Without the instance `shown`, snapshots have no path."""
+        self.shown, self.log, self.pheromone = shown, WorkerLog.of(0) if log is None else log, pheromone
+
+    def result(self, tour: Ints) -> Ints:
+        """Convert a tour of the search to nodes of the instance."""
+        return tour
+
+    def parts(self, best: Best) -> dict[str, Any]:
+        """Return the optional fields of `Snapshot` for this algorithm."""
+        pheromone = {} if self.pheromone is None else {"pheromone": self.pheromone()}
+        return {"workers": self.log.figures()} | pheromone
+
+    def branching(self) -> float | None:
+        """Return the mean λ-branching factor of the trails."""
+        return None
+
+
+@dataclass
+class Best:
+    """The best tour so far and its history.
+
+    Attributes
+    ----------
+    cost, history
+        Costs without service, like `Stop.target`.
+    service
+        Constant cost of every path, which the search leaves out.
+    bound
+        Lower bound including service if it was computed before the search; `shown_bound` is for observers only.
+    """
+
+    stop: Stop
+    progress: OnProgress | None = None
+    service: float = 0.0
+    bound: float | None = None
+    shown_bound: float | None = None
+    view: SearchView = field(default_factory=SearchView)
+    observe: Observer | None = None
+    tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    cost: float = math.inf
+    iteration: int = 0
+    history: list[tuple[float, float]] = field(default_factory=list)
+    lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+
+    def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
+        """Keep the tour if it is better by more than the tolerance; return whether it was kept."""
+        with self.lock:
+            if not cost + ROUNDING * abs(cost) < self.cost:
+                return False
+            self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
+            self.history.append((self.stop.elapsed(), float(cost)))
+        if cost <= self.stop.target:
+            self.stop.satisfied = True
+        return True
+
+    @property
+    def known_bound(self) -> float | None:
+        """The lower bound; without one, `shown_bound`."""
+        return self.shown_bound if self.bound is None else self.bound
+
+    def final_bound(self) -> float | None:
+        """Return the bound of the solution if it is already known; a cancelled search also uses `shown_bound`."""
+        return self.known_bound if self.stop.cancelled.is_set() else self.bound
+
+    def tell(self, iteration: int, alone: bool = True, costs: NDArray[np.float64] | None = None) -> None:
+        """Report progress after an iteration with the `costs` of its tours; `alone`: the search waits for this call."""
+        if self.progress is not None:
+            shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
+            cost = self.cost + self.service
+            self.progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.known_bound)))
+        if self.observe is None:
+            return
+        if alone:
+            with self.stop.paused():
+                self._show(self.observe, iteration, alone, costs)
+        else:
+            self._show(self.observe, iteration, alone, costs)
+
+    def _show(self, observe: Observer, iteration: int, alone: bool, costs: NDArray[np.float64] | None) -> None:
+        """Call the observer, and give a study the figures of the iteration."""
+        seconds, view = self.stop.elapsed(), self.view
+
+        def take() -> Snapshot:
+            with self.lock:
+                tour, cost = self.tour, self.cost
+            path = view.shown.places(view.result(tour)) if view.shown is not None and len(tour) else np.zeros((0, 2))
+            return Snapshot(path, cost + self.service, self.known_bound, iteration, seconds, **view.parts(self))
+
+        if isinstance(observe, Study):
+            whole = None if costs is None else costs + self.service
+            observe.note(iteration, seconds, self.cost + self.service, whole, view.branching())
+        observe(take, alone)
 
 
 @dataclass(frozen=True)

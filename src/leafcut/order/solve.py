@@ -17,13 +17,12 @@ from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
-from leafcut.order.best import Best, SearchView
 from leafcut.order.certificate import aim, certify, foresee
 from leafcut.order.directed import refuse_places_of_a_table
 from leafcut.order.exact import TRY_ALL, best_nodes, best_of_all_orders, choose_nodes, within_reach
 from leafcut.order.instance import path_cost
 from leafcut.order.precedence import broken_pair, checked_pairs, keeps
-from leafcut.order.search import AlgorithmRun, SearchResult
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView
 from leafcut.order.stop import Deadline, Stop, Thrift
 
 

@@ -89,8 +89,4 @@ def thread_pool(threads: int) -> Iterator[Executor | None]:
 
 def on_all_workers(executor: Executor | None, workers: int, work: Callable[[int], None]) -> None:
     """Call ``work(worker)`` for each worker and wait for all of them."""
-    if executor is None:
-        work(0)
-        return
-    for job in [executor.submit(work, worker) for worker in range(workers)]:
-        job.result()
+    list((map if executor is None else executor.map)(work, range(workers)))

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
-from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.directed import AnyInstance, DirectedInstance
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails
 from leafcut.order.literature.places import Places
-from leafcut.order.search import Population, Tours
+from leafcut.order.search import Best, Population, Tours
 from leafcut.order.stop import Stop, clock
 from leafcut.order.workers import WorkerLog, on_all_workers
 
@@ -118,7 +117,7 @@ class Ants(AntColony):
                 break
             if built is None:
                 self.moves.construct(self.trails, words, ant, self.tours[ant], mine)
-            self.costs[ant] = self.moves.finish(self.tours[ant], self.stop, mine)
+            self.costs[ant] = self.moves.finish(self.tours[ant], self.stop)
             ants += 1
         best = float(self.costs[worker::step].min(initial=math.inf))
         self.log.add(mine, ants, clock() - began, best)

@@ -15,11 +15,11 @@ from leafcut.kernels.ordering import choose_all, lay_order
 from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route
 from leafcut.order.annealing import layers_of
-from leafcut.order.best import Best
 from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
 from leafcut.order.instance import cluster_places
 from leafcut.order.literature.pheromone import Trails
 from leafcut.order.observing import on_lists
+from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
 
@@ -82,7 +82,7 @@ class Choices:
         enter[self.layers.owner[chosen]] = instance.rules.way[chosen]
         return instance.nodes(self.layers.owner[self.chosen], enter)
 
-    def finish(self, order: Ints, stop: Stop, worker: int = 0) -> float:
+    def finish(self, order: Ints, stop: Stop) -> float:
         """Choose the nodes of an order int32[m], improve both if wanted, and return the length. Changes: order."""
         length = self.length(order)
         if not self.local_search or self.instance.n < 5:

@@ -40,7 +40,6 @@ from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import Instance, costs_of_edges
@@ -48,7 +47,7 @@ from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, choices, descend, work
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
 from leafcut.order.literature.published_fireflies import PublishedFireflies
-from leafcut.order.search import AlgorithmRun, SearchResult, Tours, search, set_budget, set_budget_of_visits
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search, set_budget, set_budget_of_visits
 from leafcut.order.stop import Stop
 from leafcut.order.workers import on_all_workers, thread_pool
 

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.construction import greedy
 from leafcut.order.directed import AnyInstance
 from leafcut.order.instance import Instance
-from leafcut.order.observing import brightness_of
-from leafcut.order.search import Population
+from leafcut.order.search import Best, Population
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
@@ -139,7 +137,12 @@ class Swarm(Population):
 
     def parts(self, best: Best) -> dict[str, Any]:
         """Return the figures of the workers, the brightness and the next step."""
-        return super().parts(best) | {"brightness": brightness_of(self.lengths), "step": self.step(best)}
+        return super().parts(best) | {"brightness": self.brightness(), "step": self.step(best)}
+
+    def brightness(self) -> NDArray[np.float64]:
+        """Return the brightness 1 / length; 0 if the length is unknown or not positive."""
+        known = np.isfinite(self.lengths) & (self.lengths > 0.0)
+        return np.where(known, 1.0 / np.where(known, self.lengths, 1.0), 0.0)
 
     def step(self, best: Best) -> SearchStep | None:
         """Return the next flight of the darkest firefly: the distance of its target, and its moves."""

@@ -18,7 +18,7 @@ from leafcut.kernels import pheromone as trails
 from leafcut.model.snapshot import NextPlace, SearchStep
 from leafcut.options import AcoOptions
 from leafcut.options.search import BY_N_C, BY_N_RHO_C, RANDOM_TRAILS
-from leafcut.order.best import Best
+from leafcut.order.search import Best
 
 
 @dataclass(frozen=True)

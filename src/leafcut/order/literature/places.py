@@ -14,13 +14,12 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import improve
 from leafcut.kernels.pheromone import fill_nearness
 from leafcut.model.snapshot import NextPlace
-from leafcut.order.best import Best
 from leafcut.order.construction import nearest_neighbour, none_visited
 from leafcut.order.instance import Instance
 from leafcut.order.kicks import work_tour
 from leafcut.order.literature.pheromone import MOST_CHOICES, Trails
 from leafcut.order.observing import on_candidates
-from leafcut.order.search import AlgorithmRun, SearchResult
+from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
 #: Moves between two checks of the clock: a few milliseconds.
@@ -74,7 +73,7 @@ class Places:
             self._unvisited[worker],
         )  # fmt: skip
 
-    def finish(self, tour: Ints, stop: Stop, worker: int) -> float:
+    def finish(self, tour: Ints, stop: Stop) -> float:
         """Improve a tour if wanted, and return its cost. Changes: tour."""
         if self.local_search:
             improve_locally(self.instance, tour, stop)

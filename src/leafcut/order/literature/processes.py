@@ -29,13 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
-from leafcut.order.best import Best
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.executors import PROCESSES, WatchedExecutor, open_executor
 from leafcut.order.instance import Instance
 from leafcut.order.literature.ants import AntColony, Ants, MoveSet, move_set, trails_of
 from leafcut.order.literature.pheromone import AntParameters, Deposit
-from leafcut.order.search import AlgorithmRun, Tours
+from leafcut.order.search import AlgorithmRun, Best, Tours
 from leafcut.order.stop import Stop
 
 #: Interval at which the master checks whether it must stop, s.

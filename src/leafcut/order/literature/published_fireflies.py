@@ -36,11 +36,10 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import PairRules, apply_results, move_pairs
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import SolveOptions
-from leafcut.order.best import Best
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance
 from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
-from leafcut.order.search import Tours, set_budget
+from leafcut.order.search import Best, Tours, set_budget
 from leafcut.order.stop import Stop
 
 #: Complex pockets: share of the iterations in which fireflies explore, and in which all moves are long.
