@@ -5,7 +5,7 @@ import { Bars, Brightness, Convergence } from "/static/chart.js";
 import { GcodeList, link } from "/static/gcode.js";
 
 const at = (id) => document.getElementById(id);
-const drawing = new Drawing(at("drawing"), { renderer: new URLSearchParams(location.search).get("renderer") ?? "" });
+const drawing = new Drawing(at("drawing"));
 const list = new GcodeList(at("side"));
 link(drawing, list);
 const events = [];

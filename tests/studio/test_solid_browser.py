@@ -50,7 +50,7 @@ def address() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def opened(browser: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
-    """Return a page that draws without a GPU, and the list of its errors."""
+    """Return a page with the stock, and the list of its errors."""
     context = browser.new_context(viewport={"width": 1100, "height": 800})
     page = context.new_page()
     yield page, loaded(page, address)
@@ -112,32 +112,6 @@ def test_going_back_shows_what_going_there_showed(page: Any) -> None:
     page.evaluate("drawing.seek(null)")
     cut(page)
     np.testing.assert_allclose(heights(page), shaped_solid().after.heights, rtol=0, atol=1e-5)
-
-
-def test_without_a_gpu_it_is_drawn_without_one(page: Any) -> None:
-    assert page.evaluate("drawing.solid.renderer.name") == "columns"
-
-
-def test_a_gpu_draws_the_same_picture(page: Any, browser: Any, address: str) -> None:
-    """The other renderer is asked for by name: it draws here, too, only slowly."""
-    context = browser.new_context(viewport={"width": 1100, "height": 800})
-    other = context.new_page()
-    other.goto(f"{address}?renderer=gpu")
-    until(other, "window.loaded")
-    see(other)
-    pictures = []
-    for one in (page, other):
-        one.evaluate("drawing.solid.look('iso'); drawing.solid.cutOpen('y', 0.4); drawing.solid.colour('engagement')")
-        one.evaluate("drawing.seek(0.8 * drawing.player.duration)")
-        cut(one)
-        until(one, "drawing.solid.fine")
-        pictures.append(np.array(one.evaluate(INK), dtype=np.float64).reshape(150, 200, 4))
-    assert other.evaluate("drawing.solid.renderer.name") == "gpu"
-    context.close()
-    assert (pictures[0][..., 3] > 200).mean() > 0.2
-    apart = np.abs(pictures[0] - pictures[1])
-    assert apart.mean() < 2.0
-    assert (apart.max(axis=-1) > 40).mean() < 0.01
 
 
 def test_a_click_on_the_stock_selects_the_line_that_cut_it_last(page: Any) -> None:

@@ -37,7 +37,7 @@ const SOLID = "solid_";
 
 export class Drawing {
   /** `storage` keeps the selected view of the stock across pages, such as localStorage; null for none. */
-  constructor(host, { words = {}, layers = {}, editable = false, renderer = "", storage = null } = {}) {
+  constructor(host, { words = {}, layers = {}, editable = false, storage = null } = {}) {
     this.words = { ...WORDS, ...words };
     this.view = new View();
     this.layers = {
@@ -55,7 +55,6 @@ export class Drawing {
     const kept = readKept(storage);
     this.space = kept?.space ?? "plan";
     this._storage = storage;
-    this._renderer = renderer;
     this._listeners = new Map();
     this.measure = new Measure(this);
     this.placement = new Placement(this);
@@ -91,7 +90,7 @@ export class Drawing {
       new Input(pane, this);
       return pane;
     });
-    this.solid = new Solid(this.stage, this, this._renderer);
+    this.solid = new Solid(this.stage, this);
     this.legend = make("div", "lc-caption lc-legend", {}, make("i", "lc-swatch lc-before"), words.before, make("i", "lc-swatch lc-rapids"), words.after);
     this.stage.append(this.empty, this.legend, this.readout);
     this.toolbar = new Toolbar(this.bar, this);

@@ -1,7 +1,7 @@
 // Solid view of the drawing: the stock in 3D, cut in step with the playback.
 //
-// A worker cuts the stock (solid_worker.js) and reports changes; a renderer draws it, with a GPU or without. During
-// motion the resolution is reduced for a smooth display; at rest it is drawn once more, finer.
+// A worker cuts the stock (solid_worker.js) and reports changes. During motion the resolution is reduced for a
+// smooth display; at rest it is drawn once more, finer.
 
 import { make } from "./icons.js";
 import { mm } from "./describe.js";
@@ -9,7 +9,6 @@ import { readScene } from "./scene.js";
 import { SolidCamera, meet, sectioned } from "./solid_camera.js";
 import { COLOURINGS, FIXTURE, LESS, MORE, TOOL, paletteOf, scaleCss, sectionColour, tonesOf } from "./solid_colours.js";
 import { ColumnRenderer } from "./solid_columns.js";
-import { GpuRenderer, canDrawByGpu } from "./solid_gl.js";
 import { SolidInput } from "./solid_input.js";
 import { SolidMarks } from "./solid_marks.js";
 import { startOf } from "./solid_stock.js";
@@ -21,11 +20,9 @@ const SLOW = 42, QUICK = 18;
 /** Time without change after which the view is at rest, and maximum time of a frame at rest, ms. */
 const REST = 140, FINE = 450;
 const COARSEST = 0.45;
-/** Number of frames that show whether the GPU is a real one. */
-const TRIED = 4;
 
 export class Solid {
-  constructor(host, drawing, renderer = "") {
+  constructor(host, drawing) {
     this.drawing = drawing;
     this.words = drawing.words;
     this.camera = new SolidCamera();
@@ -37,9 +34,6 @@ export class Solid {
     this.turn = 0; // number of the last request to the worker
     this.time = Infinity;
     this.quality = 1;
-    this.frames = [];
-    this.selectedPlace = null;
-    this._wanted = renderer;
     this._build(host);
     this.marks = new SolidMarks(this);
     new SolidInput(this);
@@ -224,14 +218,12 @@ export class Solid {
         stock.tint[to + k] = this._toneOf(to + k, move);
       }
     }
-    this.changed = true;
   }
 
   _retone() {
     const { tones, most } = tonesOf(this.colouring, this.blocks, this.scene), { by, tint } = this.stock;
     this.tones = tones;
     for (let k = 0; k < by.length; k++) tint[k] = this._toneOf(k, by[k]);
-    this.changed = true;
     this._scale(most);
   }
 
@@ -341,40 +333,24 @@ export class Solid {
     });
   }
 
-  _renderer() {
-    if (this.renderer && !this.renderer.lost) return this.renderer;
-    const gpu = this._wanted ? this._wanted === "gpu" : !this.renderer && canDrawByGpu();
-    this.picture?.remove();
-    this.picture = make("canvas", "lc-picture");
-    this.frame.prepend(this.picture);
-    this.frames = [];
-    try {
-      this.renderer = gpu ? new GpuRenderer(this.picture) : new ColumnRenderer(this.picture);
-    } catch {
-      this._wanted = "columns";
-      return this._renderer();
-    }
-    this.host.dataset.renderer = this.renderer.name;
-    this.changed = true;
-    return this.renderer;
-  }
-
   _draw() {
     if (this.host.hidden || !this.theme) return;
     if (!this.stock) {
       this.picture?.remove();
-      this.renderer = null;
+      this.picture = null;
       this.ctx.clearRect(0, 0, this.over.width, this.over.height);
       return;
     }
-    const renderer = this._renderer(), rests = performance.now() - this.moved > REST && !this.drawing.player.playing;
+    if (!this.picture) {
+      this.picture = make("canvas", "lc-picture");
+      this.frame.prepend(this.picture);
+      this.renderer = new ColumnRenderer(this.picture);
+    }
+    const rests = performance.now() - this.moved > REST && !this.drawing.player.playing;
     const finest = 2 * this.ratio, cost = this.frameMs ? this.frameMs / this.quality ** 2 : 0;
     const pixels = rests ? (cost ? Math.min(finest, Math.max(Math.sqrt(FINE / cost), this.quality)) : finest) : this.quality;
     const began = performance.now(), tool = this._tool();
-    if (this.changed) renderer.update(this.stock);
-    this.changed = false;
-    renderer.draw(this.stock, this.camera, { ...this._look(), tool }, pixels);
-    if (renderer.name === "gpu" && this.frames.length < TRIED) renderer.gl.readPixels(0, 0, 1, 1, renderer.gl.RGBA, renderer.gl.UNSIGNED_BYTE, new Uint8Array(4));
+    this.renderer.draw(this.stock, this.camera, { ...this._look(), tool }, pixels);
     this._adapt(performance.now() - began, rests);
     this._overlay();
     this.fine = rests;
@@ -390,14 +366,7 @@ export class Solid {
   /** Adapt the resolution to the time of the last frame. */
   _adapt(took, rests) {
     if (rests) return;
-    this.frames.push(took);
     this.frameMs = took;
-    if (this.renderer.name === "gpu" && this.frames.length === TRIED && !this._wanted && Math.min(...this.frames) > 2 * SLOW) {
-      this._wanted = "columns"; // software rendering, not a real GPU
-      this.renderer.lost = true;
-      this.wake();
-    }
-    if (this.frames.length > 120) this.frames.shift();
     if (took > SLOW) this.quality = Math.max(this.quality * Math.max(Math.sqrt(SLOW / took), 0.6), COARSEST);
     else if (took < QUICK) this.quality = Math.min(this.quality * 1.08, this.ratio);
   }

@@ -1,4 +1,5 @@
-// The stock drawn without a GPU: each column of the screen is a line across the table, traversed from near to far.
+// The stock in three dimensions, drawn by the processor, so that every browser shows it: each column of the screen is a
+// line across the table, traversed from near to far.
 //
 // In a parallel projection every column of pixels sees the cells below one straight line. From near to far each cell
 // adds its wall and its top above the filled part of the column, so that no pixel is drawn twice (the floating horizon
@@ -10,21 +11,17 @@ import { sectioned } from "./solid_camera.js";
 
 const NOTHING = 1e30;
 /** Distance of the hatching lines of a section, cells. */
-export const HATCH = 14;
+const HATCH = 14;
 /** Maximum rise from cell to cell, in cells, of a slope; steeper ones are walls. */
-export const STEP = 1.6;
+const STEP = 1.6;
 
 export class ColumnRenderer {
   constructor(canvas) {
     this.canvas = canvas;
     this.ctx = canvas.getContext("2d");
-    this.name = "columns";
     this.buffer = document.createElement("canvas");
     this.lit = new Float32Array(65536);
   }
-
-  /** Nothing to do: the stock is read at every drawing. */
-  update() {}
 
   /** Draw a stock as seen by a camera, with `pixels` pixels per pixel of the screen. */
   draw(stock, camera, look, pixels) {
@@ -166,13 +163,13 @@ export class ColumnRenderer {
 }
 
 /** Return the direction of the light, from the upper left of the viewer. */
-export function lightOf(camera) {
+function lightOf(camera) {
   const { right, ahead } = camera.axes, l = [-0.52, -0.42, 0.74];
   return [l[0] * right[0] + l[1] * ahead[0], l[0] * right[1] + l[1] * ahead[1], l[2]];
 }
 
 /** Return the brightness of a surface with a normal: about 1 for a horizontal surface. */
-export function shade(nx, ny, nz, light) {
+function shade(nx, ny, nz, light) {
   return 0.44 + 0.2 * (0.5 + 0.5 * nz) + 0.5 * Math.max(nx * light[0] + ny * light[1] + nz * light[2], 0);
 }
 
@@ -216,7 +213,7 @@ function toolRoom(camera, tool, pixels, width, height) {
 }
 
 /** Return depth, brightness and colour of a tool at a pixel; null outside. */
-export function meetTool(camera, tool, px, py, light) {
+function meetTool(camera, tool, px, py, light) {
   const { from, way } = camera.ray(px, py), ox = from[0] - tool.x, oy = from[1] - tool.y, oz = from[2] - tool.z;
   const a = way[0] * way[0] + way[1] * way[1], half = ox * way[0] + oy * way[1], apart = ox * ox + oy * oy;
   const flat = a < 1e-9;
