@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import JogPad, box, button, text
-from leafcut.studio.page.machine_fields import AskingPanel, Field, enable
+from leafcut.studio.page.machine_fields import Field, enable
 from leafcut.studio.page.page_state import View
 from leafcut.units import fixed
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.panel_machine import MachinePanel
 
 _AXES = "XYZ"
 #: Jog distances, mm.
@@ -18,7 +23,7 @@ STEPS = ("0.1", "1", "10", "100")
 class ByHandPanel:
     """Position, jog and probe."""
 
-    def __init__(self, view: View, panel: AskingPanel) -> None:
+    def __init__(self, view: View, panel: MachinePanel) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.step = "1"
         self._position()

@@ -2,30 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from collections.abc import Mapping
+from typing import Any
 
 from nicegui.element import Element
 
 from leafcut.errors import OptionError
 from leafcut.studio.page.elements import box, text
-
-
-class AskingPanel(Protocol):
-    """Interface of the machine panel for its parts."""
-
-    async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
-
-    def show_message(self, line: str, *, bad: bool = False) -> None:
-        """Show a message in the machine panel."""
-
-    def tick_now(self) -> None:
-        """Update the machine's state at once."""
-
-    def jog_feed(self) -> float:
-        """Return the jog feed, mm/min."""
-        ...
 
 
 class _Typed(Element, component="../static/machine_field.js"):

@@ -21,7 +21,7 @@ from leafcut.studio.machine.link import ReadyProgram, RunWishes
 from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
-from leafcut.studio.page.machine_fields import AskingPanel, Field, Menu, Switch, enable
+from leafcut.studio.page.machine_fields import Field, Menu, Switch, enable
 from leafcut.studio.page.machine_words import lines_of_hole
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_program import is_program
@@ -29,6 +29,8 @@ from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from nicegui.element import Element
+
+    from leafcut.studio.page.panel_machine import MachinePanel
 
 
 _USUAL = "grbl-3018"
@@ -39,7 +41,7 @@ _ONE_CLICK = "(e) => { if (e.detail < 2) { e.target.closest('dialog').close(); e
 class MachineProgramPanel:
     """The running program, or the program to run."""
 
-    def __init__(self, view: View, panel: AskingPanel, drawing: Element) -> None:
+    def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.job: SendJob | None = None
         #: Key of the loaded program; `problem` shows why it cannot be sent.

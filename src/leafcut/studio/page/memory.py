@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from nicegui import Client
@@ -10,31 +10,17 @@ from nicegui import Client
 from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.page.elements import Address
 from leafcut.studio.page.kept_state import KeptState
-from leafcut.studio.page.page_state import View
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-
-class Remembered(Protocol):
-    """Content of a page that is saved."""
-
-    @property
-    def view(self) -> View:
-        """Choices of the page."""
-
-    @property
-    def shown(self) -> str:
-        """Name of the visible view."""
-
-    def state(self) -> KeptState:
-        """Return the state to save."""
+    from leafcut.studio.page.pages import Page
 
 
 class Memory:
     """Name of a page, its saved state, and its address; another file or job gets a new name, so that Back works."""
 
-    def __init__(self, page: Remembered, kept: KeptPages, name: str = "") -> None:
+    def __init__(self, page: Page, kept: KeptPages, name: str = "") -> None:
         self._page, self._kept = page, kept
         known = kept.get(name) is not None
         self.name = self._initial_name = name if known else kept.new_name()

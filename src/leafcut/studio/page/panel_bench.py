@@ -14,7 +14,7 @@ from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.page_state import View
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Default algorithms, and default number of runs of each.
 _USUAL, _RUNS = ("as", "mmas", "acs"), "10"
@@ -29,7 +29,7 @@ _TITLES = {
 class BenchPanel:
     """Starts a study, and shows a note if local search is off."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.runs, self.chosen, self.local_search = _RUNS, set(_USUAL), False
         w = view.words

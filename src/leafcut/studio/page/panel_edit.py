@@ -23,7 +23,7 @@ from leafcut.studio.page.stop_keys import StopKeys
 from leafcut.units import format_length
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Lengths that differ by less are equal, mm.
 _SAME = 1e-6
@@ -59,7 +59,7 @@ class Tried:
 class EditPanel:
     """Buttons below the drawing while an order is edited."""
 
-    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
+    def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0

@@ -29,7 +29,7 @@ from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
 from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Maximum number of a file's issues listed before a run.
 _MAX_ISSUES = 30
@@ -42,7 +42,7 @@ _TYPED = ("values", "shown", "errors")
 class InputPanel:
     """Opens and previews inputs, and contains the form."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         #: Number of the current reading; results of older ones are dropped.
         self._turn = 0

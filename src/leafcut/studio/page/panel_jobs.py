@@ -18,7 +18,7 @@ from leafcut.studio.wording import day_and_time
 if TYPE_CHECKING:
     from nicegui.elements.mixins.text_element import TextElement
 
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Maximum number of jobs sent to the page at once.
 MAX_ROWS = 50
@@ -35,7 +35,7 @@ class _ShownJob(NamedTuple):
 class JobsPanel:
     """Table of jobs, newest first."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self._drawn: list[tuple[str, JobState]] = []
         self._wanted, self._skip = "", 0

@@ -21,7 +21,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_bench import field, label
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Default number of runs on a part, and default alternatives by option.
 _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
@@ -35,7 +35,7 @@ _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 class LabPanel:
     """List of experiments, and the selected experiment."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page, self.lab = view, page, view.studio.lab
         self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS

@@ -15,7 +15,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.studio.page.toml_place import TomlPlace, place_of
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Two views of the same text.
 _TABS = ("form", "toml")
@@ -24,7 +24,7 @@ _TABS = ("form", "toml")
 class LibraryPanel:
     """List of profiles of one kind, ``machines`` or ``tools``, and the selected profile."""
 
-    def __init__(self, view: View, page: PageParts, kind: str) -> None:
+    def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
         #: Name for which the user was warned that it is taken.

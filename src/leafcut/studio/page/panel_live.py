@@ -18,7 +18,7 @@ from leafcut.studio.page.panel_lesson import LessonPanel
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Maximum number of points of the convergence chart sent at once, and of workers shown.
 _MAX_POINTS, _MAX_WORKERS = 300, 8
@@ -40,7 +40,7 @@ def pace_of(watch: Watch) -> str:
 class LivePanel:
     """Shows a running job, in and below the drawing."""
 
-    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
+    def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0

@@ -21,7 +21,7 @@ from leafcut.studio.page.page_state import View
 if TYPE_CHECKING:
     from nicegui import Client
 
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: CSS class by state of the controller: at rest, moving, held, stopped with an error.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
@@ -32,7 +32,7 @@ _EVERY = 10
 class MachinePanel:
     """Machine panel of a page."""
 
-    def __init__(self, view: View, page: PageParts, client: Client) -> None:
+    def __init__(self, view: View, page: Page, client: Client) -> None:
         self.view, self.page, self._client = view, page, client
         self.link, self.key = view.studio.machine, str(client.id)
         self._number, self._ticks = -1, 0

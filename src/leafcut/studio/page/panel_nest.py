@@ -14,7 +14,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Polling interval for cuts being planned, s.
 _PACE = 0.5
@@ -27,7 +27,7 @@ _NO_TIME = {
 class NestPanel:
     """Shows the variants of a nest, and starts cutting one sheet or planning all cuts."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self._record: JobRecord | None = None
         self._answer: dict[str, Any] = {}

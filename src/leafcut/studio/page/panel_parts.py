@@ -15,13 +15,13 @@ from leafcut.studio.page.elements import PartsTable, box, text
 from leafcut.studio.page.page_state import View
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 
 class PartsPanel:
     """Rows of the parts to be nested."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         #: A parts list with drawings that are not open yet.
         self._list = ""

@@ -12,7 +12,7 @@ from leafcut.studio.recent_files import RecentFile
 from leafcut.studio.wording import day_and_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Number of files on an empty page.
 _SHORT = 4
@@ -21,7 +21,7 @@ _SHORT = 4
 class RecentPanel:
     """A folded list beside the opener, and a row of buttons on an empty page."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.place: Element | None = None
 

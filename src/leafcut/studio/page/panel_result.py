@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from nicegui.elements.mixins.text_element import TextElement
 
     from leafcut.studio.jobs.preview import Preview
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
@@ -49,7 +49,7 @@ _UNFOLDED = 3
 class ResultPanel:
     """Panel with the result of the open job."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
         #: Program shown when it was opened.

@@ -22,7 +22,7 @@ from leafcut.studio.page.panel_reading import ReadingPanel
 from leafcut.studio.page.panel_recent import RecentPanel
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 #: Examples offered on an empty page.
 _TRIED = ("plate-27", "plate-70", "board-200")
@@ -41,7 +41,7 @@ _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 class RunPanel:
     """Starts, watches and ends runs."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         w = view.words
         self.watching = False

@@ -11,7 +11,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.units import format_length
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 _FIGURES = ("way", "lifts", "uncut", "time")
 
@@ -19,7 +19,7 @@ _FIGURES = ("way", "lifts", "uncut", "time")
 class StrategiesPanel:
     """Shows the result of every strategy for one level of the pockets; one at a time is in the drawing."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self._job = ""
         #: The strategy shown instead of the program.

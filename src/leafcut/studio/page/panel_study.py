@@ -12,7 +12,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 _LENGTHS = ("best", "mean", "standard_deviation", "worst")
 
@@ -20,7 +20,7 @@ _LENGTHS = ("best", "mean", "standard_deviation", "worst")
 class StudyPanel:
     """Result of a study, narrow in its column and wide in a dialog."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:

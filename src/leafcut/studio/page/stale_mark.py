@@ -12,7 +12,7 @@ from leafcut.studio.page.page_state import View
 from leafcut.studio.page.staleness import differences, edited_by_hand
 
 if TYPE_CHECKING:
-    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.pages import Page
 
 _MAX_LINES = 3
 
@@ -20,7 +20,7 @@ _MAX_LINES = 3
 class StaleMark:
     """Marks a result, its badges and its programs as outdated while the choices differ from its run."""
 
-    def __init__(self, view: View, page: PageParts) -> None:
+    def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self._record: JobRecord | None = None
         self._shown_changes: list[str] = []
