@@ -1,4 +1,4 @@
-"""A NiceGUI page with the drawing, its program and the charts: run by a test as ``python canvas_app.py PORT``."""
+"""A NiceGUI page with the drawing and its program: run by a test as ``python canvas_app.py PORT``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from canvas_scenes import grid_of_holes, grid_program
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
+from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.drawing.program_text import ProgramText
 from leafcut.studio.server.routes import colours_css
 
@@ -26,11 +26,6 @@ def page() -> None:
     drawing = Canvas(on_select=selected)
     drawing.style("width: 900px; height: 500px")
     ProgramText(drawing).style("width: 400px; height: 200px")
-    chart = Convergence()
-    chart.style("width: 400px; height: 200px")
-    chart.set([(0.01, 5.0), (0.5, 4.0)], bound=3.9)
-    Bars().set([{"name": "one", "value": 1.0, "note": "7 ants", "best": True}])
-    Brightness().set([0.1, 0.9])
     drawing.show(grid_of_holes(), "part")
     drawing.show(grid_program(), "after")
     ui.button("row", on_click=lambda: drawing.select_hole(3)).props("id=choose")

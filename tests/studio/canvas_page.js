@@ -1,7 +1,6 @@
-// A page with the drawing, the list of the program and the charts, and no server behind them but files.
+// A page with the drawing, the list of the program, and no server behind them but files.
 
 import { Drawing } from "/static/canvas.js";
-import { Bars, Brightness, Convergence } from "/static/chart.js";
 import { GcodeList, link } from "/static/gcode.js";
 
 const at = (id) => document.getElementById(id);
@@ -27,6 +26,5 @@ const settled = () => new Promise((done) => {
 
 Object.assign(window, {
   drawing, list, events, load, settled,
-  convergence: new Convergence(at("chart")), bars: new Bars(at("bars")), brightness: new Brightness(at("flies")),
 });
 window.loaded = true;

@@ -338,47 +338,6 @@ def test_a_text_in_a_program_is_never_taken_as_html(page: Any) -> None:
     assert page.locator(".lc-gcode img").count() == 0
 
 
-@pytest.mark.parametrize("last", [0.0004, 0.0021, 0.4, 30.0])
-def test_no_two_moments_of_the_chart_are_told_by_one_number(page: Any, last: float) -> None:
-    page.evaluate("last => convergence.set({history: [[last / 2, 60], [last, 50]], bound: null, unit: 's'})", last)
-    told = page.locator("#chart text[text-anchor=middle]").all_text_contents()
-    assert len(told) > 1 and len(set(told)) == len(told)
-
-
-def test_convergence_says_the_best_and_the_bound_and_long_searches_are_logarithmic(page: Any) -> None:
-    page.evaluate("convergence.set({history: [[0.01, 60], [0.4, 50]], bound: 48.5, unit: 's'})")
-    assert "50.00 s" in page.inner_text("#chart") and "lower bound 48.50" in page.inner_text("#chart")
-    assert page.evaluate("convergence.x(200) - convergence.x(100)") == pytest.approx(
-        page.evaluate("convergence.x(300) - convergence.x(200)")
-    )
-    page.evaluate("convergence.set({history: [[0.01, 60], [100, 50]], bound: 48.5, unit: 's'})")
-    assert page.evaluate("convergence.x(1000) - convergence.x(100)") == pytest.approx(
-        page.evaluate("convergence.x(10000) - convergence.x(1000)")
-    )
-
-
-def test_the_curves_and_the_box_of_a_thousand_runs_are_drawn(page: Any) -> None:
-    drawn = page.evaluate(
-        """async () => {
-          const { Boxes, Runs } = await import("/static/runs.js"), host = document.createElement("div");
-          host.style.cssText = "position: fixed; inset: 0; width: 600px; height: 300px";
-          document.body.append(host);
-          const points = Array.from({ length: 300 }, (_, k) => [k, k, 400 - k]);
-          const runs = new Runs(host), boxes = new Boxes(host);
-          runs.svg.style.cssText = "width: 600px; height: 200px";
-          runs.set({ curves: Array.from({ length: 1000 }, () => ({ algorithm: "mmas", points })) });
-          const one = { algorithm: "mmas", lower: 2, median: 3, upper: 4, low: 1, high: 5, mean: 3 };
-          boxes.set({ algorithms: [{ ...one, outliers: [9] }] });
-          const counts = [host.querySelectorAll("path.lc-run").length, host.querySelectorAll(".lc-median").length];
-          runs.destroy();
-          boxes.destroy();
-          host.remove();
-          return counts;
-        }"""
-    )
-    assert drawn == [1001, 1]
-
-
 def test_a_million_lines_are_folded_and_searched(page: Any) -> None:
     """Every tenth line is a header; the expected matches are counted here, independently of the page."""
     page.evaluate("""() => {

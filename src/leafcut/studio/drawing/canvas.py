@@ -1,4 +1,4 @@
-"""Drawing and charts as elements of a NiceGUI page; import it only where the studio runs, since NiceGUI is an extra.
+"""Drawing as an element of a NiceGUI page; import it only where the studio runs, since NiceGUI is an extra.
 
 The modules in ``static`` draw in the browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) bypass the
 page's connection: an element sends an address, from which the browser fetches the bytes. The page must define the
@@ -7,12 +7,11 @@ report's colours as CSS variables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 from nicegui.dependencies import register_esm
-from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
@@ -173,44 +172,3 @@ class Canvas(Serving, component="../static/canvas_element.js"):
     def _handle_delete(self) -> None:
         self._scenes.clear()
         super()._handle_delete()
-
-
-class Convergence(Element, component="../static/chart_element.js"):
-    """Cost over search time, with the lower bound."""
-
-    def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
-        super().__init__()
-        self.props.update(kind="Convergence", words=dict(words or {}), data=None)
-
-    def set(
-        self, history: Sequence[tuple[float, float]], bound: float | None = None, unit: str = "s", now: float = 0.0
-    ) -> None:
-        """Show a search: (seconds, cost) at every improvement, the lower bound, and the time so far, s."""
-        self.props["data"] = {"history": [list(point) for point in history], "bound": bound, "unit": unit, "now": now}
-        self.update()
-
-
-class Bars(Element, component="../static/chart_element.js"):
-    """Bar chart with one bar per worker."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.props.update(kind="Bars", words={}, data=[])
-
-    def set(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Show rows with ``name``, ``value``, ``note`` and ``best``."""
-        self.props["data"] = [dict(row) for row in rows]
-        self.update()
-
-
-class Brightness(Element, component="../static/chart_element.js"):
-    """Bar chart of the fireflies' brightness."""
-
-    def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
-        super().__init__()
-        self.props.update(kind="Brightness", words=dict(words or {}), data=[])
-
-    def set(self, values: Sequence[float]) -> None:
-        """Show brightnesses, scaled to the largest."""
-        self.props["data"] = [float(value) for value in values]
-        self.update()

@@ -18,7 +18,7 @@ LEAF = (
 
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
 #: Only the first script must run before painting, as it sets the light or dark theme.
-_SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js")
+_SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js", "picture.js")
 _IMPORT = re.compile(r'from "(?:\./|leafcut-canvas/)([\w.]+)"')
 
 

@@ -6,12 +6,12 @@ import time
 from typing import TYPE_CHECKING
 
 from leafcut.model.snapshot import Snapshot
-from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
-from leafcut.studio.drawing.charts import Learning
+from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.drawing.scene import path_scene, pheromone_scene
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.page.charts import Chart, SwitchedChart, bars, brightness, convergence, learning
 from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_lesson import LessonPanel
@@ -54,16 +54,14 @@ class LivePanel:
                 self.gap = text("span", "", "quiet figure gap")
                 self.time = text("span", "", "quiet figure")
             with box("div", "charts"):
-                self.chart = Convergence(words=w.section("canvas"))
-                self.chart.classes("chart")
-                self.learning = Learning(w.section("chart"))
-                self.learning.classes("chart learned")
+                self.chart = Chart()
+                self.learning = SwitchedChart(w.section("chart"), "chart learned")
                 with box("div", "swarm", aria_label=w("run.brightness")) as self.swarm:
                     text("h3", w("run.brightness"))
-                    self.brightness = Brightness(words=w.section("canvas"))
+                    self.brightness = Chart("flies")
                 with box("div", "workers", aria_label=w("result.workers")) as self.crew:
                     text("h3", w("result.workers"))
-                    self.workers = Bars()
+                    self.workers = box("div")
             self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
             with box("div", "ends", data_focus_after=".left [data-key~=r]"):
                 button(w("run.stop"), self._stop, "", data_key="s esc")
@@ -79,7 +77,7 @@ class LivePanel:
     def clear(self) -> None:
         """Hide everything."""
         self.place.set_visibility(False)
-        for part in (self.chart, self.learning, self.swarm, self.crew, self.study):
+        for part in (self.chart.place, self.learning.place, self.swarm, self.crew, self.study):
             part.set_visibility(False)
         self.lesson.clear()
         self.canvas.hide("live")
@@ -117,17 +115,19 @@ class LivePanel:
         bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
         picture = live.watch.picture  # the job's thread replaces the watch at the end
         rows = picture.iterations if picture is not None else []
-        self.learning.set_visibility(bool(rows))
+        words = w.section("chart")
+        self.learning.place.set_visibility(bool(rows))
         if rows:
-            self.chart.set_visibility(False)
-            self.learning.set(rows, bound, unit)
+            self.chart.place.set_visibility(False)
+            self.learning.show(lambda by: learning(rows, bound, unit, words, by))
             return
         points = [(seconds, cost) for seconds, cost, step in live.points if step == latest.step]
-        self.chart.set_visibility(bool(points))
+        self.chart.place.set_visibility(bool(points))
         if points:
             start_s = points[0][0]
             shown = [(seconds - start_s, cost) for seconds, cost in points[:: len(points) // _MAX_POINTS + 1]]
-            self.chart.set([*shown, (points[-1][0] - start_s, points[-1][1])], bound, unit, live.latest_s - start_s)
+            shown.append((points[-1][0] - start_s, points[-1][1]))
+            self.chart.show(*convergence(shown, bound, unit, words, live.latest_s - start_s))
 
     def _draw(self, snapshot: Snapshot) -> None:
         if len(snapshot.path):
@@ -140,13 +140,14 @@ class LivePanel:
         w = self.view.words
         self.iteration.set_text(w("run.iteration", number=f"{snapshot.iteration:,}"))
         self._show_workers(snapshot)
-        brightness = snapshot.brightness
-        self.swarm.set_visibility(brightness is not None)
-        if brightness is not None and len(brightness):
-            darkest = float(brightness.min())
+        values = snapshot.brightness
+        self.swarm.set_visibility(values is not None)
+        if values is not None and len(values):
+            darkest = float(values.min())
             self._floor = darkest if self._floor is None else min(self._floor, darkest)
-            spread = max(float(brightness.max()) - self._floor, 1e-300)
-            self.brightness.set(((brightness - self._floor) / spread * 0.95 + 0.05).tolist())
+            spread = max(float(values.max()) - self._floor, 1e-300)
+            shown = ((values - self._floor) / spread * 0.95 + 0.05).tolist()
+            self.brightness.show(*brightness(shown, w.section("chart")))
 
     def _show_workers(self, snapshot: Snapshot) -> None:
         w = self.view.words
@@ -154,17 +155,11 @@ class LivePanel:
         self.crew.set_visibility(len(workers) > 1)
         if len(workers) > 1:
             best = min(worker.best for worker in workers)
-            self.workers.set(
-                [
-                    {
-                        "name": f"{w('canvas.worker')} {worker.worker}",
-                        "value": worker.seconds,
-                        "note": w("run.ants", number=f"{worker.ants:,}"),
-                        "best": worker.best <= best,
-                    }
-                    for worker in workers
-                ]
+            rows = (
+                (f"{w('canvas.worker')} {o.worker}", o.seconds, w("run.ants", number=f"{o.ants:,}"), o.best <= best)
+                for o in workers
             )
+            bars(self.workers, rows)
 
     def _job(self) -> LiveJob | None:
         return self.view.studio.jobs.live(self.view.job or "")

@@ -6,10 +6,9 @@ import json
 from typing import Any
 
 from leafcut.model.study import Iteration
-from leafcut.studio.drawing.canvas import Bars, Convergence
-from leafcut.studio.drawing.charts import Learning
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.search_watch import thinned
+from leafcut.studio.page.charts import Chart, SwitchedChart, bars, convergence, learning
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
@@ -24,9 +23,9 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
             _learning(view, record, search)
             continue
         text("h3", search["name"])
-        chart = Convergence(words=view.words.section("canvas"))
-        chart.classes("chart tall")
-        chart.set(search["history"], search["bound"], search["unit"])
+        if search["history"]:
+            words = view.words.section("chart")
+            Chart("chart tall").show(*convergence(search["history"], search["bound"], search["unit"], words))
     _workers(view, answer)
 
 
@@ -35,14 +34,15 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
     with box("section"):
         with box("div", "chart-head"):
             text("h3", search["name"])
-            button("PNG", lambda: chart.save(f"{record.id}.png"), "small plain", title=w("study.png"))
+            button("PNG", None, "small plain", title=w("study.png"), data_picture=f"{record.id}.png")
             files = view.studio.history.artefacts(record.id)
             if "iterations" in files:
                 address = f"/api/jobs/{record.id}/files/iterations"
                 link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
-        chart = Learning(w.section("chart"))
-        chart.classes("chart learned")
-        chart.set(thinned(search["iterations"], _MAX_POINTS), search["bound"], search["unit"])
+        rows, words = thinned(search["iterations"], _MAX_POINTS), w.section("chart")
+        SwitchedChart(words, "chart learned").show(
+            lambda by: learning(rows, search["bound"], search["unit"], words, by)
+        )
     last = Iteration(*search["iterations"][-1])
     if last.branching is not None:
         text("p", w("lesson.branching", factor=f"{last.branching:.2f}"), "quiet small")
@@ -55,14 +55,13 @@ def _workers(view: View, answer: dict[str, Any]) -> None:
         return
     best = min(row["best"] for row in workers)
     text("h3", w("result.workers"))
-    Bars().set(
-        [
-            {
-                "name": f"{w('canvas.worker')} {row['worker']}",
-                "value": row["seconds"],
-                "note": w("result.ants", number=f"{row['ants']:,}", seconds=f"{row['seconds']:.2f}"),
-                "best": row["best"] <= best,
-            }
-            for row in workers
-        ]
+    rows = (
+        (
+            f"{w('canvas.worker')} {row['worker']}",
+            row["seconds"],
+            w("result.ants", number=f"{row['ants']:,}", seconds=f"{row['seconds']:.2f}"),
+            row["best"] <= best,
+        )
+        for row in workers
     )
+    bars(box("div"), rows)

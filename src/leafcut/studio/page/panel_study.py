@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from leafcut.studio.drawing.charts import Boxes, Runs, SavedChart
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.charts import Chart, SwitchedChart, boxes, boxes_style, runs
 from leafcut.studio.page.elements import box, button, link, table, text
 from leafcut.studio.page.page_state import View
 from leafcut.units import format_time
@@ -36,27 +36,31 @@ class StudyPanel:
         if answer["stopped_early"]:
             text("p", w("study.stopped", number=len(answer["runs"])), "hint")
         with box("section"):
-            self._head(
-                w("study.lengths"), boxes := Boxes(self._chart_words(answer)), f"{answer['instance']}_lengths.png"
-            )
-            boxes.move(target_index=-1)
-            boxes.set(answer["algorithms"], _bound(answer))
+            self._head(w("study.lengths"), f"{answer['instance']}_lengths.png")
+            self._boxes(answer)
         self._lengths(answer)
         curves = self._curves(record)
         with box("section"):
-            self._head(w("study.curves"), runs := Runs(self._chart_words(answer)), f"{answer['instance']}_runs.png")
-            runs.move(target_index=-1)
-            runs.classes("chart study-runs")
-            runs.set(curves, _bound(answer))
+            self._head(w("study.curves"), f"{answer['instance']}_runs.png")
+            self._runs(answer, curves)
         self._effort(answer)
         self._files(record)
         self._large(answer, curves)
 
-    def _head(self, title: str, chart: SavedChart, name: str) -> None:
+    def _boxes(self, answer: dict[str, Any]) -> None:
+        chart = Chart("chart boxes")
+        chart.place.style(boxes_style(answer["algorithms"]))
+        chart.show(*boxes(answer["algorithms"], _bound(answer), self._chart_words(answer)))
+
+    def _runs(self, answer: dict[str, Any], curves: list[dict[str, Any]]) -> None:
+        words = self._chart_words(answer)
+        SwitchedChart(words, "chart study-runs").show(lambda by: runs(curves, _bound(answer), words, by))
+
+    def _head(self, title: str, name: str) -> None:
         w = self.view.words
         with box("div", "chart-head"):
             text("h3", title)
-            button("PNG", lambda: chart.save(name), "small plain", aria_label=f"{title}: PNG", title=w("study.png"))
+            button("PNG", None, "small plain", aria_label=f"{title}: PNG", title=w("study.png"), data_picture=name)
 
     def _lengths(self, answer: dict[str, Any]) -> None:
         w, decimals = self.view.words, _decimals(answer)
@@ -85,10 +89,8 @@ class StudyPanel:
         with box("dialog", "study-large", id="study-large", aria_label=w("study.title")):
             text("h2", f"{w('study.title')}: {answer['instance']}")
             with box("div", "study-charts"):
-                runs, boxes = Runs(self._chart_words(answer)), Boxes(self._chart_words(answer))
-                runs.classes("chart study-runs")
-            runs.set(curves, _bound(answer))
-            boxes.set(answer["algorithms"], _bound(answer))
+                self._runs(answer, curves)
+                self._boxes(answer)
             keys = (*_LENGTHS, "median", "runs", "iterations", "seconds")
             rows = [
                 [row["algorithm"], *(_length(row[key], decimals) for key in (*_LENGTHS, "median")), *_effort_cells(row)]

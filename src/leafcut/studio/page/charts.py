@@ -1,0 +1,302 @@
+"""Charts of searches, drawn by ECharts as SVG; their colours are CSS variables, so that they follow the theme."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from statistics import fmean
+from typing import Any
+
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.elements.echart import EChart
+from nicegui.elements.mixins.text_element import TextElement
+
+from leafcut.studio.page.elements import box, text
+
+#: Options of ECharts, and texts by key.
+Options = dict[str, Any]
+Words = Mapping[str, str]
+Rows = Sequence[Sequence[float | None]]
+
+#: Ratio of the last to the first value above which a horizontal axis is logarithmic.
+_LOG_FROM = 60.0
+_COLOURS = 8
+#: Height of a row of a box plot, and of its axis, pixels.
+_BOX_ROW, _BOX_FOOT = 34, 30
+_NUMBER = "v => v == null ? '–' : v.toLocaleString('en-US', {maximumFractionDigits: 3})"
+_TOOLTIP = {
+    "trigger": "axis", "confine": True, ":valueFormatter": _NUMBER, "backgroundColor": "var(--card)",
+    "borderColor": "var(--line)", "textStyle": {"color": "var(--ink)", "fontSize": 12},
+    "axisPointer": {"lineStyle": {"color": "var(--line-2)"}},
+}  # fmt: skip
+
+
+class Chart:
+    """A chart, created when first shown, since most pages show none and ECharts is large."""
+
+    def __init__(self, classes: str = "chart") -> None:
+        self.place = box("div", classes, role="img")
+        self._chart: EChart | None = None
+
+    def show(self, options: Options, label: str) -> None:
+        """Show a chart; `label` describes it for screen readers."""
+        if self._chart is None:
+            with self.place:
+                self._chart = ui.echart(options, renderer="svg").classes("echart")
+        else:
+            self._chart.props["options"] = options
+            self._chart.update()
+        if self.place.props.get("aria-label") != label:
+            self.place.props["aria-label"] = label
+            self.place.update()
+
+
+class SwitchedChart:
+    """A chart by iteration or by time, as the user chooses."""
+
+    def __init__(self, words: Words, classes: str) -> None:
+        self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[Options, str]]
+        with box("div", f"{classes} switched") as self.place:
+            with box("div", "lc-switch", role="group", aria_label=words["axis"]):
+                self._buttons = {by: self._switch(words[by], by) for by in ("iteration", "time")}
+            self._chart = Chart("echart")
+
+    def show(self, draw: Callable[[str], tuple[Options, str]]) -> None:
+        """Show the options and the description that `draw` returns for ``iteration`` or ``time``."""
+        self._draw = draw
+        self._choose(self.by)
+
+    def _switch(self, words: str, by: str) -> TextElement:
+        switch = text("button", words, "lc-mode", type="button")
+        switch.on("click", lambda: self._choose(by))
+        return switch
+
+    def _choose(self, by: str) -> None:
+        self.by = by
+        for name, switch in self._buttons.items():
+            switch.props(f"aria-pressed={'true' if name == by else 'false'}")
+        self._chart.show(*self._draw(by))
+
+
+def convergence(
+    history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: Words, now: float = 0.0
+) -> tuple[Options, str]:
+    """Return cost over search time: (seconds, cost) at every improvement, the lower bound, and the time so far, s."""
+    best, last = history[-1][1], max(now, history[-1][0], 0.001)
+    points = [*history, (last, best)]
+    line = _line(words["best"], points, "--accent", 2.2, step="end")
+    line["endLabel"] = {
+        "show": True, "formatter": f"{best:,.2f} {unit}".strip(), "align": "right", "verticalAlign": "bottom",
+        "offset": [0, -6], "color": "var(--ink)", "fontWeight": 600,
+    }  # fmt: skip
+    line["markLine"] = _bound(bound, words)
+    options = _axes([line], [cost for _, cost in points], _horizontal([t for t, _ in points], "s"), bound, top=16)
+    return options, f"{words['best']} {best:,.2f} {unit}".strip()
+
+
+def learning(rows: Rows, bound: float | None, unit: str, words: Words, by: str) -> tuple[Options, str]:
+    """Return best, mean and worst cost per iteration, the overall best and the λ-branching factor.
+
+    `rows` are those of `model.study.Iteration`.
+    """
+    at, axis = _axis_of(rows, by, words)
+    last = rows[-1]
+    rounds = [(x, *row[3:6]) for x, row in zip(at, rows, strict=True) if row[3] is not None]
+    branching = [(x, row[6]) for x, row in zip(at, rows, strict=True) if row[6] is not None]
+    shortest = [(x, row[2]) for x, row in zip(at, rows, strict=True)]
+    series = []
+    for k, name, colour in ((3, "worst", "--idle"), (2, "mean", "--ink-2"), (1, "round", "--t0")):
+        if rounds:
+            series.append(_line(words[name], [(row[0], row[k]) for row in rounds], colour, 1.4))
+    series.append(_line(f"{words['shortest']} {last[2]:,.1f}", shortest, "--accent", 2.2, step="end"))
+    series[-1]["markLine"] = _bound(bound, words)
+    costs = [
+        float(cost or 0.0) for points in (*(row[1:] for row in rounds), [row[2] for row in rows]) for cost in points
+    ]
+    options = _axes(series, costs, axis, bound, top=44)
+    if branching:
+        series.append({**_line(words["branching"], branching, "--t1", 1.4, dashed=True), "yAxisIndex": 1})
+        second = {"position": "right", "min": 0, "splitNumber": 2, "splitLine": {"show": False}}
+        options["yAxis"] = [options["yAxis"], {**_Y, **second, "axisLabel": {"color": "var(--t1)"}}]
+        options["grid"]["right"] = 34
+    label = f"{words['shortest']} {last[2]:,.2f} {unit}".rstrip()
+    if rounds:
+        label += "".join(f", {words[key]} {rounds[-1][k]:,.2f}" for k, key in ((1, "round"), (2, "mean"), (3, "worst")))
+    return options, label + (f", {words['branching']} {branching[-1][1]:.2f}" if branching else "")
+
+
+def runs(curves: Sequence[Mapping[str, Any]], bound: float | None, words: Words, by: str) -> tuple[Options, str]:
+    """Return the curves of `lab.tables.curves_as_json`, thin, and the mean of each algorithm, thick."""
+    names = list(dict.fromkeys(curve["algorithm"] for curve in curves))
+    k = 0 if by == "iteration" else 1
+    lines = {name: [[(p[k], p[2]) for p in c["points"]] for c in curves if c["algorithm"] == name] for name in names}
+    at, axis = _axis_of([point for curve in curves for point in curve["points"]], by, words)
+    series, end = [], max(at)
+    for number, (name, of_name) in enumerate(lines.items()):
+        colour = f"--t{number % _COLOURS}"
+        for points in of_name:
+            thin = _line("", [*points, (end, points[-1][1])], colour, 1.0, step="end")
+            thin["lineStyle"]["opacity"] = 0.35
+            series.append({**thin, "tooltip": {"show": False}})
+        mean = _mean(of_name)
+        series.append(_line(name, [*mean, (end, mean[-1][1])], colour, 2.4, step="end"))
+    series[-1]["markLine"] = _bound(bound, words)
+    costs = [cost for of_name in lines.values() for points in of_name for _, cost in points]
+    return _axes(series, costs, axis, bound, top=30, legend=names), f"{words['runs']}: {', '.join(names)}"
+
+
+def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, float]]:
+    """Return the mean at every improvement of a curve, from the time at which all have started."""
+    begun = max(points[0][0] for points in curves)
+    places = sorted({x for points in curves for x, _ in points if x >= begun})
+    starts = [[x for x, _ in points] for points in curves]
+    return [(at, fmean(p[bisect_right(x, at) - 1][1] for p, x in zip(curves, starts, strict=True))) for at in places]
+
+
+def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: Words) -> tuple[Options, str]:
+    """Return Tukey box plots of the tour lengths of each algorithm (`lab.tables.experiment_as_json`)."""
+    names = [row["algorithm"] for row in algorithms]
+    values = [v for row in algorithms for v in (row["low"], row["high"], *row["outliers"])]
+    colours = [f"var(--t{number % _COLOURS})" for number in range(len(names))]
+    tukey = [
+        {
+            "value": [row[key] for key in ("low", "lower", "median", "upper", "high")],
+            "itemStyle": {"borderColor": colour, "color": f"color-mix(in srgb, {colour} 20%, transparent)"},
+        }
+        for row, colour in zip(algorithms, colours, strict=True)
+    ]
+    points = [
+        {"value": [value, row["algorithm"]], "itemStyle": {"color": inner, "borderColor": colour, "borderWidth": 1.5}}
+        for row, colour in zip(algorithms, colours, strict=True)
+        for value, inner in ((row["mean"], "var(--card)"), *((v, "none") for v in row["outliers"]))
+    ]
+    still = {"silent": True, "emphasis": {"disabled": True}}
+    series = [
+        {"type": "boxplot", "data": tukey, "boxWidth": [8, 18], "markLine": _bound(bound, words, named=False), **still},
+        {"type": "scatter", "data": points, "symbolSize": 7, **still},
+    ]
+    options = _axes(series, values, {}, bound, top=4)
+    value_axis = {**options["yAxis"], "position": "bottom", "splitNumber": 4}
+    options["grid"]["left"] = 66
+    name_axis = {
+        "type": "category", "data": names, "inverse": True, "axisLine": {"show": False}, "axisTick": {"show": False},
+        "axisLabel": {"color": "var(--ink)", "fontWeight": 600},
+    }  # fmt: skip
+    options |= {"xAxis": value_axis, "yAxis": name_axis, "tooltip": {"show": False}}
+    medians = ", ".join(f"{row['algorithm']} {row['median']:,.1f}" for row in algorithms)
+    return options, f"{words['boxes']}: {medians}"
+
+
+def boxes_style(algorithms: Sequence[Any]) -> str:
+    """Return the CSS height of box plots."""
+    return f"height: {len(algorithms) * _BOX_ROW + _BOX_FOOT}px"
+
+
+def brightness(values: Sequence[float], words: Words) -> tuple[Options, str]:
+    """Return a bar for each firefly, the brightest marked."""
+    most = max(values)
+    colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
+    columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]
+    hidden = {"show": False}
+    options: Options = {
+        "animation": False,
+        "grid": {"left": 0, "right": 0, "top": 2, "bottom": 0},
+        "xAxis": {"type": "category", **hidden},
+        "yAxis": {"type": "value", "max": max(most, 1e-12), **hidden},
+        "series": [{"type": "bar", "data": columns, "barCategoryGap": "20%", "silent": True}],
+    }
+    return options, f"{words['best']} {most:.3f}"
+
+
+def bars(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
+    """Fill an element with a bar for each (name, value, note, whether it is the best)."""
+    rows = list(rows)
+    most = max((value for _, value, _, _ in rows), default=0.0) or 1.0
+    place.clear()
+    with place, box("ul", "lc-bars"):
+        for name, value, note, best in rows:
+            with box("li"):
+                text("span", name, "lc-who")
+                with box("span", "lc-track"):
+                    box("i", "lc-fill lc-won" if best else "lc-fill").style(f"width: {100.0 * value / most:.1f}%")
+                text("span", note, "lc-note")
+
+
+def _line(
+    name: str, points: Sequence[Sequence[Any]], colour: str, width: float, *, step: str = "", dashed: bool = False
+) -> Options:
+    style = {"color": f"var({colour})", "width": width, "type": "dashed" if dashed else "solid", "join": "round"}
+    line: Options = {
+        "type": "line", "name": name, "data": [list(point) for point in points], "showSymbol": False,
+        "lineStyle": style, "itemStyle": {"color": f"var({colour})"}, "emphasis": {"disabled": True},
+    }  # fmt: skip
+    return {**line, "step": step} if step else line
+
+
+def _bound(bound: float | None, words: Words, *, named: bool = True) -> Options:
+    data = [] if bound is None else [{"yAxis" if named else "xAxis": bound}]
+    label = {"show": named, "position": "insideStartTop", "color": "var(--ink-2)", "fontSize": 11}
+    return {
+        "silent": True, "symbol": "none", "data": data,
+        "label": {**label, "formatter": f"{words['bound']} {bound or 0.0:,.2f}"},
+        "lineStyle": {"color": "var(--ink-2)", "type": [1, 4], "width": 2, "cap": "round"},
+    }  # fmt: skip
+
+
+def _axis_of(rows: Rows, by: str, words: Words) -> tuple[list[float], Options]:
+    """Return the horizontal position of every row, and the axis."""
+    at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
+    return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
+
+
+def _horizontal(values: Sequence[float], name: str) -> Options:
+    last = max(values)
+    first = min((v for v in values if v > 0.0), default=last)
+    log = last > _LOG_FROM * first > 0.0
+    return {
+        "type": "log" if log else "value", "min": first if log else 0, "max": last, "name": name,
+        "nameLocation": "start", "nameGap": 8, "nameTextStyle": {"color": "var(--ink-2)", "verticalAlign": "top"},
+        "splitLine": {"show": False}, "axisLine": {"lineStyle": {"color": "var(--line-2)"}},
+        "axisLabel": {"color": "var(--ink-2)", "hideOverlap": True, "showMaxLabel": False, "showMinLabel": not log},
+    }  # fmt: skip
+
+
+_Y: Options = {
+    "type": "value", "axisLine": {"show": False}, "axisTick": {"show": False},
+    "splitLine": {"lineStyle": {"color": "var(--line)"}, "showMinLine": False, "showMaxLine": False},
+    "axisLabel": {"color": "var(--ink-2)", "showMinLabel": False, "showMaxLabel": False},
+}  # fmt: skip
+
+
+def _axes(
+    series: list[Options],
+    values: Sequence[float],
+    horizontal: Options,
+    bound: float | None,
+    *,
+    top: int,
+    legend: list[str] | None = None,
+) -> Options:
+    """Return series with both axes; the vertical axis shows all values and the bound."""
+    seen = [*values, bound] if bound is not None else values
+    low, high = min(seen), max(seen)
+    if horizontal.get("type") == "log":
+        for line in series:
+            line["data"] = [[max(x, horizontal["min"]), y] for x, y in line["data"]]
+    spare = max(0.06 * (high - low), 1e-4 * abs(high), 1e-9)
+    vertical = {**_Y, "min": low - spare, "max": high + spare, "splitNumber": 4}
+    return {
+        "animation": False,
+        "textStyle": {"fontFamily": "system-ui, sans-serif", "fontSize": 11},
+        "grid": {"left": 58, "right": 16, "top": top, "bottom": 24, "containLabel": False},
+        "legend": {
+            "show": top > 20, "left": 0, "top": 0, "itemWidth": 16, "itemHeight": 8, "itemGap": 12,
+            "textStyle": {"color": "var(--ink-2)"}, "inactiveColor": "var(--line-2)", "icon": "roundRect",
+            **({"data": legend} if legend else {}),
+        },
+        "tooltip": _TOOLTIP,
+        "xAxis": horizontal,
+        "yAxis": vertical,
+        "series": series,
+    }  # fmt: skip
