@@ -11,6 +11,7 @@ from nicegui.events import GenericEventArguments
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.drawing.program_text import ProgramText
 from leafcut.studio.server.routes import colours_css
+from leafcut.studio.wording import words
 
 
 def page() -> None:
@@ -23,12 +24,13 @@ def page() -> None:
         selections.append(event.args)
         said.set_text(f"{len(selections)}: {event.args}")
 
-    drawing = Canvas(on_select=selected)
+    texts = words("en").section("canvas")
+    drawing = Canvas(words=texts, on_select=selected)
     drawing.style("width: 900px; height: 500px")
-    ProgramText(drawing).style("width: 400px; height: 200px")
+    ProgramText(drawing, texts).style("width: 400px; height: 200px")
     drawing.show(grid_of_holes(), "part")
     drawing.show(grid_program(), "after")
-    ui.button("row", on_click=lambda: drawing.select_hole(3)).props("id=choose")
+    ui.button("row", on_click=lambda: drawing.show_line(5)).props("id=choose")
     ui.button("deselect", on_click=drawing.clear_selection).props("id=deselect")
     ui.button("clear", on_click=drawing.clear).props("id=clear")
 

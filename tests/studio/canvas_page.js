@@ -1,12 +1,9 @@
-// A page with the drawing, the list of the program, and no server behind them but files.
+// A page with the drawing, and no server behind them but files.
 
 import { Drawing } from "/static/canvas.js";
-import { GcodeList, link } from "/static/gcode.js";
 
 const at = (id) => document.getElementById(id);
-const drawing = new Drawing(at("drawing"));
-const list = new GcodeList(at("side"));
-link(drawing, list);
+const drawing = new Drawing(at("drawing"), { words: await (await fetch("/words.json")).json() });
 const events = [];
 for (const name of ["hover", "select", "time", "drag", "mode"]) drawing.on(name, (detail) => events.push([name, detail]));
 
@@ -25,6 +22,6 @@ const settled = () => new Promise((done) => {
 });
 
 Object.assign(window, {
-  drawing, list, events, load, settled,
+  drawing, events, load, settled,
 });
 window.loaded = true;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.studio.server.routes import colours_css
+from leafcut.studio.wording import words
 
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
@@ -60,6 +62,8 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
         return scenes.get(name), "application/octet-stream"
     if name == "colours.css":
         return colours_css().encode(), "text/css"
+    if name == "words.json":
+        return json.dumps(words("en").section("canvas")).encode(), "application/json"
     page = {"": "canvas_page.html", "page.js": "canvas_page.js"}
     file = STATIC / Path(name).name if folder == "static" else HERE / page.get(name, "none")
     return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")

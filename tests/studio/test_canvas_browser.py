@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from canvas_scenes import CUT_LINE, MACHINE, PART, PLACES, grid_of_holes, grid_path, grid_program
-from canvas_server import STATIC, loaded, serving, until
+from canvas_server import loaded, serving, until
 
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
@@ -197,19 +197,6 @@ def test_the_pointer_says_what_an_issue_is(page: Any) -> None:
     assert readout(page) == "L311 · a gap was closed · at (25, 35)"
 
 
-def test_a_hole_that_is_chosen_is_the_line_that_is_chosen_and_back(page: Any) -> None:
-    page.mouse.click(*place_of(page, *PLACES[8]))
-    assert page.evaluate("list.selected") == 10
-    assert page.inner_text(".lc-line.lc-selected .lc-place >> nth=0") == "X10"
-    page.click(f".lc-line[data-line='{CUT_LINE}']")
-    assert page.evaluate("drawing.main.scene.line[drawing.selected.row]") == CUT_LINE
-    page.keyboard.press("ArrowUp")
-    assert page.evaluate("drawing.main.scene.line[drawing.selected.row]") == CUT_LINE - 1
-    assert page.get_attribute(".lc-gcode", "aria-activedescendant").endswith(f"-{CUT_LINE - 1}")
-    page.evaluate("drawing.selectHole(3)")
-    assert page.evaluate("list.selected") == 5
-
-
 def test_playing_is_where_the_toolpath_is_at_that_time(page: Any) -> None:
     """The place is worked out here from rows and seconds; the page is asked at times in the middle of rows."""
     rows = playback(grid_path(), MACHINE)
@@ -228,17 +215,17 @@ def test_playing_is_where_the_toolpath_is_at_that_time(page: Any) -> None:
     assert (at["x"], at["y"]) == pytest.approx((60.0, 50.0), abs=1e-3)
 
 
-def test_while_playing_the_past_is_strong_the_future_pale_and_the_line_is_shown(page: Any) -> None:
+def test_while_playing_the_past_is_strong_the_future_pale_and_the_line_is_told(page: Any) -> None:
     page.evaluate("drawing.setLayers({holes: false, grid: false, arrows: false, numbers: false})")
     page.evaluate("drawing.seek(drawing.main.scene.ends[drawing.main.scene.rowOfLine(8)] + 0.01)")
     page.evaluate("settled()")
     past, future = page.evaluate(PIXEL, [20, 10]), page.evaluate(PIXEL, [20, 50])
     assert past[3] > 1.8 * future[3] > 0
-    until(page, "list.running === 8 && document.querySelector('.lc-running')")
+    until(page, "events.findLast(([name]) => name === 'time')[1].line === 8")
 
 
 def test_playing_goes_on_with_the_clock_and_by_blocks(page: Any) -> None:
-    page.evaluate("drawing.play(1)")
+    page.evaluate("drawing.player.play(1)")
     until(page, "drawing.player.time > 0.1")
     page.evaluate("drawing.panes[1].canvas.focus()")
     page.keyboard.press(" ")
@@ -305,84 +292,10 @@ def test_colours_follow_the_theme_of_the_page(page: Any) -> None:
     assert light == "#cf3f0a"
 
 
-def test_a_list_of_a_million_lines_shows_any_of_them(page: Any) -> None:
-    page.evaluate("""() => {
-      const text = new Uint8Array(8e6);
-      for (let k = 0; k < 1e6; k++) text.set([78, 48 + k % 10, 32, 71, 48, 88, 49, 10], 8 * k);
-      list.setText(text);
-    }""")
-    page.evaluate("list.select(987654)")
-    assert page.inner_text(".lc-selected .lc-number") == "987654"
-    assert page.locator(".lc-line").count() < 60
-    page.evaluate("list.box.scrollTop = list.box.scrollHeight")
-    page.wait_for_selector("[data-line='1000000']")
-
-
-def test_the_keys_go_through_every_line_of_a_program_also_those_that_draw_nothing(page: Any) -> None:
-    page.locator(".lc-gcode").focus()
-    page.keyboard.press("Home")
-    for line in range(1, 12):
-        assert page.evaluate("list.selected") == line
-        page.keyboard.press("ArrowDown")
-
-
 def test_bytes_that_are_no_scene_are_refused_with_one_line(page: Any) -> None:
     said = page.evaluate("() => { try { drawing.show(new ArrayBuffer(3), 'after'); } catch (e) { return e.message; } }")
     assert said == "this is no scene of leafcut's"
     assert page.evaluate("drawing.main.scene.rows") > 30
-
-
-def test_a_text_in_a_program_is_never_taken_as_html(page: Any) -> None:
-    page.evaluate("list.setText(new TextEncoder().encode('(<img src=x onerror=alert>)\\n'))")
-    assert page.inner_text(".lc-comment") == "(<img src=x onerror=alert>)"
-    assert page.locator(".lc-gcode img").count() == 0
-
-
-def test_a_million_lines_are_folded_and_searched(page: Any) -> None:
-    """Every tenth line is a header; the expected matches are counted here, independently of the page."""
-    page.evaluate("""() => {
-      const text = new Uint8Array(8e6);
-      for (let k = 0; k < 1e6; k++) text.set([78, 48 + k % 10, 32, 71, 48, 88, 49, 10], 8 * k);
-      list.setText(text);
-    }""")
-    page.evaluate("""async () => {
-      const { Folds } = await import("/static/program_folds.js");
-      const { findLines } = await import("/static/program_search.js");
-      const heads = Uint32Array.from({ length: 1e5 }, (_, k) => 10 * k + 1);
-      list.setFolds(new Folds(heads, list.count, (k) => `no. ${k + 1}`));
-      window.found = await findLines(list.bytes, list.starts, "n7 g0");
-    }""")
-    assert page.evaluate("list.length") == 100_000
-    assert page.locator(".lc-line").count() < 60
-    assert page.evaluate("[found.length, found[0], found.at(-1)]") == [100_000, 8, 999_998]
-    page.evaluate("list.select(555_555)")
-    assert page.inner_text(".lc-selected .lc-number") == "555555"
-    assert page.evaluate("list.length") == 100_009  # the block of that line is unfolded, the others are not
-    page.evaluate("list.foldAll(false)")
-    assert page.evaluate("list.length") == 1_000_000
-    page.evaluate("list.setFolds(null)")
-
-
-def test_a_program_that_cannot_be_fetched_is_told_of(page: Any) -> None:
-    def served(route: Any) -> None:
-        text = (STATIC / route.request.url.rpartition("/")[2]).read_text(encoding="utf-8")
-        route.fulfill(body=text.replace("leafcut-canvas/", "/static/"), content_type="text/javascript")
-
-    page.route("**/gcode_element.js", served)
-    page.route("**/registry.js", served)
-    for answer in ("async () => ({ status: 404 })", "async () => { throw new TypeError('no network'); }"):
-        said = page.evaluate(
-            f"""async () => {{
-              const {{ default: element }} = await import("/static/gcode_element.js"), fetched = window.fetch;
-              const made = {{ $el: document.createElement("div"), words: {{}}, source: "/gone", drawing: 1 }};
-              window.fetch = {answer};
-              try {{ await element.mounted.call(made); }} finally {{ window.fetch = fetched; }}
-              const said = made.$el.querySelector("[role=alert]")?.textContent;
-              element.unmounted.call(made);
-              return said;
-            }}"""
-        )
-        assert said == "The program could not be loaded. Reload the page to try again."
 
 
 def test_the_notice_of_a_run_says_how_it_ended(page: Any) -> None:

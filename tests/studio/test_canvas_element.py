@@ -59,13 +59,13 @@ def test_scenes_are_fetched_shown_chosen_in_and_taken_off(served: str, browser: 
         until(page, "document.querySelectorAll('.lc-canvas').length === 2")
         until(page, f"({INK})() > 100")
         page.click("#choose")
-        until(page, "/^1: .*'hole': 3/.test(document.querySelector('#said').innerText)")
+        until(page, "/^1: .*'line': 5/.test(document.querySelector('#said').innerText)")
         until(page, "document.querySelector('.lc-selected')?.dataset.line === '5'")
         # Clearing by the studio sends no event: it would arrive late and clear a newer selection.
         page.click("#deselect")
         until(page, "!document.querySelector('.lc-selected')")
         page.click("#choose")
-        until(page, "/^2: .*'hole': 3/.test(document.querySelector('#said').innerText)")
+        until(page, "/^2: .*'line': 5/.test(document.querySelector('#said').innerText)")
         page.click("#clear")
         until(page, f"({INK})() === 0")
         assert wrong == []

@@ -389,7 +389,7 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     page.get_by_role("tab", name="Program").click()
-    told, lines = page.locator(".lc-told"), page.locator(".lc-gcode .lc-line")
+    told, lines = page.locator(".lc-told"), page.locator(".lc-line")
     expect(lines.first).to_be_visible()
     expect(told).to_be_hidden()
     first = lines.all_inner_texts()
@@ -404,7 +404,7 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     wait_for(page, lambda: page.url != address)
     expect(page.locator(".badge")).to_be_visible(timeout=LONG)  # a new outcome opens its summary
     page.get_by_role("tab", name="Program").click()
-    expect(page.locator(".lc-gcode")).to_contain_text("--thickness 6", timeout=LONG)
+    expect(page.locator(".cm-content")).to_contain_text("--thickness 6", timeout=LONG)
     expect(told).to_contain_text("This is the new program")
     page.get_by_role("radio", name="After").click()
     expect(told).to_be_hidden()

@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.files.user_files import DEFAULTS_VARIABLE
 from leafcut.processes.settings import all_options
-from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.kept_state import has_choices, kept_state, restore
 from leafcut.studio.page.page_state import View
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
@@ -136,7 +136,7 @@ def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio
     view.put("machine", "")
     shop.write_text('machine = "mill.toml"\nthickness = "8mm"\nseed = 5\n[drill]\nstart_point = [7, 7]\n')
     other = View(studio, EN)
-    KeptState.from_json(json.loads(KeptState.of(view, "summary", None).as_json())).put_into(other)
+    restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
     assert other.renew_defaults() == "" and other.renew_defaults() == ""
     assert other.values == {"thickness": "8mm", "start_point": "3,4", "seed": "5"}
     assert notes(other) == {
@@ -152,13 +152,12 @@ def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio
 def test_a_page_with_nothing_but_defaults_is_none_to_come_back_to(studio: Studio, shop: Path) -> None:
     view = View(studio, EN)
     view.take_defaults()
-    state = KeptState.of(view, "summary", None)
-    assert not state.chosen
+    assert not has_choices(kept_state(view, "summary", None))
     view.put("seed", "3")
-    kept = KeptState.of(view, "summary", None)
-    assert kept.chosen
+    kept = kept_state(view, "summary", None)
+    assert has_choices(kept)
     other = View(studio, EN)
-    KeptState.from_json(json.loads(kept.as_json())).put_into(other)
+    restore(other, json.loads(json.dumps(kept)))
     assert (other.values, other.usual) == (view.values, view.usual)
 
 
@@ -192,7 +191,7 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
     view.put("tools", "mine:other")
     assert "tools" not in notes(view)
     other = View(studio, EN)
-    KeptState.from_json(json.loads(KeptState.of(view, "summary", None).as_json())).put_into(other)
+    restore(other, json.loads(json.dumps(kept_state(view, "summary", None))))
     assert other.kept == view.kept == set(of_shop) - {"tools"}
 
 

@@ -14,16 +14,11 @@ TEXT = CAM.read_text().splitlines()
 
 
 def lines(page: Page, column: str = "") -> Locator:
-    return page.locator(f"{column} .lc-gcode .lc-line".strip())
+    return page.locator(f"{column} .lc-line".strip())
 
 
 def number_of(row: Locator) -> int:
-    return int(row.locator(".lc-number").inner_text())
-
-
-def rows(page: Page) -> list[str]:
-    """Return the numbers of the lines that are seen."""
-    return page.locator(".lc-gcode .lc-number").all_inner_texts()
+    return int(row.get_attribute("data-line") or 0)
 
 
 def begin(page: Page) -> None:
@@ -66,12 +61,12 @@ def test_words_are_found_counted_and_gone_through_both_ways(page: Page) -> None:
     field.fill("y190.5")
     told = page.locator(".lc-found-count")
     expect(told).to_have_text(f"1 of {len(having)}")
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(having[0]))
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(having[0]))
     field.press("Enter")
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(having[1]))
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(having[1]))
     field.press("Shift+Enter")
     field.press("Shift+Enter")  # before the first comes the last
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(having[-1]))
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(having[-1]))
     expect(told).to_have_text(f"{len(having)} of {len(having)}")
     page.get_by_role("button", name="Next match").click()
     expect(told).to_have_text(f"1 of {len(having)}")
@@ -79,7 +74,7 @@ def test_words_are_found_counted_and_gone_through_both_ways(page: Page) -> None:
     expect(told).to_have_text("no match")
     field.press("Escape")
     expect(field).to_have_value("")
-    expect(page.locator(".lc-gcode")).to_be_focused()
+    expect(page.locator(".cm-content")).to_be_focused()
 
 
 def test_a_line_is_gone_to_by_its_number(page: Page) -> None:
@@ -93,31 +88,30 @@ def test_a_line_is_gone_to_by_its_number(page: Page) -> None:
     expect(page.locator(".lc-selected")).to_contain_text(TEXT[199])
     field.fill("99999")
     field.press("Enter")
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(len(TEXT)))
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(len(TEXT)))
 
 
 def test_a_program_is_folded_by_tool_and_unfolded_by_keys(page: Page) -> None:
     opened(page, CAM)
     changes = [number for number, line in enumerate(TEXT, 1) if "M6" in line]
     page.get_by_label("Fold", exact=True).select_option("By tool")
-    tree = page.get_by_role("tree", name="Program")
-    heads = tree.locator("[aria-expanded]")
+    heads = page.locator(".lc-line:has(.lc-held)")
     expect(heads).to_have_count(len(changes))
     assert [number_of(head) for head in heads.all()] == changes
     expect(heads.first).to_contain_text(f"T1 · {changes[1] - changes[0]} lines")
-    heads.first.click()
-    page.keyboard.press("ArrowRight")
-    expect(heads.first).to_have_attribute("aria-expanded", "true")
-    expect(tree.locator(f"[data-line='{changes[0] + 1}']")).to_be_visible()
+    heads.first.click(position={"x": 10, "y": 5})
+    page.keyboard.press("Control+Shift+BracketRight")
+    inside = page.locator(f"[data-line='{changes[0] + 1}']")
+    expect(inside).to_be_visible()
     page.keyboard.press("ArrowDown")
-    page.keyboard.press("ArrowLeft")  # to the head of the block, then the block is folded
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(changes[0]))
-    page.keyboard.press("ArrowLeft")
-    expect(tree.locator(f"[data-line='{changes[0] + 1}']")).to_have_count(0)
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(changes[0] + 1))
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Control+Shift+BracketLeft")
+    expect(inside).to_have_count(0)
     page.keyboard.press("ArrowDown")
-    expect(page.locator(".lc-selected .lc-number")).to_have_text(str(changes[1]))
-    tree.locator(".lc-fold").first.click()
-    expect(heads.first).to_have_attribute("aria-expanded", "true")
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", str(changes[1]))
+    heads.first.get_by_role("button").click()
+    expect(inside).to_be_visible()
 
 
 def test_what_is_chosen_elsewhere_is_unfolded_and_pieces_begin_where_the_way_to_them_does(
@@ -129,39 +123,39 @@ def test_what_is_chosen_elsewhere_is_unfolded_and_pieces_begin_where_the_way_to_
     )
     opened(page, slots)
     page.get_by_label("Fold", exact=True).select_option("By piece")
-    heads = page.locator(".lc-gcode [aria-expanded]")
+    heads = page.locator(".lc-line:has(.lc-held)")
     expect(heads).to_have_count(2)
     assert [number_of(head) for head in heads.all()] == [4, 8]
     expect(heads.first).to_contain_text("no. 1 · 4 lines")
     page.get_by_role("textbox", name="Line", exact=True).fill("7")
     page.get_by_role("textbox", name="Line", exact=True).press("Enter")
     expect(page.locator(".lc-selected")).to_contain_text("G1 X10")
-    expect(heads.first).to_have_attribute("aria-expanded", "true")
+    expect(heads.first.get_by_role("button")).to_have_attribute("aria-expanded", "true")
     page.get_by_label("Fold", exact=True).select_option("All lines")
-    expect(page.get_by_role("listbox", name="Program")).to_be_visible()
+    expect(heads).to_have_count(0)
 
 
 def test_whoever_reads_a_program_stays_at_his_line_while_it_is_reordered(page: Page) -> None:
     opened(page, CAM)
     page.get_by_label("Search effort", exact=True).select_option("fast")
     lines(page).nth(12).click()
-    page.locator(".lc-gcode").evaluate("list => { list.dataset.mine = 'yes'; }")
+    page.locator(".cm-content").evaluate("list => { list.dataset.mine = 'yes'; }")
     begin(page)
     expect(page.locator(".progress")).to_be_visible()
-    expect(page.locator(".lc-gcode")).to_have_attribute("data-mine", "yes")
-    expect(page.locator(".lc-selected .lc-number")).to_have_text("13")
+    expect(page.locator(".cm-content")).to_have_attribute("data-mine", "yes")
+    expect(page.locator(".lc-selected")).to_have_attribute("data-line", "13")
     page.get_by_role("tab", name="Issues").wait_for(timeout=LONG)
 
 
 def test_each_block_of_the_original_is_shown_where_it_is_now_and_back_by_pointer_and_keys(page: Page) -> None:
     reordered(page)
-    old, new = page.locator(".lc-original .lc-gcode"), page.locator(".lc-rewritten .lc-gcode")
+    old, new = page.locator(".lc-original .cm-content"), page.locator(".lc-rewritten .cm-content")
     moved = lines(page, ".lc-original").filter(has=page.locator(".lc-where")).first
     place = TEXT[number_of(moved) - 1]
     told = moved.locator(".lc-where").inner_text()
     moved.click()
     expect(new.locator(".lc-selected")).to_contain_text(place)
-    expect(new.locator(".lc-selected .lc-number")).to_have_text(told.removeprefix("→ "))
+    expect(new.locator(".lc-selected")).to_have_attribute("data-line", told.removeprefix("→ "))
     expect(page.locator(".lc-readout")).to_contain_text(f"line {told.removeprefix('→ ')} ")
     old.focus()
     page.keyboard.press("ArrowDown")
@@ -170,7 +164,7 @@ def test_each_block_of_the_original_is_shown_where_it_is_now_and_back_by_pointer
     new.focus()
     page.keyboard.press("ArrowDown")
     here = new.locator(".lc-selected")
-    expect(old.locator(".lc-selected")).to_contain_text(re.search(r"X\S+ Y\S+", here.inner_text())[0])  # type: ignore[index]
+    expect(old.locator(".lc-selected")).to_contain_text(re.search(r"X[\d.]+ Y[\d.]+", here.inner_text())[0])  # type: ignore[index]
     page.get_by_role("button", name="Compare", exact=True).click()
     expect(old).to_have_count(0)
     expect(new.locator(".lc-moved")).to_have_count(0)
@@ -194,9 +188,9 @@ def test_what_is_missing_or_moved_is_marked_in_the_drawing_and_in_both_programs(
     changed.write_text("\n".join([*TEXT[: gone - 1], *TEXT[gone : moved - 1], there, *TEXT[moved:]]) + "\n")
     compared(page, changed)
     page.get_by_role("tab", name="Program").click()
-    expect(page.locator(".lc-original .lc-missing").first.locator(".lc-number")).to_have_text(str(gone))
+    expect(page.locator(".lc-original .lc-missing").first).to_have_attribute("data-line", str(gone))
     expect(page.locator(".lc-original .lc-differs")).to_contain_text([TEXT[gone - 1]])
-    new = page.locator(".lc-rewritten .lc-gcode")
+    new = page.locator(".lc-rewritten .cm-content")
     new.focus()
     page.get_by_role("textbox", name="Line", exact=True).fill(str(moved - 1))
     page.get_by_role("textbox", name="Line", exact=True).press("Enter")
@@ -241,3 +235,54 @@ def test_axe_finds_nothing_serious_in_programs(browser: Browser, server: Server,
     found += serious(page, "differences")
     context.close()
     assert found == []
+
+
+def test_a_million_lines_are_shown_folded_and_searched(page: Page) -> None:
+    """Every tenth line is a head; the expected matches are counted here, independently of the page."""
+    opened(page, CAM)
+    shown = page.evaluate(
+        """async () => {
+          const { Lines } = await import("leafcut-canvas/lines.js"), host = document.createElement("div");
+          host.className = "lc-program";
+          host.style.cssText = "position: fixed; inset: 0; width: 600px; height: 400px; display: flex";
+          document.body.append(host);
+          const text = Array.from({ length: 1e6 }, (_, k) => `N${k % 10} G0X1`).join("\\n") + "\\n";
+          const list = new Lines(host, { words: { folded: "{name} {number}" }, label: "Program" });
+          list.setText(new TextEncoder().encode(text));
+          const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+          list.select(987_654);
+          await frame();
+          const there = host.querySelector(".lc-selected")?.dataset.line;
+          const rows = host.querySelectorAll(".lc-line").length;
+          const found = list.find("n7 g0");
+          list.setFolds(Array.from({ length: 1e5 }, (_, k) => ({ first: 10 * k + 1, last: 10 * k + 10, name: "b" })));
+          await frame();
+          const numbers = [...host.querySelectorAll(".lc-line")].map((row) => Number(row.dataset.line));
+          const skipped = numbers.filter((number, k) => number - numbers[k - 1] === 10).length > 10;
+          list.setFolds(null);
+          await frame();
+          const whole = host.querySelectorAll(".lc-held").length === 0;
+          list.destroy();
+          host.remove();
+          return [list.count, there, rows < 100, found.length, found[0], found.at(-1), skipped, whole];
+        }"""
+    )
+    assert shown == [1_000_000, "987654", True, 100_000, 8, 999_998, True, True]
+
+
+def test_a_text_in_a_program_is_never_taken_as_html(page: Page, tmp_path: Path) -> None:
+    program = tmp_path / "odd.nc"
+    program.write_text("G21 G90\n(<img src=x onerror=alert>)\nG0 X1\n")
+    opened(page, program)
+    expect(page.locator(".lc-comment")).to_have_text("(<img src=x onerror=alert>)")
+    expect(page.locator(".cm-content img")).to_have_count(0)
+
+
+def test_a_program_that_cannot_be_fetched_is_told_of(page: Page) -> None:
+    page.route("**/dynamic_resources/leafcut-program-*", lambda route: route.fulfill(status=204))
+    opened(page, CAM)
+    page.get_by_label("Search effort", exact=True).select_option("fast")
+    begin(page)
+    page.get_by_role("tab", name="Issues").wait_for(timeout=LONG)
+    page.get_by_role("tab", name="Program").click()
+    expect(page.get_by_role("alert")).to_have_text("The program could not be loaded. Reload the page to try again.")

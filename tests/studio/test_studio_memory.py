@@ -18,7 +18,7 @@ from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.kept_pages import LONGEST, MAX_CHARACTERS, MAX_PAGES, KeptPages
 from leafcut.studio.page.headline import saving
-from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.kept_state import kept_state, restore
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
 from leafcut.studio.page.staleness import differences
@@ -46,11 +46,10 @@ def view_with_everything(studio: Studio) -> View:
 
 def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> None:
     view = view_with_everything(studio)
-    state = KeptState.of(view, "search", {"job": view.job, "state": []})
-    again = KeptState.from_json(json.loads(state.as_json()))
-    assert again == state
+    state = kept_state(view, "search", {"job": view.job, "state": []})
     other = View(studio, words("en"))
-    again.put_into(other)
+    restore(other, json.loads(json.dumps(state)))
+    assert kept_state(other, "search", {"job": view.job, "state": []}) == state
     for name in (
         "source", "name", "second", "second_name", "parts", "part_names", "origin", "sheet", "work", "process",
         "values", "shown", "errors", "of_input", "job", "pace",
@@ -69,9 +68,8 @@ def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> Non
     ],
 )
 def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studio, plain: dict[str, object]) -> None:
-    state = KeptState.from_json(plain)
     view = View(studio, words("en"))
-    state.put_into(view)
+    restore(view, plain)
     assert (view.work, view.process, view.pace, view.job, view.values, view.parts) == (
         "drill", "auto", "full", None, {}, [],
     )  # fmt: skip
@@ -169,7 +167,7 @@ def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten_an
     jobs = [studio.jobs.start(Task("optimize", (one,), options={"thickness": "6", "preset": "fast"})) for one in made]
     view = View(studio, words("en"))
     view.take(made[0], "plate0.dxf")
-    studio.pages.put(studio.pages.new_name(), KeptState.of(view, "summary", None).as_json())
+    studio.pages.put(studio.pages.new_name(), json.dumps(kept_state(view, "summary", None)))
     studio.recent.add(made[1], "plate1.dxf")
     for job in jobs:
         studio.jobs.cancel(job)
@@ -296,7 +294,7 @@ def test_a_program_that_stays_as_long_says_why_in_place_of_nothing_saved() -> No
 def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another_comes_first(studio: Studio) -> None:
     view = view_with_everything(studio)
     name = studio.pages.new_name()
-    studio.pages.put(name, KeptState.of(view, "search", None).as_json())
+    studio.pages.put(name, json.dumps(kept_state(view, "search", None)))
     with Client(page_of("/")):
         assert Page(studio, words("en"), name).view.values == view.values
         assert Page(studio, words("en"), name, "other-job-id").view.values == {}
@@ -306,10 +304,10 @@ def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another
 def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:
     """Ants were chosen for a map, and local search was turned on again; then another page stood here for a while."""
     view = View(studio, words("en"), source="random:50:1", name="random", work="solve", values={"algorithm": "mmas"})
-    state = KeptState.of(view, "summary", None)
+    state = kept_state(view, "summary", None)
     view.work = "drill"
     view.values = {}
     view.follow_study()
-    state.put_into(view)
+    restore(view, state)
     view.follow_study()
     assert "local_search" not in view.values

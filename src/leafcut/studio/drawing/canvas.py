@@ -25,9 +25,6 @@ SOLIDS = ("solid_before", "solid_after")
 #: ``differences``: differences of two programs (`studio.drawing.differences`).
 LAYERS = ("whole", "part", "before", "after", "pheromone", "live", "differences", *SOLIDS)
 
-#: Minimum time between two events of the pointer or of playback, s.
-_PACE = 0.1
-
 Handler = Callable[[GenericEventArguments], Any]
 #: A scene, or a function that creates it when the browser asks for it.
 Shown = bytes | Callable[[], bytes]
@@ -42,15 +39,12 @@ class Canvas(Serving, component="../static/canvas_element.js"):
     Parameters
     ----------
     words
-        Replacements for the English texts of ``static/words.js``, by key.
+        Texts of the drawing by key.
     layers
         Initial visibility of layers, by the names of ``static/toolbar.js``.
-    editable
-        Whether pierces and stops can be dragged.
-    on_hover, on_select, on_time, on_drag
-        Handlers for the object under the pointer, the selection (``row``, ``hole`` from 0, ``line``, ``stop`` from 1),
-        the position of playback (``time`` in s, None when everything is shown; ``row``, ``line``), and drags (``what``:
-        order or pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
+    on_select, on_drag
+        Handlers for the selection (``row``, ``hole`` from 0, ``line``, ``stop`` from 1) and for drags (``what``: order
+        or pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
     on_origin
         Handler for a dragged program zero: offset ``x`` and ``y``, mm.
     """
@@ -58,12 +52,9 @@ class Canvas(Serving, component="../static/canvas_element.js"):
     def __init__(
         self,
         *,
-        words: Mapping[str, str] | None = None,
+        words: Mapping[str, str],
         layers: Mapping[str, bool] | None = None,
-        editable: bool = False,
-        on_hover: Handler | None = None,
         on_select: Handler | None = None,
-        on_time: Handler | None = None,
         on_drag: Handler | None = None,
         on_origin: Handler | None = None,
     ) -> None:
@@ -73,15 +64,10 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
-        self.props.update(
-            words=dict(words or {}), layers=dict(layers or {}), editable=editable, scenes={}, placement={}
-        )
+        self.props.update(words=dict(words), layers=dict(layers or {}), editable=False, scenes={}, placement={})
         for name, handler in (("select", on_select), ("drag", on_drag), ("origin", on_origin)):
             if handler is not None:
                 self.on(name, handler)
-        for name, handler in (("hover", on_hover), ("time", on_time)):
-            if handler is not None:
-                self.on(name, handler, throttle=_PACE)
 
     def show(self, scene: Shown, layer: str) -> None:
         """Show a scene in one of `LAYERS`; a callable runs in a thread. Raise `OptionError` for an unknown layer."""
@@ -128,10 +114,6 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         """Clear the selection, without an event: a late one would clear what was selected since."""
         self.run_method("clearSelection")
 
-    def select_hole(self, hole: int) -> None:
-        """Select a hole of the part by index."""
-        self.run_method("selectHole", hole)
-
     def select_stop(self, stop: int) -> None:
         """Select a stop of the edited order by its number in the toolpath, from 1, without an event."""
         self.run_method("selectStop", stop)
@@ -150,18 +132,6 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         """Show the machine's position, mm in program coordinates, filled if it `cuts`, and the next hole."""
         tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
         self.run_method("setTool", tool)
-
-    def play(self, rate: float = 1.0) -> None:
-        """Play `rate` seconds of machine time per second."""
-        self.run_method("play", rate)
-
-    def pause(self) -> None:
-        """Stop playback."""
-        self.run_method("pause")
-
-    def seek(self, seconds: float | None) -> None:
-        """Go to a machine time, s; None shows everything."""
-        self.run_method("seek", seconds)
 
     def _send_scenes(self) -> None:
         self.props["scenes"] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,49 +35,10 @@ class OrderStop:
     moved: bool = False
 
 
-class Edited(Protocol):
-    """Interface of an edited order; stops are identified by `OrderStop.name`."""
-
-    def move(self, stop: int, onto: int) -> None:
-        """Move a stop to the rank of another: before it, or after it if it came before."""
-
-    def to_end(self, stop: int, first: bool) -> None:
-        """Move a stop to the start or the end."""
-
-    def reverse(self, stop: int) -> None:
-        """Reverse the order of a stop's operation, or the direction of a cut."""
-
-    def place(self, stop: int, to: Point) -> None:
-        """Set the start of a cut."""
-
-    def free_after(self, stop: int) -> None:
-        """Leave the order after a stop to the search."""
-
-    @property
-    def changed(self) -> bool:
-        """Whether it differs from the initial order."""
-
-    def as_plain(self) -> dict[str, Any]:
-        """Return the state and its undo steps as plain values."""
-
-    def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Restore the result of `as_plain`; ignore a state with other stops."""
-
-    def undo(self) -> bool:
-        """Undo the last change; return whether there was one."""
-
-    def redo(self) -> bool:
-        """Redo the last change; return whether there was one."""
-
-    def stops(self) -> list[OrderStop]:
-        """Return all stops in the current order."""
-
-    def text(self) -> str:
-        """Return the text of the file."""
-
-
 class Undoable(Generic[State]):
-    """A state with undo and redo."""
+    """A state with undo and redo; stops are identified by `OrderStop.name`, and `option` takes the file."""
+
+    option: str
 
     def __init__(self, state: State) -> None:
         self.state = state
@@ -322,6 +283,10 @@ class CutOrder(Undoable[tuple[str, ...]]):
         """Return the plan file."""
         cuts = [{key: value for key, value in row.items() if key != "number"} for row in self._rows()]
         return json.dumps({**self._plan, "cuts": cuts}, indent=1) + "\n"
+
+
+#: An order edited by hand.
+Edited = HoleOrder | CutOrder
 
 
 def cuts_one_by_one(text: str) -> bool:

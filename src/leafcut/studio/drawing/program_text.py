@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+import nicegui.elements.codemirror  # noqa: F401  its modules become available to the page
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -52,12 +53,10 @@ class ProgramText(Serving, component="../static/gcode_element.js"):
     """Lines of a program; selection and playback are linked with a drawing in both directions.
 
     The program of `drawing` is shown unless `source` is given: it returns a `program_scene`, and is called in a thread
-    when a browser asks for it. `words` replaces the English texts of ``static/words.js``, by key.
+    when a browser asks for it. `words` are the texts of the drawing by key.
     """
 
-    def __init__(
-        self, drawing: Canvas, *, source: Callable[[], bytes] | None = None, words: Mapping[str, str] | None = None
-    ) -> None:
+    def __init__(self, drawing: Canvas, words: Mapping[str, str], source: Callable[[], bytes] | None = None) -> None:
         super().__init__()
-        self.props.update(drawing=drawing.id, words=dict(words or {}))
+        self.props.update(drawing=drawing.id, words=dict(words))
         self.props["source"] = self.serve("program", source) if source is not None else ""

@@ -148,6 +148,17 @@ def _group(
     }
 
 
+def plain_field(name: str, label: str, kind: str = "text", **given: Any) -> dict[str, Any]:
+    """Return a field that is not an option of leafcut."""
+    empty = {"flag": "", "unit": "", "help": "", "choices": [], "default": "", "on": False, "file": False}
+    return {"name": name, "label": label, "kind": kind, **empty, **given}
+
+
+def plain_group(*fields: dict[str, Any]) -> dict[str, Any]:
+    """Return a group of fields without a title."""
+    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": list(fields)}
+
+
 def default_of(name: str, work: str = "") -> Any:
     """Return the default of an option for a kind of work."""
     if name == "machine" and work:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
@@ -9,7 +10,7 @@ from nicegui import Client
 
 from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.page.elements import Address
-from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.kept_state import KeptState, has_choices
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -54,8 +55,12 @@ class Memory:
 
     def _write(self) -> bool:
         state = self._page.state()
-        text = state.as_json()
-        if text == self._text or not (state.chosen or self._written) or not self._kept.hold(self.name, self._seen):
+        text = json.dumps(state)
+        if (
+            text == self._text
+            or not (has_choices(state) or self._written)
+            or not self._kept.hold(self.name, self._seen)
+        ):
             return False
         self._text, self._written = text, True
         self._kept.put(self.name, text)
@@ -64,7 +69,7 @@ class Memory:
     def begin_other(self) -> None:
         """Save the state and continue under a new name, as another input may be opened."""
         state = self._page.state()
-        if self._left or not (state.source or state.job or state.parts):
+        if self._left or not (state["source"] or state["job"] or state["parts"]):
             return
         self.save()
         self._left, self.name, self._text = self.name, self._kept.new_name(), ""
@@ -87,16 +92,14 @@ class Memory:
 
     def newest(self) -> KeptState | None:
         """Return the state saved under the initial name, or None."""
-        choices = self._kept.get(self._initial_name)
-        return None if choices is None else KeptState.from_json(choices)
+        return self._kept.get(self._initial_name)
 
     def take(self, name: str) -> KeptState | None:
         """Continue under another name; return the state saved under it, or None."""
-        choices = self._kept.get(name)
-        if choices is None:
+        state = self._kept.get(name)
+        if state is None:
             return None
         self._write()
-        state = KeptState.from_json(choices)
         self.name, self._text, self._written, self._left = name, "", True, ""
         self.hold()
         return state

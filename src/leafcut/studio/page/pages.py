@@ -19,7 +19,7 @@ from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.head import LEAF, first_bar, head
 from leafcut.studio.page.help_dialog import VIEWS, help_dialog
-from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.kept_state import KeptState, kept_state, restore
 from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
@@ -119,10 +119,10 @@ class Page:
         self.view = View(studio, words)
         self.memory = Memory(self, studio.pages, name)
         kept = self.memory.newest()
-        if kept is not None and job and kept.job != job:
+        if kept is not None and job and kept.get("job") != job:
             kept, self.memory = None, Memory(self, studio.pages)
         if kept is not None:
-            kept.put_into(self.view)
+            restore(self.view, kept)
         #: Error in the user's own defaults.
         self._unread = self.view.take_defaults() if kept is None else self.view.renew_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
@@ -264,7 +264,7 @@ class Page:
         kept = self.memory.take(name) if name != self.memory.name else None
         self.show(view if view in self.views else "work")
         if kept is not None:
-            kept.put_into(self.view)
+            restore(self.view, kept)
             await self._resume(kept)
         self.memory.replace()
 
@@ -272,13 +272,14 @@ class Page:
         """Restore the state saved last, which includes input that arrived after this page was requested."""
         kept = self.memory.newest()
         if kept is not None:
-            kept.put_into(self.view)
+            restore(self.view, kept)
             self._unread = self.view.renew_defaults()
             await self._resume(kept)
 
     async def _resume(self, kept: KeptState) -> None:
-        self.result.take_tab(kept.tab)
-        self.run.edit.hold(kept.edit)
+        self.result.take_tab(str(kept.get("tab")))
+        edit = kept.get("edit")
+        self.run.edit.hold(edit if isinstance(edit, dict) else None)
         self.run.resume()
         self.result.draw()
         if await self.input.resume():
@@ -288,7 +289,7 @@ class Page:
 
     def state(self) -> KeptState:
         """Return the state to save."""
-        return KeptState.of(self.view, self.result.tab, self.run.edit.kept())
+        return kept_state(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
         """Show a message above the page until a click; without `bad` or `stays` only for a while."""

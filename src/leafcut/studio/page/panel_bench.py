@@ -11,6 +11,7 @@ from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, box, button, text
+from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import View
 
 if TYPE_CHECKING:
@@ -61,11 +62,11 @@ class BenchPanel:
     def _groups(self) -> list[dict[str, Any]]:
         w = self.view.words
         fields = [
-            field("runs", w("bench.runs"), w("bench.runs_help")),
-            *(field(f"algorithm-{name}", label(name), w(f"algorithm.{name}"), "flag") for name in COMPARED),
-            field("local", w.option("local_search"), w("bench.local_help"), "flag"),
+            plain_field("runs", w("bench.runs"), help=w("bench.runs_help")),
+            *(plain_field(f"algorithm-{n}", label(n), "flag", help=w(f"algorithm.{n}")) for n in COMPARED),
+            plain_field("local", w.option("local_search"), "flag", help=w("bench.local_help")),
         ]
-        return [{"key": "bench", "title": "", "folded": False, "changed": 0, "fields": fields}]
+        return [plain_group(*fields)]
 
     def _put(self, name: str, value: Any, _: str) -> None:
         if name == "runs":
@@ -123,11 +124,3 @@ def label(name: str) -> str:
     """Return an algorithm's name together with its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name
-
-
-def field(name: str, label: str, help: str, kind: str = "text") -> dict[str, Any]:
-    """Return a form field that is not an option of leafcut."""
-    return {
-        "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": help, "choices": [], "default": "",
-        "on": False, "file": False,
-    }  # fmt: skip

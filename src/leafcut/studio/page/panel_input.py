@@ -19,6 +19,7 @@ from leafcut.studio.jobs.sheets import SheetOfNest, take
 from leafcut.studio.jobs.task import Task, called, parts_of
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, Opener, box, button, link, text
+from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import OF_READING, View
 from leafcut.studio.page.panel_bench import BenchPanel
 from leafcut.studio.page.panel_live import pace_field
@@ -110,15 +111,16 @@ class InputPanel:
         from leafcut.read.examples import EXAMPLE_NAMES
 
         names = [["", self.view.words("open.pick")], *([name, name] for name in EXAMPLE_NAMES)]
-        self.example.show({}, groups=[_group([_field("example", self.view.words("open.example"), names)])])
+        field = plain_field("example", self.view.words("open.example"), choices=names)
+        self.example.show({}, groups=[plain_group(field)])
 
     def _random_fields(self) -> list[dict[str, Any]]:
         w = self.view.words
-        return [_group([_field("points", w("open.points"), []), _field("seed", w("open.seed"), [])])]
+        return [plain_group(plain_field("points", w("open.points")), plain_field("seed", w("open.seed")))]
 
     def _options_field(self) -> dict[str, Any]:
         w = self.view.words
-        return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
+        return plain_group(plain_field("options", w("form.options"), file=True, default=w("form.toml")))
 
     def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
         view = self.view
@@ -434,9 +436,9 @@ class InputPanel:
         fields = []
         if view.work == "program":
             kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
-            fields.append(_field("process", w("choose.process"), kinds))
+            fields.append(plain_field("process", w("choose.process"), choices=kinds))
         self.work.set_visibility(bool(fields))
-        self.work.show({"process": view.process}, groups=[_group(fields)])
+        self.work.show({"process": view.process}, groups=[plain_group(*fields)])
         self.opener.set_several(view.work == "nest")
         self.built_in.set_visibility(view.work != "nest")  # built-in sources are not drawings of parts
         self.parts.draw()
@@ -477,8 +479,8 @@ class InputPanel:
         if view.work != "verify":
             return
         with self.second:
-            field = {**_field("second", w("open.second"), []), "file": True, "default": w("form.none")}
-            form = Form([_group([field])], self.form_words, self._take_second, self._refuse)
+            field = plain_field("second", w("open.second"), file=True, default=w("form.none"))
+            form = Form([plain_group(field)], self.form_words, self._take_second, self._refuse)
             form.show({"second": view.second}, {"second": view.second_name})
 
     def _take_second(self, _: str, value: str, shown: str) -> None:
@@ -526,18 +528,6 @@ class InputPanel:
         if view.work == "nest":
             return "parts.none"
         return "open.second_missing" if view.source and view.work == "verify" else "command.none"
-
-
-def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
-    kind = "text"
-    return {
-        "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": "", "choices": choices,
-        "default": "", "on": False, "file": False,
-    }  # fmt: skip
-
-
-def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
-    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
 
 
 def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

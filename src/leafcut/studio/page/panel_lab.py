@@ -17,8 +17,9 @@ from leafcut.report.wording import time_words
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.task import prepare
 from leafcut.studio.page.elements import Form, box, button, link, table, text
+from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_bench import field, label
+from leafcut.studio.page.panel_bench import label
 
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
@@ -125,9 +126,8 @@ class LabPanel:
             text("p", w("lab.no_source" if not view.source else "lab.no_ways"), "hint", role="note")
         else:
             option, names = what_differs(self._command())
-            flags = [field(name, label(name), w.table.get(f"algorithm.{name}", ""), "flag") for name in names]
-            fields = [field("runs", w("bench.runs"), w("bench.runs_help")), *flags]
-            groups = [{"key": "lab", "title": "", "folded": False, "changed": 0, "fields": fields}]
+            flags = [plain_field(n, label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
+            groups = [plain_group(plain_field("runs", w("bench.runs"), help=w("bench.runs_help")), *flags)]
             form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.show_message(line, True))
             form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}}, groups=groups)
             count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0

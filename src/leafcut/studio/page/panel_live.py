@@ -13,6 +13,7 @@ from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.search_watch import Watch
 from leafcut.studio.page.charts import Chart, SwitchedChart, bars, brightness, convergence, learning
 from leafcut.studio.page.elements import Form, box, button, text
+from leafcut.studio.page.forms import plain_field, plain_group
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_lesson import LessonPanel
 from leafcut.units import format_time
@@ -197,8 +198,4 @@ class LivePanel:
 def pace_field(view: View) -> dict[str, object]:
     """Return a form group with one field for the speed of a search."""
     w = view.words
-    field = {
-        "name": "pace", "label": w("run.pace"), "flag": "", "kind": "text", "unit": "", "help": "", "default": "",
-        "choices": [[pace, w(f"pace.{pace}")] for pace in PACES], "on": False, "file": False,
-    }  # fmt: skip
-    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": [field]}
+    return plain_group(plain_field("pace", w("run.pace"), choices=[[pace, w(f"pace.{pace}")] for pace in PACES]))

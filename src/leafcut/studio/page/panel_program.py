@@ -51,7 +51,7 @@ def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, 
 
 
 def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> None:
-    ProgramText(drawing, source=source, words=view.words.section("canvas")).classes("code")
+    ProgramText(drawing, view.words.section("canvas"), source).classes("code")
 
 
 def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:

@@ -23,7 +23,6 @@ import { watchTheme } from "./theme.js";
 import { Toolbar } from "./toolbar.js";
 import { View } from "./view.js";
 import { make } from "./icons.js";
-import { WORDS } from "./words.js";
 
 const NUMBER_ROOM = 18; // width in pixels for a number beside the rightmost stop
 
@@ -37,14 +36,14 @@ const SOLID = "solid_";
 
 export class Drawing {
   /** `storage` keeps the selected view of the stock across pages, such as localStorage; null for none. */
-  constructor(host, { words = {}, layers = {}, editable = false, storage = null } = {}) {
-    this.words = { ...WORDS, ...words };
+  constructor(host, { words, layers = {}, storage = null } = {}) {
+    this.words = words;
     this.view = new View();
     this.layers = {
       rapids: true, cuts: true, holes: true, numbers: true, arrows: true, extents: false, issues: true, pheromone: true,
       kerf: true, cleared: true, grid: true, whole: true, travel: true, origin: true, differences: true, ...layers,
     };
-    this.editable = editable;
+    this.editable = false;
     this.selected = null;
     this.tool = null;
     /** Names of the drawing's own layers that are hidden. */
@@ -251,10 +250,6 @@ export class Drawing {
     for (const pane of this.panes) pane.setPart(scenes.part, this.partPaths ?? null, scenes.whole, this.wholePaths ?? null, drawnLayers, hidden);
   }
 
-  play(rate) { this.player.play(rate); }
-
-  pause() { this.player.pause(); }
-
   /** Go to a machine time, s; null shows everything. */
   seek(seconds) { if (seconds === null) this.player.showAll(); else this.player.seek(seconds); }
 
@@ -309,9 +304,6 @@ export class Drawing {
 
   /** The toolpath for numbers, playback and selection. */
   get main() { return this.tracks[this.mode === "before" ? "before" : "after"] ?? this.tracks.before ?? this.tracks.after; }
-
-  /** Return the visible drawing as a PNG. */
-  picture() { return new Promise((done) => this.panes[1].canvas.toBlob(done, "image/png")); }
 
   destroy() {
     this._observer.disconnect();

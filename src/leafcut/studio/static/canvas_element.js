@@ -19,9 +19,9 @@ export default {
     withStyle();
     this.shown = {};
     this.drawing = new Drawing(this.$el, {
-      words: this.words, layers: this.layers, editable: this.editable, storage: storage(),
+      words: this.words, layers: this.layers, storage: storage(),
     });
-    for (const name of ["hover", "select", "time", "drag", "origin"]) {
+    for (const name of ["select", "drag", "origin"]) {
       this.drawing.on(name, (detail) => { if (!this.quiet) this.$emit(name, detail); });
     }
     register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
@@ -83,14 +83,7 @@ export default {
       this.drawing.select(null);
       this.quiet = false;
     },
-    selectLine(line) { this.drawing.selectLine(line); },
     selectDifference(index) { this.drawing.selectDifference(index); },
-    selectHole(hole) { this.drawing.selectHole(hole); },
     selectStop(stop) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectStop(stop)); },
-    play(rate) { this.drawing.play(rate); },
-    pause() { this.drawing.pause(); },
-    seek(seconds) { this.drawing.seek(seconds); },
-    setMode(mode) { this.drawing.setMode(mode); },
-    setLayers(layers) { this.drawing.setLayers(layers); },
   },
 };

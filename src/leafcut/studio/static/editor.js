@@ -1,59 +1,68 @@
-// A text editor with line numbers, which marks a line with an error; shipped texts are read-only.
-import { h } from "vue";
+// A TOML file in CodeMirror, which marks a line with an error; shipped files are read-only.
 
+import { watchTheme } from "leafcut-canvas/theme.js";
+import * as CM from "nicegui-codemirror";
+
+const { Decoration, EditorState, EditorView } = CM;
 const PAUSE = 400; // ms without input before the text is checked
 
 export default {
+  template: `<div class="editor"><p class="unseen" :id="about">{{ problem }}</p></div>`,
   props: { text: String, own: Boolean, label: String, line: Number, problem: String },
   emits: ["draft"],
-  data() { return { now: this.text, down: 0 }; },
+  computed: { about() { return `editor-${this.$.uid}`; } },
   watch: {
     /** The form changed the text; an edit in progress takes precedence. */
-    text(made) { if (document.activeElement !== this.$refs.area) this.now = made; },
+    text(made) {
+      if (!this.view.hasFocus && made !== this.now()) this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: made } });
+    },
+    line() { this.view.dispatch({}); },
+    problem() { this.view.dispatch({}); },
   },
-  unmounted() { this.tell(); },
+  async mounted() {
+    const language = new CM.Compartment(), colours = new CM.Compartment();
+    const dark = () => (getComputedStyle(document.documentElement).colorScheme === "dark" ? CM.syntaxHighlighting(CM.oneDarkHighlightStyle) : []);
+    this.endTheme = watchTheme(() => this.view?.dispatch({ effects: colours.reconfigure(dark()) }));
+    this.told = this.text;
+    this.view = new EditorView({
+      parent: this.$el,
+      doc: this.text,
+      extensions: [
+        CM.minimalSetup, CM.lineNumbers(), language.of([]), colours.of(dark()), EditorState.readOnly.of(!this.own),
+        EditorView.cspNonce.of(document.querySelector("script[nonce]")?.nonce ?? ""),
+        EditorView.contentAttributes.of(() => ({
+          "aria-label": this.label, spellcheck: "false", "aria-invalid": String(Boolean(this.problem)), "aria-describedby": this.about,
+        })),
+        EditorView.decorations.of(({ state: { doc } }) =>
+          this.line > 0 && this.line <= doc.lines ? Decoration.set(Decoration.line({ class: "wrong" }).range(doc.line(this.line).from)) : Decoration.none),
+        EditorView.updateListener.of((change) => { if (change.docChanged) this.type(); }),
+        EditorView.domEventHandlers({ blur: () => this.tell() }),
+      ],
+    });
+    const toml = await CM.languages.find(({ name }) => name === "TOML").load();
+    this.view.dispatch({ effects: language.reconfigure(toml) });
+  },
+  beforeUnmount() {
+    this.tell();
+    this.endTheme();
+    this.view.destroy();
+  },
   methods: {
-    type(event) {
-      this.now = event.target.value;
+    now() { return this.view.state.doc.toString(); },
+    type() {
       clearTimeout(this.waits);
-      this.waits = setTimeout(this.tell, PAUSE);
+      this.waits = setTimeout(() => this.tell(), PAUSE);
     },
     tell() {
       clearTimeout(this.waits);
-      this.waits = undefined;
-      if (this.own && this.now !== this.told) this.$emit("draft", { text: (this.told = this.now) });
+      const now = this.now();
+      if (this.own && now !== this.told) this.$emit("draft", { text: (this.told = now) });
     },
     /** Select the marked line and scroll to it. */
     go() {
-      const { area } = this.$refs, lines = this.now.split("\n"), from = lines.slice(0, this.line - 1).join("\n").length + (this.line > 1);
-      area.focus();
-      area.setSelectionRange(from, from + lines[this.line - 1].length);
-      area.scrollTop = (this.line - 4) * parseFloat(getComputedStyle(area).lineHeight);
+      const { from, to } = this.view.state.doc.line(this.line);
+      this.view.dispatch({ selection: { anchor: from, head: to }, effects: EditorView.scrollIntoView(from, { y: "center" }) });
+      this.view.focus();
     },
-  },
-  created() { this.told = this.text; },
-  render() {
-    const lines = this.now.split("\n").length, about = `editor-${this.$.uid}`;
-    return h("div", { class: "editor" }, [
-      h("div", { class: "numbers", "aria-hidden": "true" }, [
-        h("div", { style: { transform: `translateY(${-this.down}px)` } },
-          Array.from({ length: lines }, (_, k) => h("span", { key: k, class: k + 1 === this.line && "wrong" }, String(k + 1)))),
-      ]),
-      h("textarea", {
-        ref: "area",
-        value: this.now,
-        readonly: !this.own,
-        rows: Math.min(lines + 1, 40),
-        spellcheck: "false",
-        wrap: "off",
-        "aria-label": this.label,
-        "aria-invalid": this.problem ? "true" : undefined,
-        "aria-describedby": this.problem ? about : undefined,
-        onInput: this.type,
-        onChange: this.tell,
-        onScroll: (e) => (this.down = e.target.scrollTop),
-      }),
-      this.problem ? h("p", { id: about, class: "unseen" }, this.problem) : null,
-    ]);
   },
 };

@@ -4,19 +4,17 @@
 //   view.show(scene);        // format: studio/drawing/program_text.py; without it, the drawing's program
 //   view.link(drawing);
 
-import { Folds, foldsOf } from "./program_folds.js";
-import { GcodeList, link } from "./gcode.js";
-import { Moves } from "./program_moves.js";
-import { Marked, findLines } from "./program_search.js";
 import { iconButton, make } from "./icons.js";
-import { WORDS } from "./words.js";
+import { Lines, link } from "./lines.js";
+import { foldsOf } from "./program_folds.js";
+import { Moves } from "./program_moves.js";
 
 /** Last choices, reused for the next program. */
 const kept = { fold: "none", beside: false };
 
 export class ProgramView {
-  constructor(host, { words = {} } = {}) {
-    this.words = { ...WORDS, ...words };
+  constructor(host, { words }) {
+    this.words = words;
     this.found = [];
     this.wanted = "";
     this.ends = [];
@@ -56,11 +54,10 @@ export class ProgramView {
   }
 
   _column(name, label) {
-    const box = make("div", `lc-column-of lc-${name}`), list = new GcodeList(box, { words: this.words, label });
+    const box = make("div", `lc-column-of lc-${name}`), list = new Lines(box, { words: this.words, label });
     list.head = make("div", "lc-head", {}, this.words[name]);
-    list.marked = new Marked();
-    list.onDraw = () => list.marked.show(list.rows, this.active === list ? this.wanted : "");
-    list.box.addEventListener("focus", () => this._activate(list));
+    list.box = box;
+    list.view.contentDOM.addEventListener("focus", () => this._activate(list));
     box.prepend(list.head);
     list.head.hidden = true;
     this.columns.append(box);
@@ -86,18 +83,18 @@ export class ProgramView {
     this.root.classList.toggle("lc-two", beside);
     this.list.head.hidden = !beside;
     if (!beside) {
-      this.old?.box.parentElement.remove();
+      this.old?.box.remove();
       this.old?.destroy();
       this.old = this.list.dress = null;
       this._activate(this.list);
     } else if (!this.old) {
       const { scene } = this, old = (this.old = this._column("original", this.words.original));
-      this.columns.prepend(old.box.parentElement);
+      this.columns.prepend(old.box);
       old.head.hidden = false;
       old.setText(scene.other);
       this.moves ??= new Moves(scene.pair, old.count, this.list.count);
-      old.dress = (row, line) => this._dress(row, line, true);
-      this.list.dress = (row, line) => this._dress(row, line, false);
+      old.dress = (line, text) => this._dress(line, text, true);
+      this.list.dress = (line, text) => this._dress(line, text, false);
       old.onSelect((line) => this._chosen(line, true));
       if (this.list.selected) this._chosen(this.list.selected, false);
     }
@@ -105,21 +102,15 @@ export class ProgramView {
     this._follow();
   }
 
-  /** Mark moved lines with their other position, and lines in only one of the programs. */
-  _dress(row, line, old) {
-    const found = this.moves.of(line, old), differs = this.scene[old ? "missing" : "added"].includes(line);
-    if (differs) row.classList.add("lc-differs");
-    if (!found) {
-      if (row.textContent.length > String(line).length) row.classList.add(old ? "lc-missing" : "lc-added");
-      return;
-    }
-    if (!found.moved) return;
-    row.classList.add("lc-moved");
+  /** Return the marks of a line: of a moved line its other position, or that only one of the programs has it. */
+  _dress(line, text, old) {
+    const found = this.moves.of(line, old), differs = this.scene[old ? "missing" : "added"].includes(line) ? " lc-differs" : "";
+    if (!found) return { class: (text ? (old ? "lc-missing" : "lc-added") : "") + differs };
+    if (!found.moved) return { class: differs };
     const half = 2 * found.part, [from, to] = half < 1 ? ["--change", "--rapid"] : ["--rapid", "--accent"];
-    row.style.setProperty("--lc-ramp", `color-mix(in oklab, var(${to}) ${((half % 1) * 100).toFixed(0)}%, var(${from}))`);
-    if (!found.begins) return;
+    const style = `--lc-ramp: color-mix(in oklab, var(${to}) ${((half % 1) * 100).toFixed(0)}%, var(${from}))`;
     const words = this.words[old ? "movedTo" : "movedFrom"].replace("{line}", found.there.toLocaleString());
-    row.append(make("span", "lc-where", { title: words }, `${old ? "→" : "←"} ${found.there}`));
+    return { class: `lc-moved${differs}`, style, where: found.begins ? [`${old ? "→" : "←"} ${found.there}`, words] : null };
   }
 
   /** Link this view with a drawing: common selection and playback. */
@@ -179,6 +170,7 @@ export class ProgramView {
       const scene = list && this._path(list);
       const folds = scene && kept.fold !== "none" ? foldsOf(scene, kept.fold, list.count, this.words) : null;
       if (list && (folds || list.folds)) list.setFolds(folds);
+      else list?.show(0);
     }
   }
 
@@ -192,18 +184,12 @@ export class ProgramView {
   }
 
   /** Find a text, and go to the first match from here. */
-  async find(words) {
-    const { active } = this, at = active.selected || active.lineAt(Math.floor(active.top));
+  find(words) {
+    const { active } = this, found = (this.found = active.find(words));
     this.wanted = words;
-    const turn = (this.turn = (this.turn ?? 0) + 1);
-    const found = await findLines(active.bytes, active.starts, words, () => turn !== this.turn);
-    if (!found || turn !== this.turn) return;
-    this.found = found;
-    const next = found.findIndex((line) => line >= at);
-    this.at = next < 0 ? 0 : next;
-    if (found.length && words) active.select(found[this.at]);
+    this.at = Math.max(found.findIndex((line) => line >= active.selected), 0);
+    if (found.length) active.select(found[this.at]);
     this._tell();
-    for (const list of [this.list, this.old]) list?._draw();
   }
 
   /** Go to the next or previous match. */
@@ -211,7 +197,7 @@ export class ProgramView {
     const { found, active } = this;
     if (!found.length) return;
     this.at = (this.at + by + found.length) % found.length;
-    active._choose(found[this.at]);
+    active.choose(found[this.at]);
     this._tell();
   }
 
@@ -223,8 +209,8 @@ export class ProgramView {
 
   goTo(line) {
     if (!(line >= 1)) return;
-    this.active._choose(Math.min(Math.floor(line), this.active.count));
-    this.active.box.focus({ preventScroll: true });
+    this.active.choose(Math.min(Math.floor(line), this.active.count));
+    this.active.view.focus();
   }
 
   _key(event) {
@@ -245,17 +231,13 @@ export class ProgramView {
       event.stopPropagation();
       this.search.value = "";
       this.find("");
-      this.active.box.focus({ preventScroll: true });
+      this.active.view.focus();
     }
   }
 
   destroy() {
     this.ends.forEach((end) => end());
-    for (const list of [this.list, this.old]) {
-      list?.marked.show(list.rows, "");
-      list?.destroy();
-    }
-    this.turn = -1;
+    for (const list of [this.list, this.old]) list?.destroy();
     this.root.remove();
   }
 }
