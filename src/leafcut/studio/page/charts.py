@@ -14,10 +14,10 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.page.elements import box, text
 
-#: Options of ECharts, and texts by key.
-Options = dict[str, Any]
-Words = Mapping[str, str]
-Rows = Sequence[Sequence[float | None]]
+#: ChartOptions of ECharts, and texts by key.
+ChartOptions = dict[str, Any]
+ChartWords = Mapping[str, str]
+ChartRows = Sequence[Sequence[float | None]]
 
 #: Ratio of the last to the first value above which a horizontal axis is logarithmic.
 _LOG_FROM = 60.0
@@ -39,7 +39,7 @@ class Chart:
         self.place = box("div", classes, role="img")
         self._chart: EChart | None = None
 
-    def show(self, options: Options, label: str) -> None:
+    def show(self, options: ChartOptions, label: str) -> None:
         """Show a chart; `label` describes it for screen readers."""
         if self._chart is None:
             with self.place:
@@ -55,14 +55,14 @@ class Chart:
 class SwitchedChart:
     """A chart by iteration or by time, as the user chooses."""
 
-    def __init__(self, words: Words, classes: str) -> None:
-        self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[Options, str]]
+    def __init__(self, words: ChartWords, classes: str) -> None:
+        self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[ChartOptions, str]]
         with box("div", f"{classes} switched") as self.place:
             with box("div", "lc-switch", role="group", aria_label=words["axis"]):
                 self._buttons = {by: self._switch(words[by], by) for by in ("iteration", "time")}
             self._chart = Chart("echart")
 
-    def show(self, draw: Callable[[str], tuple[Options, str]]) -> None:
+    def show(self, draw: Callable[[str], tuple[ChartOptions, str]]) -> None:
         """Show the options and the description that `draw` returns for ``iteration`` or ``time``."""
         self._draw = draw
         self._choose(self.by)
@@ -80,8 +80,8 @@ class SwitchedChart:
 
 
 def convergence(
-    history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: Words, now: float = 0.0
-) -> tuple[Options, str]:
+    history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: ChartWords, now: float = 0.0
+) -> tuple[ChartOptions, str]:
     """Return cost over search time: (seconds, cost) at every improvement, the lower bound, and the time so far, s."""
     best, last = history[-1][1], max(now, history[-1][0], 0.001)
     points = [*history, (last, best)]
@@ -95,7 +95,7 @@ def convergence(
     return options, f"{words['best']} {best:,.2f} {unit}".strip()
 
 
-def learning(rows: Rows, bound: float | None, unit: str, words: Words, by: str) -> tuple[Options, str]:
+def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str) -> tuple[ChartOptions, str]:
     """Return best, mean and worst cost per iteration, the overall best and the λ-branching factor.
 
     `rows` are those of `model.study.Iteration`.
@@ -126,7 +126,9 @@ def learning(rows: Rows, bound: float | None, unit: str, words: Words, by: str) 
     return options, label + (f", {words['branching']} {branching[-1][1]:.2f}" if branching else "")
 
 
-def runs(curves: Sequence[Mapping[str, Any]], bound: float | None, words: Words, by: str) -> tuple[Options, str]:
+def runs(
+    curves: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords, by: str
+) -> tuple[ChartOptions, str]:
     """Return the curves of `lab.tables.curves_as_json`, thin, and the mean of each algorithm, thick."""
     names = list(dict.fromkeys(curve["algorithm"] for curve in curves))
     k = 0 if by == "iteration" else 1
@@ -154,7 +156,7 @@ def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, 
     return [(at, fmean(p[bisect_right(x, at) - 1][1] for p, x in zip(curves, starts, strict=True))) for at in places]
 
 
-def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: Words) -> tuple[Options, str]:
+def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords) -> tuple[ChartOptions, str]:
     """Return Tukey box plots of the tour lengths of each algorithm (`lab.tables.experiment_as_json`)."""
     names = [row["algorithm"] for row in algorithms]
     values = [v for row in algorithms for v in (row["low"], row["high"], *row["outliers"])]
@@ -193,13 +195,13 @@ def boxes_style(algorithms: Sequence[Any]) -> str:
     return f"height: {len(algorithms) * _BOX_ROW + _BOX_FOOT}px"
 
 
-def brightness(values: Sequence[float], words: Words) -> tuple[Options, str]:
+def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
     """Return a bar for each firefly, the brightest marked."""
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
     columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]
     hidden = {"show": False}
-    options: Options = {
+    options: ChartOptions = {
         "animation": False,
         "grid": {"left": 0, "right": 0, "top": 2, "bottom": 0},
         "xAxis": {"type": "category", **hidden},
@@ -225,16 +227,16 @@ def bars(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
 
 def _line(
     name: str, points: Sequence[Sequence[Any]], colour: str, width: float, *, step: str = "", dashed: bool = False
-) -> Options:
+) -> ChartOptions:
     style = {"color": f"var({colour})", "width": width, "type": "dashed" if dashed else "solid", "join": "round"}
-    line: Options = {
+    line: ChartOptions = {
         "type": "line", "name": name, "data": [list(point) for point in points], "showSymbol": False,
         "lineStyle": style, "itemStyle": {"color": f"var({colour})"}, "emphasis": {"disabled": True},
     }  # fmt: skip
     return {**line, "step": step} if step else line
 
 
-def _bound(bound: float | None, words: Words, *, named: bool = True) -> Options:
+def _bound(bound: float | None, words: ChartWords, *, named: bool = True) -> ChartOptions:
     data = [] if bound is None else [{"yAxis" if named else "xAxis": bound}]
     label = {"show": named, "position": "insideStartTop", "color": "var(--ink-2)", "fontSize": 11}
     return {
@@ -244,13 +246,13 @@ def _bound(bound: float | None, words: Words, *, named: bool = True) -> Options:
     }  # fmt: skip
 
 
-def _axis_of(rows: Rows, by: str, words: Words) -> tuple[list[float], Options]:
+def _axis_of(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
     """Return the horizontal position of every row, and the axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
     return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
 
 
-def _horizontal(values: Sequence[float], name: str) -> Options:
+def _horizontal(values: Sequence[float], name: str) -> ChartOptions:
     last = max(values)
     first = min((v for v in values if v > 0.0), default=last)
     log = last > _LOG_FROM * first > 0.0
@@ -262,7 +264,7 @@ def _horizontal(values: Sequence[float], name: str) -> Options:
     }  # fmt: skip
 
 
-_Y: Options = {
+_Y: ChartOptions = {
     "type": "value", "axisLine": {"show": False}, "axisTick": {"show": False},
     "splitLine": {"lineStyle": {"color": "var(--line)"}, "showMinLine": False, "showMaxLine": False},
     "axisLabel": {"color": "var(--ink-2)", "showMinLabel": False, "showMaxLabel": False},
@@ -270,14 +272,14 @@ _Y: Options = {
 
 
 def _axes(
-    series: list[Options],
+    series: list[ChartOptions],
     values: Sequence[float],
-    horizontal: Options,
+    horizontal: ChartOptions,
     bound: float | None,
     *,
     top: int,
     legend: list[str] | None = None,
-) -> Options:
+) -> ChartOptions:
     """Return series with both axes; the vertical axis shows all values and the bound."""
     seen = [*values, bound] if bound is not None else values
     low, high = min(seen), max(seen)

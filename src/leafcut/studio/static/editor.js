@@ -31,7 +31,7 @@ export default {
         CM.minimalSetup, CM.lineNumbers(), language.of([]), colours.of(dark()), EditorState.readOnly.of(!this.own),
         EditorView.cspNonce.of(document.querySelector("script[nonce]")?.nonce ?? ""),
         EditorView.contentAttributes.of(() => ({
-          "aria-label": this.label, spellcheck: "false", "aria-invalid": String(Boolean(this.problem)), "aria-describedby": this.about,
+          "aria-label": this.label, tabindex: "0", spellcheck: "false", "aria-invalid": String(Boolean(this.problem)), "aria-describedby": this.about,
         })),
         EditorView.decorations.of(({ state: { doc } }) =>
           this.line > 0 && this.line <= doc.lines ? Decoration.set(Decoration.line({ class: "wrong" }).range(doc.line(this.line).from)) : Decoration.none),

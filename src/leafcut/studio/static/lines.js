@@ -67,7 +67,7 @@ export class Lines {
     this._extensions = [
       CM.lineNumbers(), FOLDS, marks, CM.keymap.of([this._foldKey("[", true), this._foldKey("]", false), ...CM.defaultKeymap]),
       EditorState.readOnly.of(true), EditorState.lineSeparator.of("\n"),
-      EditorView.contentAttributes.of({ "aria-label": label, inputmode: "none" }), // no keyboard on a phone
+      EditorView.contentAttributes.of({ "aria-label": label, tabindex: "0", inputmode: "none" }), // no keyboard on a phone
       EditorView.cspNonce.of(document.querySelector("script[nonce]")?.nonce ?? ""),
       EditorView.updateListener.of((change) => this._follow(change)),
     ];
