@@ -14,7 +14,7 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.page.elements import box, text
 
-#: ChartOptions of ECharts, and texts by key.
+#: Options of ECharts, texts by key, and rows of `model.study.Iteration`.
 ChartOptions = dict[str, Any]
 ChartWords = Mapping[str, str]
 ChartRows = Sequence[Sequence[float | None]]
