@@ -42,6 +42,8 @@ def test_a_program_is_text_from_the_moment_it_is_opened_and_linked_with_its_draw
     expect(lines(page).nth(9)).to_contain_text("G99 G81 X220.746 Y87.312")
     lines(page).nth(10).click()
     expect(page.locator(".lc-readout")).to_contain_text("line 11")
+    page.keyboard.press("2")  # keys of the page work in a text that cannot be changed
+    expect(page.locator("#view-jobs")).to_be_visible()
 
 
 def test_a_program_that_cannot_be_drawn_can_be_read_all_the_same(page: Page, tmp_path: Path) -> None:

@@ -114,7 +114,7 @@
     if (event.altKey || document.querySelector("dialog[open]")) return;
     const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()], held = event.ctrlKey || event.metaKey;
     if (held && !undo) return;
-    if (event.target.closest?.("input:not([type=checkbox], [type=file]), select, textarea, [contenteditable]")) return;
+    if (event.target.closest?.("input:not([type=checkbox], [type=file]), select, textarea, [contenteditable]:not([aria-readonly=true])")) return;
     if (event.defaultPrevented) return;
     if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // letters with Shift belong to the drawing
     const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
