@@ -8,8 +8,6 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.studio.wording import Words
-
 Fields = list[dict[str, Any]]
 
 #: Maximum number of history steps sent to a browser at once.
@@ -186,35 +184,21 @@ class JogPad(Element, component="../static/jog.js"):
             self.update()
 
 
-class SaveBar:
+class SaveBar(Element, component="../static/save_bar.js"):
     """A name field with a save button; `on_save` receives the name, `on_go` leads to the line of an error."""
 
-    def __init__(self, field: str, name: str, words: Words, on_save: Callable[[str], Any], on_go: Callable[[], Any]):
-        self._words, self._go = words, on_go
-        with box("form", "editor-bar") as form:
-            text("label", words("library.name"), for_=field)
-            with box("span", "box"):
-                # The browser shows the title if the name does not match the pattern.
-                box(
-                    "input", "", id=field, type="text", value=name, spellcheck="false", autocomplete="off", required="",
-                    pattern=r"[a-z0-9][a-z0-9_\-]{0,60}", title=words("library.rule"),
-                )  # fmt: skip
-            text("button", words("library.save"), "button primary", type="submit")
-            self._problem = box("p", "error problem", role="status")
-        form.on(
-            "submit",
-            lambda event: on_save(str(event.args)),
-            js_handler="(e) => { e.preventDefault(); emit(e.target.querySelector('input').value.trim()); }",
-        )
+    def __init__(
+        self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
+    ) -> None:
+        super().__init__()
+        self.props.update(field=field, name=name, words=words, problem="", line=0)
+        self.on("save", lambda e: on_save(e.args))
+        self.on("go", on_go)
 
     def show(self, problem: str, line: int) -> None:
         """Show an error, empty for none, and its line, 0 for none."""
-        self._problem.clear()
-        with self._problem:
-            if problem:
-                text("span", problem)
-            if line:
-                button(self._words("library.to_line", line=line), self._go, "plain small")
+        self.props.update(problem=problem, line=line)
+        self.update()
 
 
 class Address(Element, component="../static/address.js"):

@@ -116,8 +116,10 @@ class LibraryPanel:
             if self.own:
                 button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
         if self.own:
+            keys = ("name", "save", "rule", "to_line")
+            words = {key: w.table[f"library.{key}"] for key in keys}
             field = "editor-name" if self.kind == "machines" else "editor-name-tools"
-            self.bar = SaveBar(field, self.chosen, w, self._save, self._go_to_line)
+            self.bar = SaveBar(field, self.chosen, words, self._save, self._go_to_line)
         with box("div", "tabs", role="tablist", aria_label=self.chosen):
             for tab in _TABS:
                 is_current = tab == self.tab
