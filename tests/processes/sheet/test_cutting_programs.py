@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -283,3 +284,103 @@ def test_a_scribe_that_is_not_chosen_or_has_not_gone_by_its_offset_is_a_differen
     assert was in text
     assert check_scribe(interpret(text, words), words) == []
     assert check_scribe(interpret(text.replace(was, now, 1), words), words)
+
+
+def lit(*, feed: float = 20.0) -> ToolpathBuilder:
+    """A torch that burns at the start of a cut."""
+    b = ToolpathBuilder()
+    b.rapid(z=10.0)
+    light(b, 0.0, 0.0)
+    b.feed(10.0, 0.0, feed=feed)
+    return b
+
+
+def _feed_under_compensation(b: ToolpathBuilder) -> None:
+    b.radius(41, 1.5)
+    b.feed(20.0, 0.0, feed=20.0)
+    b.feed(30.0, 0.0, feed=10.0)
+
+
+def _switched_under_compensation(b: ToolpathBuilder) -> None:
+    b.radius(42, 1.5)
+    b.feed(20.0, 0.0, feed=20.0)
+    b.height_control(False)
+
+
+def _probed(b: ToolpathBuilder) -> None:
+    b.probe(-1.0, feed=5.0)
+
+
+def _scribe_while_lit(b: ToolpathBuilder) -> None:
+    b.tool(1)
+
+
+def _scribe_under_compensation(b: ToolpathBuilder) -> None:
+    b.radius(41, 1.5)
+    b.feed(20.0, 0.0, feed=20.0)
+    b.spindle(0.0)
+    b.tool(1)
+
+
+@pytest.mark.parametrize(
+    "words, fault, message",
+    [
+        (
+            "qtplasmac",
+            _feed_under_compensation,
+            "the feed cannot change (M67) while the controller compensates the kerf (G41, G42)",
+        ),
+        (
+            "qtplasmac",
+            _switched_under_compensation,
+            "nothing can be switched (M62) while the controller compensates the kerf (G41, G42)",
+        ),
+        ("flame", _probed, f"{dialect('flame').name} has no word for a probe"),
+        ("qtplasmac", _scribe_while_lit, "the scribe cannot be chosen while the torch is on"),
+        ("qtplasmac", _scribe_under_compensation, "the scribe cannot be chosen while the torch is on"),
+    ],
+)
+def test_a_toolpath_that_a_torch_cannot_follow_is_refused_in_one_line(
+    words: str, fault: Callable[[ToolpathBuilder], None], message: str
+) -> None:
+    b = lit()
+    fault(b)
+    b.end()
+    with pytest.raises(PostError) as caught:
+        written(words, b.build())
+    assert str(caught.value) == message
+
+
+def test_a_feed_that_the_material_table_does_not_have_is_refused() -> None:
+    """A share of 0.1 % is negligible; one below 10 % would be taken for 100 %, so F states it."""
+    post = PostOptions(material_number=3)
+    for feed in (20.0, 20.0 * 1.0009, 20.0 * 0.9992):
+        b = lit(feed=feed)
+        b.end()
+        assert re.findall(r"F\S+", written("qtplasmac", b.build(), post)) == ["F#<_hal[plasmac.cut-feed-rate]>"]
+    b = lit(feed=1.5)
+    b.end()
+    with pytest.raises(PostError) as caught:
+        written("qtplasmac", b.build(), post)
+    assert str(caught.value) == (
+        "a feed of 90 mm/min cannot be set if the controller takes the feed from its material table; leave out "
+        "--material-number"
+    )
+
+
+@pytest.mark.parametrize(
+    "feed, words",
+    [
+        (20.0, ["F1200"]),
+        (19.992, ["F1199.52"]),
+        (19.98, ["M67 E3 Q99.9", "F1200"]),
+        (2.0, ["M67 E3 Q10", "F1200"]),
+        (1.98, ["F118.8"]),
+        (24.0, ["F1440"]),
+    ],
+)
+def test_a_feed_is_a_share_of_the_charts_from_a_tenth_to_the_whole(feed: float, words: list[str]) -> None:
+    """Shares are rounded to 0.1 %; other feeds are stated by F."""
+    b = lit(feed=feed)
+    b.end()
+    assert re.findall(r"M67 E3 Q\S+|F\d\S+", written("qtplasmac", b.build()).partition("M3")[2]) == words

@@ -1,0 +1,25 @@
+(sheet of 6 mm)
+(GRBL must be in laser mode, $32 = 1. S is the power, up to $30.)
+G21
+G17 G40 G49 G80 G90 G94 G54
+G0 X20 Y10
+M4 S900
+G1 X25 F720
+G2 X15 I-5 J0
+S0
+G1 X20
+S900
+M5
+G0 X5 Y5
+M4 S200
+G1 X9 F1200
+M5
+G0 X-3 Y0
+M4 S900
+G1 X0
+Y20
+X40
+Y0
+X0
+M5
+M30
