@@ -38,19 +38,19 @@ def choose(b: ToolpathBuilder, tool: int) -> None:
     b.offset(0)
 
 
-def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5, scribe: bool = False) -> Toolpath:
+def two_cuts(dark: bool = False, mark: bool = False, scribe: bool = False, hole_feed: float = 12.0) -> Toolpath:
     """A small hole at 60 %, an outline at full speed, and additions of a test."""
     b = ToolpathBuilder()
     b.blending(640, 0.1)
     b.rapid(z=10.0)
     light(b, 20.0, 10.0)
     b.height_control(False)
-    b.feed(25.0, 10.0, feed=12.0)
-    b.arc(False, (15.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
-    b.arc(False, (25.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+    b.feed(25.0, 10.0, feed=hole_feed)
+    b.arc(False, (15.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=hole_feed)
+    b.arc(False, (25.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=hole_feed)
     if dark:
         b.torch(False)
-        b.arc(False, (20.0, 15.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+        b.arc(False, (20.0, 15.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=hole_feed)
         b.torch(True)
     b.height_control(True)
     b.spindle(0.0)
@@ -384,3 +384,44 @@ def test_a_feed_is_a_share_of_the_charts_from_a_tenth_to_the_whole(feed: float, 
     b = lit(feed=feed)
     b.end()
     assert re.findall(r"M67 E3 Q\S+|F\d\S+", written("qtplasmac", b.build()).partition("M3")[2]) == words
+
+
+def test_marks_state_their_feed_and_cuts_take_that_of_the_material_table_again() -> None:
+    text = written("qtplasmac", two_cuts(mark=True, scribe=True, hole_feed=20.0), PostOptions(material_number=12))
+    table = "F#<_hal[plasmac.cut-feed-rate]>"
+    assert re.findall(r"F\S+", text) == [table, "F1200", table]
+
+
+def test_a_lower_feed_under_compensation_is_set_before_it() -> None:
+    """M67 is refused between G41.1 and G40, so the share of the first cut under compensation comes before both."""
+    b = ToolpathBuilder()
+    for x in (0.0, 50.0):
+        b.rapid(x, 0.0)
+        b.spindle(900.0)
+        b.feed(x + 5.0, 0.0, feed=20.0)
+        b.radius(41, 1.5)
+        b.feed(x + 10.0, 0.0, feed=12.0)
+        b.feed(x + 10.0, 9.0, feed=12.0)
+        b.radius(40)
+        b.feed(x, 9.0, feed=20.0)
+        b.spindle(0.0)
+    b.end()
+    body = written("qtplasmac", b.build()).partition("M3 $0 S1\n")[2]
+    cut = "G1 X{}{}\nM67 E3 Q60\nG41.1 D1.5\nX{}\nY9\nG40\nM67 E3 Q100\nX{}\nM5 $0\n"
+    second = cut.format(55, "", 60, 50)
+    assert body.startswith(cut.format(5, " F1200", 10, 0) + "G0 X50 Y0\nM3 $0 S1\n" + second)
+
+
+def test_after_a_probe_the_cut_states_its_feed_again() -> None:
+    b = ToolpathBuilder()
+    for x in (0.0, 50.0):
+        b.rapid(z=10.0)
+        b.rapid(x, 0.0)
+        b.probe(-12.0, feed=5.0)
+        b.set_place(Kind.SHIFT, (x, 0.0, -0.5), 0)
+        b.rapid(z=10.0)
+        light(b, x, 0.0)
+        b.feed(x + 9.0, 0.0, feed=20.0)
+        b.spindle(0.0)
+    b.end()
+    assert re.findall(r"F\S+", written("plasma", b.build())) == ["F300", "F1200", "F300", "F1200"]

@@ -82,6 +82,26 @@ def test_the_blocks_of_a_cut_go_back(body: str, expected: str) -> None:
     assert turned(body) == expected
 
 
+@pytest.mark.parametrize(
+    "cut, expected",
+    [
+        # The power of the first block holds for the whole cut, so the new first block states it.
+        (
+            "S300 / G0 X0 Y0 / M3 / G1 X5 F200 S400 / Y5 / X9 / M5",
+            "S300 / G0 X9 Y5 / M3 / G1 X5 F200 S400 / Y0 / G1 X0 F200 S400 / M5",
+        ),
+        (
+            "G0 X0 Y0 / M3 S300. / G1 X5 F200.0 / Y5 / X9 S300. / M5",
+            "G0 X9 Y5 / M3 S300. / G1 X5 F200.0 S300. / Y0 / G1 X0 F200.0 / M5",
+        ),
+    ],
+)
+def test_a_beam_keeps_its_power_from_the_other_end(cut: str, expected: str) -> None:
+    head, foot = "G21 G90 / ", " / G0 X90 Y90 / M3 S50 / G1 X99 F100 / M5 / M2"
+    text = rewritten(head + cut + foot, [~0, 1], process="laser", allow_reverse=True)
+    assert text == head + expected + foot
+
+
 def test_what_is_not_to_be_turned_is_refused() -> None:
     program = program_of(HEAD + "G0 X0 Y0 / G1 Z-1 F50 / X5 F200" + FOOT)
     with pytest.raises(PostError, match=r"line 5: .*cannot be reversed") as caught:

@@ -8,7 +8,7 @@ import pytest
 from leafcut.errors import PostError
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
-from leafcut.processes.program.post.insertion import format_length, insert_words
+from leafcut.processes.program.post.insertion import format_length, insert_words, insert_words_within, renumbered
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.post.source_positions import Original
 from rewriting import program_of, rewritten
@@ -302,3 +302,66 @@ def test_lengths_have_a_point_and_no_exponent() -> None:
         "0.0", "0.0", "3.0", "0.00001", "-12.345679"
     ]  # fmt: skip
     assert format_length(0.254, 25.4) == "0.01"
+
+
+@pytest.mark.parametrize("word", ["G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99", "F100", "S9000"])
+def test_words_without_a_move_may_have_a_block_of_their_own(word: str) -> None:
+    """`G81 X5 (a hole)` has 15 characters; the G81 causes a move and cannot stand alone."""
+    front, back = (["G81"], [word]) if word[0] in "FS" else ([word, "G81"], [])
+    assert insert_words_within("X5 (a hole)\n", front, back, 15, 11) == [f"{word}\n", "G81 X5 (a hole)\n"]
+    assert insert_words_within("X5 (a hole)\r\n", front, back, 15, 11) == [f"{word}\r\n", "G81 X5 (a hole)\r\n"]
+    with pytest.raises(PostError) as caught:
+        insert_words_within("X5 (a hole)\n", front, back, 14, 11)
+    assert str(caught.value) == "'X5 (a hole)' would be longer than the 14 characters that the controller takes"
+
+
+def test_a_line_as_long_as_the_original_is_never_too_long() -> None:
+    line = "X5 (a hole that is deep)"
+    assert insert_words_within(line, [], ["Y1"], 10, len(line) + 3) == ["X5 Y1 (a hole that is deep)"]
+    assert insert_words_within(line, ["G90"], [], 10, len(line)) == ["G90\n", line]
+
+
+@pytest.mark.parametrize(
+    "lines, numbers",
+    [
+        (["N10", "N20", "N30"], ["N10", "N20", "N30"]),
+        (["N5", "N7", "N30"], ["N5", "N7", "N9"]),
+        (["N7", "N5", "N30"], ["N5", "N7", "N9"]),
+        (["N010", "N020"], ["N010", "N020"]),
+        (["N0", "N0", "N0"], ["N0", "N1", "N2"]),
+        (["N40"], ["N40"]),
+        (["X1", "N40", "+X2", "X3", "N1"], ["X1", "N1", "N40 +X2", "X3", "N79"]),
+        (["N99990", "N99995"], ["N1", "N2"]),
+        (["N99989", "N99994"], ["N99989", "N99994"]),
+        (["/N10", " N20"], ["/N10", " N20"]),
+        (["N10.5", "X3"], ["N10.5", "X3"]),
+    ],
+)
+def test_numbers_start_and_rise_as_in_the_program(lines: list[str], numbers: list[str]) -> None:
+    """New lines, here with a +, get a number; N-numbers end at 99999."""
+    assert renumbered([(line.removeprefix("+"), line.startswith("+")) for line in lines]) == [
+        number.replace("+", "") for number in numbers
+    ]
+
+
+@pytest.mark.parametrize("jump", ["M99 P10", "M97 P10", "m 97", "GOTO 10", "IF [#1 EQ 2] goto 10"])
+def test_a_jump_by_number_forbids_new_numbers(jump: str) -> None:
+    with pytest.raises(PostError) as caught:
+        renumbered([("N10 X1\n", False), (jump + "\n", False)])
+    assert str(caught.value) == f"'{jump}' jumps to a line by its number; leave out --line-numbers"
+    for harmless in ("(GOTO 10)", "M99", "M970"):
+        assert renumbered([("N10 X1\n", False), (harmless + "\n", False)])[1] == harmless + "\n"
+
+
+def test_too_many_or_too_long_numbered_lines_are_refused() -> None:
+    with pytest.raises(PostError) as caught:
+        renumbered([("N1\n", False)] * 100_000)
+    assert str(caught.value) == (
+        "the program has 100000 numbered lines, more than there are N-numbers; leave out --line-numbers"
+    )
+    assert renumbered([("N1\n", False)] * 99_999)[-1] == "N99999\n"
+    lines = [("N8 X1\n", False), ("N10 X1234\n", False), ("Y5678\n", True)]
+    assert renumbered(lines, longest=9) == ["N8 X1\n", "N10 X1234\n", "N12 Y5678\n"]
+    with pytest.raises(PostError) as caught:
+        renumbered(lines, longest=8)
+    assert str(caught.value) == "with its number, line 3 is longer than 8 characters; leave out --line-numbers"

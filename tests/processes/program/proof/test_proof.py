@@ -6,11 +6,14 @@ import hashlib
 import json
 import random
 import re
+from collections.abc import Iterable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from golden_differences import check_golden
+from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -194,6 +197,34 @@ def test_every_single_change_is_caught_and_said(name: str, old: str, new: str, w
     texts = [str(d) for d in certificate.differences]
     assert any(words in text for text in texts), texts
     assert all("\n" not in text for text in texts)
+    check_golden("differences.toml", name, f"{old} → {new}", certificate.differences)
+
+
+#: Programs and the lines of their damage: each line of a program is lost, and those of one come after the next line.
+DAMAGES = [
+    (name, number, after_next)
+    for name in PROGRAMS
+    for after_next in ([False, True] if name == "stages" else [False])
+    for number in range(len(written(PROGRAMS[name]).splitlines()))
+]
+
+
+@pytest.mark.parametrize("name, number, after_next", DAMAGES)
+def test_the_differences_of_a_program_with_a_lost_or_moved_line_are_the_golden_ones(
+    name: str, number: int, after_next: bool
+) -> None:
+    original = written(PROGRAMS[name])
+    lines = original.splitlines(keepends=True)
+    line = lines.pop(number)
+    if after_next:
+        lines.insert(number + 1, line)
+    found: Iterable[object]
+    try:
+        found = certified(original, "".join(lines)).differences
+    except ReadError as problem:
+        found = [problem]
+    what = f"line {number + 1} {'after the next' if after_next else 'lost'}"
+    check_golden("differences.toml", name, what, found)
 
 
 @pytest.mark.parametrize(

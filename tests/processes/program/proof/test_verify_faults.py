@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
+from golden_differences import check_golden
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -269,6 +270,7 @@ def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     except LeafcutError:
         return
     assert not found.same
+    check_golden("differences.toml", "faults", fault.name, found.differences)
 
 
 @pytest.mark.parametrize(

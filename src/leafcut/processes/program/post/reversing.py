@@ -96,25 +96,16 @@ class _BlockWriter:
         for block in range(self.stroke.tail, self.stroke.end):
             at = self._own(block) - begin
             reliance, need = self.reader.reliance(block, block + 1), self.program.modal(block)
-            front, back = [], []
-            if "motion" in reliance.relies and need.motion != self.motion:
-                front.append(f"G{need.motion}")
-            if "feed" in reliance.relies and need.feed != self.feed:
-                back.append(self.spelled("F", need.feed, block))
-            if "speed" in reliance.relies and need.rpm != self.rpm:
-                back.append(self.spelled("S", need.rpm, block))
-            lines[at] = insert_words(replace_words(lines[at], self._axes(0)), front, back)
-            after = self.program.modal(block + 1)
-            self.motion = after.motion if "motion" in reliance.sets else self.motion
-            self.feed = after.feed if "feed" in reliance.sets else self.feed
-            self.rpm = after.rpm if "speed" in reliance.sets else self.rpm
+            # Feed and speed are those of the original here: the cut has the same at both ends.
+            front = [f"G{need.motion}"] if "motion" in reliance.relies and need.motion != self.motion else []
+            lines[at] = insert_words(replace_words(lines[at], self._axes(0)), front, [])
+            if "motion" in reliance.sets:
+                self.motion = self.program.modal(block + 1).motion
         return lines
 
     def leaves(self) -> Modal:
         """Return the modal state after the new lines."""
-        end = self.program.modal(self.stroke.end)
-        feed, rpm = (b if a is None else a for a, b in ((self.feed, end.feed), (self.rpm, end.rpm)))
-        return replace(end, motion=self.motion, feed=feed, rpm=rpm)
+        return replace(self.program.modal(self.stroke.end), motion=self.motion)
 
     # -- words -------------------------------------------------------------------------------------------------------
 
@@ -145,11 +136,10 @@ class _BlockWriter:
         said += [f"Z{letters['Z']}"] if "Z" in letters else []
         said += self._centre(letters, number, need)
         if "F" in letters or need.feed != self.feed:
-            said.append(f"F{letters['F']}" if "F" in letters else self.spelled("F", need.feed, block + 1))
+            said.append(self.spelled("F", need.feed, block + 1))
         if "S" in letters or (need.spindle and need.rpm != self.rpm):
-            said.append(f"S{letters['S']}" if "S" in letters else self.spelled("S", need.rpm, block + 1))
-        self.motion, self.feed = motion, need.feed
-        self.rpm = need.rpm if "S" in letters or need.spindle else self.rpm
+            said.append(self.spelled("S", need.rpm, block + 1))
+        self.motion, self.feed, self.rpm = motion, need.feed, need.rpm
         return with_words(line, said)
 
     def _motion_word(self, line: str, motion: int) -> str:
