@@ -8,6 +8,7 @@ from collections.abc import Callable
 import pytest
 from proved_sheets import checked, laid, planned, program
 
+from golden_differences import check_golden
 from leafcut.errors import ReadError
 from leafcut.gcode import torch
 from leafcut.gcode.dialects import dialect
@@ -62,7 +63,9 @@ def test_what_the_writer_leaves_out_by_mistake_is_a_difference(
     monkeypatch.setattr(torch._TorchWriter, "write", without(kind, keeps or (lambda row: False)))
     wrong = program(plan.cuts, words)
     monkeypatch.undo()
-    assert motion_of(wrong, words, options) != []
+    found = motion_of(wrong, words, options)
+    assert found != []
+    check_golden("sheet_differences.toml", "left out", f"{words} {kind.name} {bool(keeps)}", found)
 
 
 WORDS = [
@@ -84,7 +87,9 @@ def test_another_state_of_the_torch_in_a_move_is_a_difference(words: str, old: s
     plan, _ = planned(words)
     wrong, count = re.subn(old, new, program(plan.cuts, words), count=1)
     assert count == 1
-    assert any(name in d.text for d in motion_of(wrong, words))
+    found = motion_of(wrong, words)
+    assert any(name in d.text for d in found)
+    check_golden("sheet_differences.toml", "motion", f"{words}: {old} → {new}", found)
 
 
 def cuts_alone() -> tuple[object, object, str]:

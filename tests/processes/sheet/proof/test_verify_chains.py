@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from proved_sheets import CLEARANCE, STEEL, machine_for, square
 
+from golden_differences import check_golden
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
@@ -88,28 +89,33 @@ def test_a_bridge_into_the_kerf_of_an_earlier_cut_is_found() -> None:
     low = (70.0, 60.0 - HALF - 0.5)
     problems = found([single(2, 65, 10, 60), chain(low)], third=True)
     assert any(p.what == "chain" and "cross" in p.text for p in problems)
+    check_golden("sheet_differences.toml", "chains", "into the kerf of an earlier cut", problems)
 
 
 def test_a_later_cut_across_a_bridge_is_found() -> None:
     """The lead-in of the third square comes from y = 54; the bridge is led along there."""
     problems = found([chain((70.0, 54.0)), single(2, 65, 10, 60)], third=True)
     assert any(p.what in ("chain", "pierces in the air") for p in problems)
+    check_golden("sheet_differences.toml", "chains", "a later cut across a bridge", problems)
 
 
 def test_a_bridge_back_over_its_own_lead_in_is_found() -> None:
     problems = found([chain((64.0, 46.0))])
     assert any(p.what == "chain" and "its own" in p.text for p in problems)
+    check_golden("sheet_differences.toml", "chains", "back over its own lead-in", problems)
 
 
 def test_a_run_that_joins_what_the_plan_keeps_apart_is_found() -> None:
     problems = found([chain()], plan=[single(0, 20, 40), single(1, 80, 40)])
     assert any(p.what == "chain" and "planned are 1" in p.text for p in problems)
+    check_golden("sheet_differences.toml", "chains", "joins what is kept apart", problems)
 
 
 @pytest.mark.hazard
 def test_a_bridge_through_a_part_is_found() -> None:
     problems = found([chain((60.0 - 5.0, 30.0))])
     assert any(p.what == "cuts into a part" for p in problems)
+    check_golden("sheet_differences.toml", "chains", "through a part", problems)
 
 
 @pytest.mark.parametrize("words", ["qtplasmac"])

@@ -10,6 +10,7 @@ import pytest
 from proved_sheets import CLEARANCE, STEEL, laid, machine_for
 
 from cut_sheets import in_order, rectangle, sheet_of, split_rectangle, square
+from golden_differences import check_golden
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
@@ -121,7 +122,9 @@ def turned(cuts: Cuts) -> Cuts:
 )
 def test_a_fault_is_caught(fault: Callable[[Cuts], Cuts], word: str) -> None:
     cuts, rules = planned()
-    assert word in {d.what for d in wrong(fault(cuts), rules)}, fault.__doc__
+    found = wrong(fault(cuts), rules)
+    assert word in {d.what for d in found}, fault.__doc__
+    check_golden("sheet_differences.toml", "common lines", fault.__name__, found)
 
 
 def test_an_edge_that_is_cut_twice_is_told_with_the_place_where_that_begins() -> None:

@@ -12,6 +12,7 @@ import pytest
 from proved_sheets import STEEL, checked, laid, planned, program
 
 from cut_sheets import part_in_notch, sheet_of, square, two_squares
+from golden_differences import check_golden
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
@@ -26,6 +27,8 @@ from leafcut.processes.sheet.plan.narrow_shapes import with_chambers
 from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
 from leafcut.processes.sheet.proof.sheet_shapes import targets_of
 
+#: Golden differences of these proofs.
+GOLDEN = "sheet_differences.toml"
 KERF = 1.5
 Cuts = tuple[Cut, ...]
 
@@ -201,6 +204,7 @@ def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) 
     plan, rules = planned()
     found = checked(program(mutate(plan.cuts)), plan, rules)
     assert whats <= {d.what for d in found}
+    check_golden(GOLDEN, "cuts", mutate.__name__, found)
 
 
 @pytest.mark.hazard
@@ -211,6 +215,7 @@ def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str])
     wrong = mutate(plan.cuts)
     found = checked(program(wrong), CutPlan(plan.sheet, plan.data, wrong), rules)
     assert whats <= {d.what for d in found}
+    check_golden(GOLDEN, "plans", mutate.__name__, found)
 
 
 @pytest.mark.hazard
@@ -290,7 +295,9 @@ def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> No
     text = program(plan.cuts, words)
     wrong, count = re.subn(old, new, text, count=1)
     assert count == 1
-    assert what in {d.what for d in checked(wrong, plan, rules, words)}
+    found = checked(wrong, plan, rules, words)
+    assert what in {d.what for d in found}
+    check_golden(GOLDEN, words, f"{old} → {new}", found)
 
 
 PROBE = Probe(feed=2000 / 60, depth=20.0, switch_offset=3.0)
@@ -325,6 +332,38 @@ def test_a_height_that_is_not_found_as_it_should_be_is_a_difference(before: str,
     assert before in text
     found = checked(text.replace(before, after, 1), plan, rules, "plasma", PROBE)
     assert any(words in d.text for d in found if d.what == "probe"), found
+    check_golden(GOLDEN, "probe", f"{before} → {after}", found)
+
+
+@pytest.mark.parametrize(
+    "words, old, new, what",
+    [
+        ("plasma", "Z3.8\n", "Z3.801\n", None),
+        ("plasma", "Z3.8\n", "Z3.803\n", "pierce height"),
+        ("plasma", "Z3.8\n", "Z3.797\n", "pierce height"),
+        ("plasma", "Z1.5 ", "Z1.501 ", None),
+        ("plasma", "Z1.5 ", "Z1.503 ", "cut height"),
+        ("plasma", "Z1.5 ", "Z1.497 ", "cut height"),
+        ("plasma", "Z10\nX", "Z9.998\nX", None),
+        ("plasma", "Z10\nX", "Z9.997\nX", "rapid too low"),
+        ("plasma", "G4 P0.5\n", "G4 P0.498\n", "pierce delay"),
+        ("plasma", "G4 P0.5\n", "G4 P0.6\n", None),
+        ("qtplasmac", "kw=1.5", "kw=1.501", None),
+        ("qtplasmac", "kw=1.5", "kw=1.502", "material"),
+        ("qtplasmac", "ph=3.8", "ph=3.798", "material"),
+        ("qtplasmac", "pd=0.5", "pd=0.502", "material"),
+        ("qtplasmac", "ch=1.5", "ch=1.498", "material"),
+        ("qtplasmac", "fr=1500", "fr=1507", None),
+        ("qtplasmac", "fr=1500", "fr=1508", "material"),
+    ],
+)
+def test_small_changes_are_rounding_up_to_a_tolerance(words: str, old: str, new: str, what: str | None) -> None:
+    """Heights may differ by 2 µm, figures of the material by a thousandth, its feed by half a percent."""
+    plan, rules = planned(words)
+    text = program(plan.cuts, words)
+    assert old in text
+    found = {d.what for d in checked(text.replace(old, new, 1), plan, rules, words)}
+    assert found == (set() if what is None else {what})
 
 
 def test_a_sheet_that_was_found_elsewhere_is_not_found() -> None:
