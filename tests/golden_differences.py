@@ -1,6 +1,7 @@
 """Golden differences: all that a proof finds in a damaged program, word for word.
 
-After a change that is meant: LEAFCUT_WRITE_GOLDEN=1 pytest with the tests of the proofs, and look at the diff.
+After a change that is meant: LEAFCUT_WRITE_GOLDEN=1 pytest -n 0 with the tests that use it, and look at the diff.
+Several workers would overwrite the changes of each other.
 """
 
 from __future__ import annotations
