@@ -239,10 +239,10 @@ def test_a_length_before_the_units_is_an_error_unless_it_is_zero() -> None:
 
 
 def test_a_long_program_is_read_line_by_line() -> None:
-    """Fifty thousand lines give fifty thousand rows with their line numbers."""
-    text = "G21 G90 G0 X0 Y0\nG1 F600\n" + "".join(f"X{n % 100}.5\n" for n in range(50_000)) + "M2"
+    """Five thousand lines give five thousand rows with their line numbers."""
+    text = "G21 G90 G0 X0 Y0\nG1 F600\n" + "".join(f"X{n % 100}.5\n" for n in range(5_000)) + "M2"
     path = interpret(text, dialect("linuxcnc"))
-    assert len(path) == 50_002 and path.line[-1] == 50_003
+    assert len(path) == 5_002 and path.line[-1] == 5_003
 
 
 def test_a_program_that_states_its_modes_is_the_same_whatever_another_left_over() -> None:

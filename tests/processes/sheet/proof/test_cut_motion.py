@@ -65,7 +65,9 @@ def test_what_the_writer_leaves_out_by_mistake_is_a_difference(
     monkeypatch.undo()
     found = motion_of(wrong, words, options)
     assert found != []
-    check_golden("sheet_differences.toml", "left out", f"{words} {kind.name} {bool(keeps)}", found)
+    check_golden(
+        "sheet_differences.toml", "left out", f"{FAULTS.index((words, kind, keeps)) + 1}. {words} {kind.name}", found
+    )
 
 
 WORDS = [
