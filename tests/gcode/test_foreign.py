@@ -378,7 +378,7 @@ ODD = st.sampled_from(
 )
 
 
-@settings(max_examples=settings().max_examples * 5)
+@settings(max_examples=settings().max_examples * 2)
 @given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl-laser", "haas", "fagor8055"]))
 def test_an_empty_comment_behind_a_line_changes_nothing(body: list[str], words: str) -> None:
     """Plain lines, which the reader takes apart at once, do bit for bit what the same lines with a comment do."""

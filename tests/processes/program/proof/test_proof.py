@@ -203,7 +203,7 @@ def test_every_single_change_is_caught_and_said(name: str, old: str, new: str, w
 #: Programs and the lines of their damage: each line of a program is lost, and those of one come after the next line.
 DAMAGES = [
     (name, number, after_next)
-    for name in PROGRAMS
+    for name in ("cycles", "contours", "laser", "stages")
     for after_next in ([False, True] if name == "stages" else [False])
     for number in range(len(written(PROGRAMS[name]).splitlines()))
 ]
