@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -423,5 +424,8 @@ def test_after_a_probe_the_cut_states_its_feed_again() -> None:
         light(b, x, 0.0)
         b.feed(x + 9.0, 0.0, feed=20.0)
         b.spindle(0.0)
+    b.set_place(Kind.SHIFT, (math.nan, math.nan, math.nan), 0)
     b.end()
-    assert re.findall(r"F\S+", written("plasma", b.build())) == ["F300", "F1200", "F300", "F1200"]
+    text = written("plasma", b.build())
+    assert re.findall(r"F\S+", text) == ["F300", "F1200", "F300", "F1200"]
+    assert text.endswith("M5\nG92.1\nM2\n")
