@@ -32,7 +32,7 @@ CALLS: dict[str, tuple[str, list[str], dict[str, Any]]] = {
     "stock": ("stock", ["cam"], {"tool_diameter": 3.0, "cell": 0.5}),
     "nest": ("nest", [f"{BRACKET}:3"], {"sheet": "500x300", "nester": "rectangles", "variants": 1}),
     "solve": ("solve", ["random:8:1"], {"algorithm": "nn"}),
-    "tool_speeds": ("tools speeds", [], {"material": "c45", "tool_diameter": 6.0, "holes": 9, "depth": 9.0}),
+    "tool_speeds": ("tools speeds", [], {"material": "c45", "tool_diameter": 6.0, "depth": 9.0}),
 }
 #: What depends on the clock.
 CLOCKED = {"seconds", "compile_seconds", "history", "workers"}

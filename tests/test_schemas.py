@@ -162,7 +162,7 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     library = tmp_path / "tools.toml"
     library.write_text(f'# Ours\n{TOOL}feed = "100 mm/min"\nspindle_speed = "900 rpm"\n', encoding="utf-8")
     saved = tmp_path / "saved.toml"
-    given: dict[str, Any] = {"depth": 3, "holes": 1, "material": "steel-c45", "save": saved}
+    given: dict[str, Any] = {"depth": 3, "material": "steel-c45", "save": saved}
     yield "list machines", machine_template("haas-vf2")
     yield "machine import", imported(settings, "grbl.txt").text
     answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}

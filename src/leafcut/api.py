@@ -113,6 +113,8 @@ def optimize(
     settings = _collect(process, options, options_file, defaults_file)
     inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
     if process == "auto":
+        for k, target in enumerate((output, report)):
+            check_output(target, [*inputs, *(output, report)[:k]])
         process, sources = _guessed(sources, settings)
     work = registry.of_drawings(process)
     outputs = [output, report, *(work.other_outputs(settings) if work else ())]

@@ -155,9 +155,10 @@ def close_to(name: str, known: Iterable[str]) -> str:
         for candidate in lower
         if len(name) > 2 and (candidate.startswith(name) or name in re.split("[-_ ]", candidate))
     ]
-    matches = sorted(similar, key=lambda candidate: (not candidate.startswith(name), len(candidate)))[
-        :1
-    ] or get_close_matches(name, lower, n=1, cutoff=0.75)
+    if similar:
+        return lower[min(similar, key=lambda candidate: (not candidate.startswith(name), len(candidate)))]
+    swapped = [candidate for candidate in lower if len(name) > 2 and sorted(candidate) == sorted(name)]
+    matches = swapped or get_close_matches(name, lower, n=1, cutoff=0.75)
     return lower[matches[0]] if matches else ""
 
 

@@ -272,7 +272,7 @@ def test_a_usual_substitute_for_the_thickness_of_a_solid_is_a_warning_with_both(
     part = Part("flat", height=height)
     (issue,) = check_thickness(part, thickness)
     assert issue.code in LIMITS and issue.severity is Severity.WARNING
-    assert f"solid is {height:g} mm high, and the sheet {thickness:g} mm" in issue.message
+    assert f"solid is {height:g} mm high, but the sheet is {thickness:g} mm thick" in issue.message
     with pytest.raises(OptionError, match=f"the solid is {height:g} mm high"):
         check_thickness(part, more)
 

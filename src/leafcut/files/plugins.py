@@ -167,8 +167,6 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
 
     Of several packages with the same name, the first counts, as in an import.
     """
-    if not any(_names_own_group(folder) for folder in path):
-        return ()  # importing their reader takes longer than most commands
     from importlib.metadata import distributions
 
     by_package: dict[str, list[EntryPoint]] = {}
@@ -185,16 +183,3 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
             key=lambda entry: (entry.group, entry.name),
         )
     )
-
-
-def _names_own_group(folder: str) -> bool:
-    return any(
-        f"[{_GROUP_PREFIX}".encode() in _content(listing) for listing in Path(folder).glob("*-info/entry_points.txt")
-    )
-
-
-def _content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError:
-        return b""

@@ -190,7 +190,7 @@ def test_the_controllers_own_material_has_the_feed() -> None:
         ("plasma", two_cuts(mark=True), PostOptions(), "no words for marking"),
         ("plasma", two_cuts(dark=True), PostOptions(), "cannot move on with the torch off"),
         ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
-        ("linuxcnc", two_cuts(dark=True), PostOptions(), "no words for"),
+        ("linuxcnc", two_cuts(dark=True), PostOptions(), "linuxcnc programs cannot state HEIGHT"),
         (
             "grbl-laser",
             two_cuts(mark=True),
@@ -334,11 +334,11 @@ def _scribe_under_compensation(b: ToolpathBuilder) -> None:
         (
             "qtplasmac",
             _switched_under_compensation,
-            "nothing can be switched (M62) while the controller compensates the kerf (G41, G42)",
+            "outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)",
         ),
         ("flame", _probed, f"{dialect('flame').name} has no word for a probe"),
-        ("qtplasmac", _scribe_while_lit, "the scribe cannot be chosen while the torch is on"),
-        ("qtplasmac", _scribe_under_compensation, "the scribe cannot be chosen while the torch is on"),
+        ("qtplasmac", _scribe_while_lit, "the tool cannot be changed (M6) while the torch is on"),
+        ("qtplasmac", _scribe_under_compensation, "the tool cannot be changed (M6) while the torch is on"),
     ],
 )
 def test_a_toolpath_that_a_torch_cannot_follow_is_refused_in_one_line(

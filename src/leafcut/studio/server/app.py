@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gc
 import socket
 import sys
 import threading
@@ -126,7 +125,6 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         )
         server = _server(config, studio)
         _write_keys(studio)
-        gc.freeze()  # loaded modules stay, so the garbage collector can skip them
         door.print_address("leafcut studio:")
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
         if open_page:
