@@ -67,7 +67,7 @@ def process() -> tuple[str, dict[str, set[str]]]:
     [
         ("version", {"leafcut.cli.app", "cyclopts", "dataclasses"}),
         ("import", HEAVY),
-        ("command line", HEAVY - {"rich"} | {"importlib.metadata"}),  # entry points: no package here has any of ours
+        ("command line", HEAVY - {"rich"}),
         ("help", HEAVY - {"rich"}),
         ("simulate", HEAVY - {"rich", "numpy"}),
         ("plan", {"numba"}),
