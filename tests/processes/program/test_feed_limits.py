@@ -319,6 +319,18 @@ def test_a_tool_that_keeps_its_feed_has_a_note_with_the_reason_and_its_line(
     assert note.severity is Severity.NOTE
 
 
+@pytest.mark.parametrize("wide", [6.0, 4.5])
+def test_the_worst_cut_is_as_wide_as_the_cut_behind_its_entry(tmp_path: Path, wide: float) -> None:
+    """The mill enters from outside, along the middle of a slot or along an edge of the block; its radius is 3 mm."""
+    y = 25.0 if wide == 6.0 else 3.0 - (6.0 - wide)
+    text = f"{HEAD}G0 X-10 Y{y}\nG0 Z2\nG1 Z-2 F60\nG1 X80 F600\n{TAIL}"
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK)
+    (note,) = [issue.message for issue in found.issues if issue.code == "L512"]
+    named = re.search(r"its worst cut is (?:a (full slot)|([0-9.]+) mm wide) at line 8", note)
+    assert named is not None, note
+    assert (6.0 if named[1] else float(named[2])) == pytest.approx(wide, abs=0.3)
+
+
 def test_a_drill_and_a_mill_without_a_spindle_speed_have_a_reason_each(tmp_path: Path) -> None:
     hole = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG0 Z2\n"
     mill = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n"

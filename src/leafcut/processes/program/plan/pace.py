@@ -196,8 +196,8 @@ class KeptFeed(NamedTuple):
 
     `reason` is the limit with the largest share of the cutting time, as in `_bounds`, or ``machine`` (maximum feed),
     ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time). `line` is the first with this
-    reason, or that of the worst cut for a chip limit not stated in the library. `share` is its part of the cutting
-    time; `width` is that of the cut at that line, mm.
+    reason, or that of the worst cut (thickest chip, then widest) for a chip limit not stated in the library. `share` is
+    its part of the cutting time; `width` is that of the cut at that line, mm.
     """
 
     reason: str
@@ -229,7 +229,9 @@ def why_kept(
     chosen = max(by_reason, key=lambda name: by_reason[name])
     which = reason == chosen
     if chosen == "chip" and not limit.stated:
-        which &= loads.chip[at] >= loads.chip[at][which].max() * (1.0 - 1e-6)
+        # Chips are the thickest from half the diameter on, so that a slot and its entry differ only in width.
+        for values in (loads.chip[at], loads.width[at]):
+            which &= values >= values[which].max() * (1.0 - 1e-6)
     first = int(np.flatnonzero(which)[0])
     return KeptFeed(
         chosen, int(program.path.line[rows[first]]), by_reason[chosen] / float(seconds.sum()),
