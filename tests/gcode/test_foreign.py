@@ -136,7 +136,9 @@ def test_every_block_knows_what_was_active_before_it() -> None:
         ("G18 G81 X1 Y-2 R1", Kind.FOREIGN, (math.nan,) * 3),
         ("$H", Kind.FOREIGN, (math.nan,) * 3),
         ("$J=G91 X5 F100", Kind.FOREIGN, (math.nan,) * 3),
-        ("$132=200", Kind.FOREIGN, (math.nan,) * 3),
+        *((f"${number}=200", Kind.FOREIGN, (math.nan,) * 3) for number in (3, 32, 100, 113, 140)),
+        *((f"${number}=200", Kind.FOREIGN, (0.0, 0.0, 10.0)) for number in (30, 31, 110, 121, 132)),
+        ("$110=x", Kind.FOREIGN, (math.nan,) * 3),
         ("$X", Kind.FOREIGN, (0.0, 0.0, 10.0)),
         ("$N", Kind.FOREIGN, (0.0, 0.0, 10.0)),
         ("$N0=G20 G91", Kind.FOREIGN, (math.nan,) * 3),
@@ -157,6 +159,13 @@ def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_th
     assert np.array_equal(program.path.end[program.first[4]], after, equal_nan=True)
     assert (4 in program.fixed) == (kind is Kind.FOREIGN)
     assert place(program)[1:] == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("switch", "known"), [("M5", True), ("S900 M3", False)])
+def test_a_new_range_of_the_spindle_speed_keeps_the_state_only_if_the_spindle_is_off(switch: str, known: bool) -> None:
+    program = run(switch, "$30=12000", "G1 X5")
+    assert bool(np.isfinite(program.path.end[program.first[5]]).all()) is known
+    assert program.modal(6).radius == (40 if known else 0)
 
 
 @pytest.mark.parametrize("line", ["G38.3 Z1", "G33 Z1 K1", "G88 X1 Z1 R1", "G5.2 X1 Y1 P1 L3", "G150 X1"])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from array import array
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -141,6 +142,11 @@ def _readable(line: str) -> bool | None:
 
 #: Commands of GRBL that only unlock, check or report. Source: GRBL 1.1, "Commands".
 _REPORTS = ("$X", "$G", "$I", "$N", "$#", "$$")
+#: Settings of GRBL that change neither position nor modes: maximum rates, accelerations and travel of X, Y and Z; and
+#: the speeds of full and least spindle power, with the spindle off. Laser mode ($32) is not among them: it decides
+#: whether the beam is on in rapids. Source: GRBL 1.1, settings.c, settings_store_global_setting.
+_LIMITS = re.compile(r"\s*\$1[123][012]=[0-9.]+\s*")
+_SPINDLE_RANGE = re.compile(r"\s*\$3[01]=[0-9.]+\s*")
 #: Millimetres per unit that a G word selects; a block may select it for its own feed.
 _UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
@@ -428,12 +434,13 @@ class _ProgramReader:
         return after
 
     def _command(self, command: str, at: int) -> int:
-        """Keep a firmware command such as ``$H`` in place: after homing and jogging the position is unknown, and a
-        changed setting may change anything.
+        """Keep a firmware command such as ``$H`` in place: after homing and jogging the position is unknown, and most
+        settings may change anything.
         """
-        state = self.state
+        state, text = self.state, self.lines[at]
         state.line, rows, path = at + 1, len(state.path), state.path
-        if command in _REPORTS:
+        harmless = _LIMITS.fullmatch(text) or (state.spindle == 0 and _SPINDLE_RANGE.fullmatch(text))
+        if command in _REPORTS or harmless:
             x, y, z = path.position
             path.set_place(Kind.FOREIGN, (x, y, z), STILL, at + 1)
         elif command.startswith(("$H", "$J")):

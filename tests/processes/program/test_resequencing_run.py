@@ -46,7 +46,7 @@ def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "
     return path
 
 
-@pytest.mark.parametrize("line", [":0097", "$X", "$H"])
+@pytest.mark.parametrize("line", [":0097", "$X", "$H", "$30=12000", "$110=500"])
 def test_a_colon_number_and_commands_of_the_board_stay_and_the_rest_is_ordered(tmp_path: Path, line: str) -> None:
     """A colon stands for O on a Fanuc; senders pass lines with a dollar sign to GRBL."""
     text = boards_program(5, 20).replace("(ÜBERSICHT)", line)

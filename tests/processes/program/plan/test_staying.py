@@ -88,6 +88,8 @@ CASES = (
          f"{M8}G0 X29.\nG91\nG1 Z-6.\nG0 Z6.\nG90\n{holes(50, 60)}"),
     Case("compensated", 1, 14, "", f"{M8}G41 D1\nG0 X20.\nG1 Z-6. F100.\nX30.\nG0 Z5.\nG40\n{holes(50, 60, 70)}",
          f"{M8}G0 X20.\nG1 Z-6. F100.\nX30.\nG0 Z5.\n{holes(50, 60, 70)}"),
+    Case("unknown-modes", 1, 6, "$C", f"$C\nG90 G17\nG0 Z5.\n{holes(0, 9, 20)}",
+         f"$C\nG90 G17 G40\nG0 Z5.\n{holes(0, 9, 20)}"),
     Case("lit", 1, 12, "", f"{burn(0)}{burn(10)}G0 X20. Y0.\nM3 S500\nG1 Y9. F900.\nM8\nM5\n",
          f"{burn(0)}{burn(10)}G0 X20. Y0.\nM3 S500\nG1 Y9. F900.\nM5\nM8\n", head=LASER),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
 from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
 from leafcut.processes.program.plan.precedence import with_precedence
 from leafcut.processes.program.plan.program_rows import (
@@ -66,6 +66,9 @@ class Finder:
         # There is material below the part zero, unless the zero lies above all moves of the program.
         self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
         self.first = first
+        #: By block: the last one before which the modes were known.
+        known = np.array([modal.radius != 0 for modal in program.modals])
+        self.last_known = last_rows(known[program.before])
 
     def sections(self) -> list[Section]:
         """Return all sections in program order."""
@@ -150,6 +153,8 @@ class Finder:
             return "relative"
         if start.height < top - TOLERANCE or start.height < self.floor:
             return "low"
+        if modal.radius == 0:
+            return "unknown-modes"
         if modal.radius != 40 or (self.compensates and follows_compensation(self.program, start.row)):
             return "compensated"
         return ""
@@ -481,6 +486,8 @@ class Finder:
         holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)
         way = next((b for b in range(begin, cuts[0] + 1) if b in self.refused or b in self.why), begin)
         reason, block = self.why.get(way, (self.refused.get(way, "low"), -1))
+        if reason == "unknown-modes":
+            block = int(self.last_known[way])
         if holds is not None and self.refused.get(way) != "unknown-height":
             reason, block = "holds", holds
         line = int(program.line[begin if block < 0 else min(block, program.n_blocks - 1)])

@@ -34,6 +34,7 @@ PHRASES: dict[str, str] = {
     "crossing": "alone between rapids at which the tool rises higher",
     "relative": "because the move there is incremental (G91)",
     "compensated": "because radius compensation is on during the move",
+    "unknown-modes": "because a block may have changed all modes, and no G40 follows it",
     "goes-on": "because what stays behind begins where they end",
     "refused": "because another order was not proved ({cause})",
     "keep-order": "because of --algorithm none",
