@@ -121,8 +121,8 @@ class JobOptions(OptionGroup):
     tool_diameter: float | None = option(
         "quantity",
         None,
-        "diameter of the flat end mill of a pocket, of the drill without --tools (tools speeds), or of the flat mills "
-        "that a program does not describe",
+        "diameter of the flat end mill of a pocket, of the drill of tools speeds without a library, or of the flat "
+        "mills that a program does not describe",
         unit="mm",
         minimum=0.01,
         maximum=1000,

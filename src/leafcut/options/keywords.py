@@ -205,10 +205,10 @@ class _JobOptions5(TypedDict, total=False):
 
 
 class _JobOptions6(TypedDict, total=False):
-    # Of optimize, pocket, reorder, stock, tool_speeds.
+    # Of optimize, pocket, reorder, stock, tool_speeds, verify.
     tool_diameter: Quantity | None
-    """Diameter of the flat end mill of a pocket, of the drill without --tools (tools speeds), or of the flat mills
-    that a program does not describe (mm; default: from the tool library).
+    """Diameter of the flat end mill of a pocket, of the drill of tools speeds without a library, or of the flat
+    mills that a program does not describe (mm; default: from the tool library).
     """
 
 
@@ -920,6 +920,7 @@ class VerifyKeywords(
     _MachineOptions1,
     _MachineOptions2,
     _JobOptions3,
+    _JobOptions6,
     _CutDataOptions1,
     _CutDataOptions2,
     total=False,

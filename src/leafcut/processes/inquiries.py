@@ -44,7 +44,7 @@ class Verifying(Work):
 
     name = "verify"
     title = "comparing programs"
-    uses = use(ReadOptions, "units") | use(MachineOptions) | LOOKED_UP
+    uses = use(ReadOptions, "units") | use(MachineOptions) | use(JobOptions, "tool_diameter") | LOOKED_UP
 
 
 class CuttingStock(Work):

@@ -59,6 +59,25 @@ def test_a_colon_number_and_commands_of_the_board_stay_and_the_rest_is_ordered(t
         assert not leafcut.verify(old, written(tmp_path, found.text.replace(line, ""), "less.nc")).same
 
 
+@pytest.mark.parametrize("library", [False, True])
+def test_the_diameter_of_undescribed_mills_frees_passes_that_lie_farther_apart(tmp_path: Path, library: bool) -> None:
+    """Pairs of lines at two depths, 5 mm apart, in an order that crosses the plate; a mill of 3 mm cuts no two.
+
+    A library with a wider tool holds the pairs, since that tool may be the mill.
+    """
+    places = [(10 * (k // 2), *((0, -1), (5, -2))[k % 2]) for k in (5 * i % 16 for i in range(16))]
+    cuts = "".join(f"G0 X{x} Y{y}\nG1 Z{z} F100\nX{x + 4}\nG0 Z5\n" for x, y, z in places)
+    file = written(tmp_path, f"G21 G90 G17 G94\nT1 M6\nS3000 M3\nG0 Z5\n{cuts}G0 Z20\nM5\nM30\n")
+    tools = written(tmp_path, '[[tool]]\nnumber = 9\nkind = "end-mill"\ndiameter = "6 mm"\n', "tools.toml")
+    unknown = leafcut.optimize(file, process="reorder")
+    known = leafcut.optimize(file, process="reorder", tool_diameter=3, **({"tools": tools} if library else {}))
+    new = written(tmp_path, known.text, "new.nc")
+    assert known.detail.certificate.same
+    assert known.after.travel_mm < unknown.after.travel_mm
+    assert leafcut.verify(file, new, tool_diameter=3).same
+    assert leafcut.verify(file, new).same is library
+
+
 @pytest.mark.parametrize("n", [97, *(pytest.param(n, marks=pytest.mark.slow) for n in (121, 200))])
 def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     """62 % at least, and within the certified gap of the least possible; the holes are the same."""

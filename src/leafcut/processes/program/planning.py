@@ -169,12 +169,26 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
             merge_tools=options.merge_tools,
             allow_reverse=options.allow_reverse,
             mix_operations=options.mix_operations,
+            tool_diameter=_tool_diameter(job),
             look=look,
         )
     except _TooManySteps:
         said = "the order stays: the program is too large to plan; divide it into several"
         found = known_process(original) if process == "auto" else process
         return replace(all_stay(original, found, "too-large"), issues=(Issue("L507", said),))
+
+
+def _tool_diameter(job: Job) -> float:
+    """Return the diameter of the mills that no comment describes, mm: ``--tool-diameter``, or the largest tool of the
+    library if that is larger; 0 without the option.
+    """
+    from leafcut.processes.job import library_of
+
+    given = job.settings.job.tool_diameter
+    if given is None:
+        return 0.0
+    library = library_of(job.settings, job.machine)
+    return max([given, *(tool.diameter for tool in library.tools)] if library is not None else [given])
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:

@@ -83,6 +83,7 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
         new,
         machine=job.machine,
         allow_reverse=job.settings.of(ResequenceOptions).allow_reverse,
+        tool_diameter_mm=job.settings.job.tool_diameter,
         beyond=None if work.obstacles is None else reach_of(work.obstacles),
         look=look,
     )

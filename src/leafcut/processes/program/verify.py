@@ -31,7 +31,13 @@ def verify(
     first = read_file(original, settings, dialect, look)
     other = read_file(new, settings, dialect, look, first)
     found = certify(
-        first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look, notes=True
+        first.program,
+        other.program,
+        machine=first.machine,
+        allow_reverse=allow_reverse,
+        tool_diameter_mm=settings.job.tool_diameter,
+        look=look,
+        notes=True,
     )
     if found.same:
         avoided = avoided_areas(first.program, other.program, first.machine.safe_z or 0.0)

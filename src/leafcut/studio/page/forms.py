@@ -48,7 +48,9 @@ _OTHERS = {
         ("read", ("units", "layers", "strict")),
     ),
     "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
-    "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
+    "verify": (
+        ("main", ("machine", "dialect", "allow_reverse", "tool_diameter", "work_offset", "units", "cut_speed")),
+    ),
 }
 #: Options for cutting nested sheets, shown beside the nests before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")

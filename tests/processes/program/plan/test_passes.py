@@ -39,6 +39,23 @@ def test_cuts_at_two_depths_that_no_mill_reaches_at_once_are_free() -> None:
     assert not ordered([line(0, -1), line(13, -2)], 0, 1)
 
 
+@pytest.mark.parametrize(
+    ("comment", "diameter", "kept"),
+    [
+        ("", 3, {0: 1}), ("", 6, {0: 1, 1: 2}), ("", 0, {0: 1, 1: 2}),
+        # A comment counts more than the option.
+        ("(T1 D=3. end mill) / ", 6, {0: 1}), ("(T1 D=6. end mill) / ", 3, {0: 1, 1: 2}),
+    ],
+)  # fmt: skip
+def test_a_tool_diameter_counts_for_a_mill_without_a_comment(
+    comment: str, diameter: float, kept: dict[int, int]
+) -> None:
+    """Lines at two depths, 2 and 5 mm apart: the first two overlap for both mills, the last two for the wider one."""
+    cuts = " / ".join((line(0, -2), line(2, -1), line(7, -2)))
+    section = find_sequence(program_of(HEAD.format(comment) + cuts + FOOT), tool_diameter=diameter).sections[0]
+    assert dict(section.precedence.tolist()) == kept
+
+
 def test_a_finishing_pass_beside_its_roughing_stays_behind_it() -> None:
     rough_and_finished = [line(0.5), line(50.5), line(50), line(0)]
     assert ordered(rough_and_finished, 0, 3)

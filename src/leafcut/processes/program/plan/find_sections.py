@@ -44,9 +44,9 @@ class _Start:
 class Finder:
     """Divides a program into sections of pieces that can be reordered."""
 
-    def __init__(self, program: Program, process: str, look: Heartbeat = unseen) -> None:
+    def __init__(self, program: Program, process: str, look: Heartbeat = unseen, *, tool_diameter: float = 0.0) -> None:
         self.program, self.process, self.look = program, process, look
-        self.rows: Rows = read_rows(program, process)
+        self.rows: Rows = read_rows(program, process, tool_diameter)
         self.barriers = find_barriers(program, self.rows)
         self.reader = BlockReader(program)
         self.beam = process in BEAMS

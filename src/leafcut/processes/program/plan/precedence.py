@@ -93,8 +93,8 @@ def with_precedence(
 ) -> Precedence:
     """Mark the pieces that detach a part, and return the pairs whose order is kept.
 
-    - Cuts closer than the tool width stated in a comment, or else than `TOUCHING`, keep their order: repeated passes,
-      finishing passes, holes drilled twice.
+    - Cuts closer than the tool width in a comment or in `rows`, or else than `TOUCHING`, keep their order: repeated
+      passes, finishing passes, holes drilled twice.
     - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it, since
       the closed cut may be a roughing pass.
     - A piece that detaches a part stays after all earlier work.
@@ -123,7 +123,7 @@ def are_related(
 def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np.int64]]:
     """Return the pairs whose order matters by cause, int64[k, 2]; for several sections, only pairs across them."""
     across = len(work.sections) > 1
-    widths = [tool_width(work.program, pieces[0].begin) for pieces in work.sections]
+    widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
     near, owner = near_lines(lines)
 

@@ -68,6 +68,8 @@ class Rows:
         bool[n]: the process has a beam, and it is on.
     deepest
         float64[m]: Z of the deepest sideways cut in the work offset of each of `Program.modals`, mm; NaN if none.
+    tool_diameter
+        Diameter of the tools that no comment describes, mm; 0 if unknown.
     """
 
     path: Toolpath
@@ -76,6 +78,7 @@ class Rows:
     sideways: NDArray[np.bool_]
     beam: NDArray[np.bool_]
     deepest: NDArray[np.float64]
+    tool_diameter: float
 
     @cached_property
     def features(self) -> Features:
@@ -87,7 +90,7 @@ class Rows:
         return features_of(self.path, states, self.cut | dim | (kind == Kind.DWELL))
 
 
-def read_rows(program: Program, process: str) -> Rows:
+def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Rows:
     """Classify the rows of a program; for a beam, a feed move after M5 is a travel move like a rapid."""
     path = program.path
     before = path.before
@@ -103,7 +106,7 @@ def read_rows(program: Program, process: str) -> Rows:
         with np.errstate(invalid="ignore"):
             aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
         deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
-        return Rows(path, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
+        return Rows(path, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest, tool_diameter)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
@@ -111,7 +114,7 @@ def read_rows(program: Program, process: str) -> Rows:
     # An arc depends on its start point, so it stays with the move that leads there.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
-    return Rows(path, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
+    return Rows(path, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan), 0.0)
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:

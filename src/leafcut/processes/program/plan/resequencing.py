@@ -33,6 +33,7 @@ def find_sequence(
     merge_tools: bool = False,
     allow_reverse: bool = False,
     mix_operations: bool = False,
+    tool_diameter: float = 0.0,
     look: Heartbeat = unseen,
 ) -> Sequence:
     """Divide the program into sections of pieces that can be reordered, and blocks that stay.
@@ -47,11 +48,13 @@ def find_sequence(
         Allow open cuts at one depth to start at either end (`reversing`).
     mix_operations
         Allow work of different CAM operations to be mixed (`operations`).
+    tool_diameter
+        Diameter of the mills that no comment describes, mm; 0 if unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
         raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")
     found = known_process(program) if process == "auto" else process
-    finder = Finder(program, found, look)
+    finder = Finder(program, found, look, tool_diameter=tool_diameter)
     items = finder.items()
     stays = tuple(stay for item in items if isinstance(item, Kept) for stay in finder.stays(item))
     sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)), stays=stays)

@@ -64,6 +64,7 @@ def certify(
     machine: Machine | None = None,
     tolerance_mm: float = 0.002,
     allow_reverse: bool = False,
+    tool_diameter_mm: float | None = None,
     beyond: Bounds | None = None,
     look: Heartbeat = unseen,
     notes: bool = False,
@@ -87,9 +88,9 @@ def certify(
     may be divided into different feed moves if the points between lie within half of `tolerance_mm` of it; moves of no
     length do not count.
 
-    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is the callback for progress
-    and cancellation. With `notes`, the certificate also notes if parts are detached in a new order. For parts side by
-    side, this is not a difference.
+    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `tool_diameter_mm` is the diameter
+    of the mills that no comment describes. `look` is the callback for progress and cancellation. With `notes`, the
+    certificate also notes if parts are detached in a new order. For parts side by side, this is not a difference.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def certify(
     """
 
     def compared(straight: float | None) -> Certificate:
-        comparison = _Comparison(original, new, tolerance_mm, allow_reverse, look, notes)
+        comparison = _Comparison(original, new, tolerance_mm, allow_reverse, tool_diameter_mm, look, notes)
         return comparison.certificate(straight, machine, beyond)
 
     as_written = compared(None)
@@ -138,9 +139,17 @@ class _Comparison:
     """A comparison of two programs: the first differences of each check, their total number, and notes."""
 
     def __init__(
-        self, original: Program, new: Program, tolerance: float, allow_reverse: bool, look: Heartbeat, noting: bool
+        self,
+        original: Program,
+        new: Program,
+        tolerance: float,
+        allow_reverse: bool,
+        tool_diameter: float | None,
+        look: Heartbeat,
+        noting: bool,
     ) -> None:
         self.programs, self.tolerance, self.allow_reverse = (original, new), tolerance, allow_reverse
+        self.tool_diameter = tool_diameter
         self.look, self.noting = look, noting
         self.beam, self.no_mill = cuts_with_beam(original), has_no_mill(original)
         self.notes: list[str] = []
@@ -198,7 +207,7 @@ class _Comparison:
         order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, self.no_mill, self.look)
         self.add((*order.touching(self.tolerance), *order.inside()))
         if not self.no_mill:
-            self.add(order.passes(narrowest_tool(self.programs[0])))
+            self.add(order.passes(min(narrowest_tool(self.programs[0]), self.tool_diameter or math.inf)))
         elif self.noting:
             self.notes += order.parts_note()
         return pairing, len(np.unique(turned[turned >= 0]))
