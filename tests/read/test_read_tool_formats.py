@@ -18,7 +18,7 @@ from leafcut.read.tools import load_tools
 
 TABLE = """T1 P1 D0.125000 Z+0.511000 ;1/8 end mill
 T2 P2 D0.201 Z+1.273 ;#7 drill
-T3 P3 D0.25 ;1/4-20 tap
+T3 P3 D0.25 ;1/4 fly cutter
 T4 P4 Z+0.1 ;big drill
 T5 P5 D.5
 
@@ -81,6 +81,35 @@ def test_kinds_are_understood_as_shops_write_them_in_a_linuxcnc_table(
     (tmp_path / "tool.tbl").write_text(f"T1 P1 D5 ;{comment}\nT2 P2 D3 ;drill\n", encoding="utf-8")
     library = load_tools(tmp_path / "tool.tbl")
     assert (library.by_number[1].kind.value if 1 in library.by_number else None) == kind
+
+
+@pytest.mark.parametrize(
+    ("comment", "pitch"),
+    [
+        ("M6 tap", 1.0), ("tap M5", 0.8), ("TAP M8", 1.25), ("M2.5 spiral flute tap", 0.45), ("M6x0.75 tap", 0.75),
+        ("M8 x 1 form tap", 1.0), ("1/4-20 tap", 1.27), ("#10-32 tap UNF", 25.4 / 32),
+        ("tap", None), ("M7 tap", None), ("M5 tap LH", None), ("5 mm tap", None), ("M6 thread mill tap", None),
+        ("3/8-4 flute tap", None),
+    ],
+)  # fmt: skip
+def test_a_tap_of_a_linuxcnc_table_has_the_pitch_of_its_thread(
+    comment: str, pitch: float | None, tmp_path: Path
+) -> None:
+    """A metric thread without a pitch is coarse; a number after an inch size is in threads per inch."""
+    (tmp_path / "tool.tbl").write_text(f"T1 P1 D8 ;{comment}\nT2 P2 D3 ;drill\n")
+    library = load_tools(tmp_path / "tool.tbl", "mm")
+    if pitch is None:
+        assert [tool.number for tool in library.tools] == [2]
+    else:
+        assert (library.by_number[1].kind, library.by_number[1].pitch) == (ToolKind.TAP, pytest.approx(pitch, abs=1e-5))
+
+
+def test_a_row_without_a_comment_says_that_the_comment_is_missing(tmp_path: Path) -> None:
+    (tmp_path / "tool.tbl").write_text("T11 D5\nT2 D3 ;drill\nT12 D5 ;tap\n")
+    assert load_tools(tmp_path / "tool.tbl", "mm").left_out == (
+        "T11: it has no comment that names its kind, such as drill or end mill",
+        "T12: its comment 'tap' does not state the pitch of its thread, such as M6x1 or 1/4-20",
+    )
 
 
 @pytest.mark.parametrize("comment", ["C'sink 82 deg", "82° csk", "chamfer mill 82deg", "82 degree mill-drill"])

@@ -22,7 +22,7 @@ from typing import Any
 from leafcut.errors import DataError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
-from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in
+from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
 from leafcut.read.tool_table import rows_of_table
 
 #: Largest library, bytes, also after unpacking.
@@ -118,21 +118,32 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         values = {word[0].upper(): word[1:] for word in entries.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise DataError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
-        name = f"T{values['T']}"
-        kind, cone = kind_in(comment), cone_in(comment)
-        if kind is None and cone is not None:
-            kind = cone[0]
-        remark = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
-        if kind is None:
-            yield name, f"{remark} names no kind of tool that leafcut knows, such as drill or end mill"
-        elif cone is not None and not cone[1]:
-            yield name, f"{remark} does not state the full angle of its cone, such as 90 deg"
-        elif "D" not in values:
-            yield name, "it has no diameter (D)"
-        else:
-            row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}"}
-            angle = {"point_angle": cone[1]} if cone is not None else {}
-            yield name, {**row, **angle, "name": _name(comment)}
+        yield f"T{values['T']}", _linuxcnc_row(values, comment.strip(), units)
+
+
+def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str, Any] | str:
+    kind, cone, pitch = kind_in(comment), cone_in(comment), tap_in(comment)
+    if kind is None and cone is not None:
+        kind = cone[0]
+    elif kind is None and pitch is not None:
+        kind = "tap"
+    remark = f"its comment '{shown(comment, 30)}'"
+    if not comment:
+        return "it has no comment that names its kind, such as drill or end mill"
+    if kind is None:
+        return f"{remark} names no kind of tool that leafcut knows, such as drill or end mill"
+    if cone is not None and not cone[1]:
+        return f"{remark} does not state the full angle of its cone, such as 90 deg"
+    if kind == "tap" and not pitch:
+        return f"{remark} does not state the pitch of its thread, such as M6x1 or 1/4-20"
+    if "D" not in values:
+        return "it has no diameter (D)"
+    row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}", "name": _name(comment)}
+    if cone is not None:
+        row["point_angle"] = cone[1]
+    elif kind == "tap":
+        row["pitch"] = pitch
+    return row
 
 
 def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:

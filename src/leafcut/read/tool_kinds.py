@@ -33,6 +33,17 @@ _CONES = (
     ("chamfer-mill", r"\bchamfer|\bc'?sink|\bcsk\b|\bcountersink|\bmill[\s-]*drill"),
     ("v-bit", r"\bv-?bit|\bengrav"),
 )
+_TAP = re.compile(r"\btap\b", re.IGNORECASE)
+#: Words for tools that are no right-hand tap beside "tap": its drill, a mill, a left-hand tap.
+_NO_TAP = re.compile(r"drill|mill|\blh\b|\bleft\b", re.IGNORECASE)
+#: Sizes of threads: M6, M6x1, and 1/4-20 or #10-32, with the threads per inch.
+_METRIC = re.compile(r"\bM([0-9]{1,2}(?:\.[0-9])?)(?:\s*[x×*-]\s*([0-9]?\.?[0-9]{1,3}))?(?![\w./])", re.IGNORECASE)
+_PER_INCH = re.compile(r"(?:[0-9]/[0-9]{1,2}|#[0-9]{1,2})\s*-\s*([1-9][0-9])\b")
+#: Coarse pitches, mm, by nominal diameter: a thread without a stated pitch has them. Source: ISO 261, ISO 965-1.
+_COARSE = {
+    "1.6": 0.35, "2": 0.4, "2.5": 0.45, "3": 0.5, "4": 0.7, "5": 0.8, "6": 1.0, "8": 1.25, "10": 1.5, "12": 1.75,
+    "14": 2.0, "16": 2.0, "18": 2.5, "20": 2.5, "22": 2.5, "24": 3.0,
+}  # fmt: skip
 #: A smaller angle of a chamfer mill or countersink is probably the half angle, degrees.
 SMALLEST_CHAMFER = 60
 _ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
@@ -48,6 +59,17 @@ def kind_in(comment: str) -> str | None:
     if _OTHER_WORDS.search(comment):
         return None
     return next((kind for kind, pattern in _IN_WORDS if re.search(pattern, comment, re.IGNORECASE)), None)
+
+
+def tap_in(comment: str) -> str | None:
+    """Return the pitch of the right-hand tap named in a comment as text, "" without a pitch; None for other tools."""
+    if _TAP.search(comment) is None or _NO_TAP.search(comment):
+        return None
+    if per_inch := _PER_INCH.search(comment):
+        return f"{25.4 / int(per_inch.group(1)):.6f} mm"
+    metric = _METRIC.search(comment)
+    pitch = None if metric is None else metric.group(2) or _COARSE.get(metric.group(1))
+    return "" if pitch is None else f"{pitch} mm"
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
