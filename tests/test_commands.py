@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.cli.app import app, run
+from leafcut.cli.usage import GROUPS
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 
@@ -75,8 +76,45 @@ def test_the_help_shows_what_kind_of_value_an_option_takes(capsys: pytest.Captur
     text = capsys.readouterr().out
     for words in ("--thickness LENGTH", "--tools FILE", "--time-limit TIME", "--machine NAME", "--output -o FILE"):
         assert words in text
+
+
+@pytest.mark.parametrize(
+    "command",
+    [*COMMANDS, "optimize", "filter", "simulate", "stock", "verify", "solve", "send", "list", "defaults", "studio",
+     *(f"{group} {name}" for group, (_, commands) in GROUPS.items() for name in commands)],
+)  # fmt: skip
+def test_help_names_types_and_defaults_in_one_style(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "250")
+    assert run([*command.split(), "--help-all"]) == 0
+    text = capsys.readouterr().out
     assert "STR" not in text
-    assert "[default: False]" not in text
+    assert not re.search(r"\[(default|required)\b", text)
+    assert all(line.count("(default:") <= 1 for line in text.splitlines())
+
+
+@pytest.mark.parametrize(
+    "command, foreign",
+    [
+        ("drill", "times per part|--workpiece|hole of a sheet|for a program"),
+        ("cut", r"at the last hole|cutting-data|nesting|to drill|for a program"),
+        ("pocket", r"times per part|tools speeds|full slot|each hole|last hole|--workpiece|drill without"),
+        ("reorder", r"times per part|tools speeds|assumed drill|\(stock\)|each hole|for sheets"),
+        ("nest", r"to drill|for nesting|linuxcnc-mill\)"),
+        ("solve", r"to drill|a tenth of --time-limit"),
+        ("stock", r"tools speeds|assumed drill|--air|each hole"),
+        ("simulate", "tools speeds|pockets|for holes"),
+        ("tools speeds", r"cut chart|pocket\b|cutting-data|for sheets"),
+    ],
+)
+def test_help_describes_only_the_command_s_own_work(
+    command: str, foreign: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "250")
+    assert run([*command.split(), "--help-all"]) == 0
+    text = capsys.readouterr().out
+    assert not re.findall(f".*(?:{foreign}).*", text)
 
 
 def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from leafcut._version import __version__
-from leafcut.cli.flags import command_of, usage_of
+from leafcut.cli.flags import File, Name, command_of, show_panel, usage_of
 from leafcut.cli.json_output import print_json
 from leafcut.cli.shared import DONE, REFUSED, STATUSES, USAGE, failure, print_line, printable
 from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, usage_message
@@ -63,11 +63,12 @@ _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
     "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
 }
-#: Defaults of `tools speeds` that differ from the defaults of drilling.
-_HELPS_OF_SPEEDS = {
-    "material": ("", "must be given"),
-    "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
-}
+
+#: Flag of processes without a table of parts.
+_PAGE = Annotated[
+    File | None,
+    Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder"),
+]
 
 #: The groups of commands in the help, in their order.
 _MAKE, _CHECK, _USE, _SET_UP, _STUDY = (
@@ -96,7 +97,7 @@ _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "verify": ("leafcut.cli.checks:verify", "verify", {}),
     "solve": ("leafcut.cli.study:solve", "solve", {"first": _MAIN["solve"]}),
     "tools speeds": (
-        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN["speeds"], "helps": lambda: _HELPS_OF_SPEEDS},
+        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN["speeds"]},
     ),
 }  # fmt: skip
 
@@ -193,6 +194,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         version=__version__,
         version_flags=["--version"],
         help_format="plaintext",
+        help_formatter=show_panel,
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
@@ -252,22 +254,25 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
         file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
         return resolve_name(_WORKING[name][0]), kinds, {"annotations": {**annotations, "sources": file}}
     if name in _WORKING:
-        place, work, special = _WORKING[name]
-        return resolve_name(place), [registry.work(work)], special
+        place, name_of_work, special = _WORKING[name]
+        work = registry.work(name_of_work)
+        return resolve_name(place), [work], {**special, "helps": lambda: work.helps}
     process = registry.of_command(name)
     assert process is not None
     return _making_command(process)
 
 
 def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
-    special: dict[str, Any] = {"first": process.form[0][1], "help": process.help}
+    special: dict[str, Any] = {
+        "first": process.form[0][1], "help": process.help, "helps": partial(_helps_of, process),
+    }  # fmt: skip
     if not process.reads:
         return resolve_name(_NEST), [process], special
     words = [word for word in process.asked_as if word != process.command]
     flag = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
-    special["annotations"] = {"sources": _inputs(process.takes), **flag}
+    report = {} if process.tabulates else {"report": _PAGE}
+    special["annotations"] = {"sources": _inputs(process.takes), **report, **flag}
     special["fixed"] = {"command": process.command} | ({} if words else {"process": "auto"})
-    special["helps"] = partial(_helps_of, process)
     return resolve_name(_OPTIMIZE), [process], special
 
 
@@ -277,7 +282,7 @@ def _helps_of(process: Process) -> dict[str, tuple[str, str]]:
 
 
 def _process_flag(summary: str, words: Iterable[str]) -> Any:
-    return Annotated[str, Parameter(name="--process", help=f"{summary} [{', '.join(words)}]")]
+    return Annotated[Name, Parameter(name="--process", help=f"{summary} [{', '.join(words)}]")]
 
 
 def _inputs(summary: str) -> Any:

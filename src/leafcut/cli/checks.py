@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json, switch
+from leafcut.cli.flags import File, Json, Name, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.several import expanded
 from leafcut.cli.shared import (
@@ -106,7 +106,7 @@ def stock(
         ),
     ] = None,
     same_as: Annotated[
-        str | None,
+        File | None,
         Parameter(
             name="--same-as", help="another program, which must leave the same of the stock (else exit status 1)"
         ),
@@ -158,7 +158,7 @@ def verify(
     /,
     *more: Annotated[str, Parameter(show=False)],
     dialect: Annotated[
-        str | None,
+        Name | None,
         Parameter(name="--dialect", help="dialect of both programs, by name or TOML file (default: the machine's)"),
     ] = None,
     allow_reverse: Annotated[

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import Json, switch
+from leafcut.cli.flags import File, Json, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.usage import refuse_dash
 from leafcut.errors import OptionError
@@ -21,7 +21,7 @@ def show_defaults(
     /,
     *,
     options_file: Annotated[
-        str | None, Parameter(name="--options", help="a TOML file of options that goes before your defaults")
+        File | None, Parameter(name="--options", help="a TOML file of options that goes before your defaults")
     ] = None,
     template: Annotated[
         bool,

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, written
+
+if TYPE_CHECKING:
+    from cyclopts.help import HelpEntry, HelpPanel
+    from rich.console import Console, ConsoleOptions
 
 
 class File(str):
@@ -29,13 +33,51 @@ class Time(str):
     __slots__ = ()
 
 
+class Lengths(str):
+    """Lengths of x, y and z: the help shows LENGTHS instead of STR."""
+
+    __slots__ = ()
+
+
+class Speed(str):
+    """A speed: the help shows SPEED instead of STR."""
+
+    __slots__ = ()
+
+
+class Acceleration(str):
+    """An acceleration: the help shows ACCELERATION instead of STR."""
+
+    __slots__ = ()
+
+
+class Rpm(str):
+    """A spindle speed: the help shows RPM instead of STR."""
+
+    __slots__ = ()
+
+
+class Percent(str):
+    """A percentage: the help shows PERCENT instead of STR."""
+
+    __slots__ = ()
+
+
+class NUMBER(str):
+    """A number: the help shows NUMBER instead of STR. In capitals, because `timing.profile` has a `Number`."""
+
+    __slots__ = ()
+
+
 #: Types whose names the help shows, by unit or kind of an option. All are texts that `option_spec` parses.
-_SHOWN = {"s": Time, "path": File, "text": Name, "names": Name} | {
+_SHOWN = {
+    "s": Time, "path": File, "text": Name, "names": Name, "mm/s": Speed, "rpm": Rpm, "percent": Percent,
+    "number": NUMBER, "whole": NUMBER, "share": NUMBER,
+} | {
     key: type(name, (str,), {"__slots__": ()})
     for key, name in {
-        "mm": "LENGTH", "mm/s": "SPEED", "rad": "ANGLE", "rpm": "RPM", "W": "POWER", "N·mm": "TORQUE",
-        "N": "FORCE", "number": "NUMBER", "whole": "NUMBER", "share": "NUMBER", "percent": "PERCENT",
-        "point": "POINT", "place": "POINT",
+        "mm": "LENGTH", "rad": "ANGLE", "W": "POWER", "N·mm": "TORQUE", "N": "FORCE", "point": "POINT",
+        "place": "POINT",
     }.items()
 }  # fmt: skip
 
@@ -131,6 +173,22 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
         else:
             words.append(word if parameter.default is inspect.Parameter.empty else f"[{word}]")
     return " ".join([*words, "[OPTIONS]"])
+
+
+def show_panel(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
+    """Print one part of a help page, with defaults in the style of the generated flags: (default: auto)."""
+    from cyclopts.help import DefaultFormatter
+
+    DefaultFormatter()(console, options, panel.copy(entries=[_with_note(entry) for entry in panel.entries]))
+
+
+def _with_note(entry: HelpEntry) -> HelpEntry:
+    from rich.text import Text
+
+    note = "(required)" if entry.required else f"(default: {entry.default})" if entry.default else ""
+    if note and entry.description is not None:
+        entry.description.append(Text(note))
+    return entry.copy(required=False, default=None)
 
 
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import Json, switch
+from leafcut.cli.flags import File, Json, Name, Percent, Time, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.errors import OptionError
@@ -29,7 +29,7 @@ _HOLD_OUT = OptionSpec("", "share", minimum=0, maximum=1)
 _Name = Annotated[
     str, Parameter(name="NAME", help="an experiment of `leafcut lab list`, or a TOML file that describes one")
 ]
-_Results = Annotated[str, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
+_Results = Annotated[File, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
 _Reduced = Annotated[
     bool,
     switch("--reduced", help="the short form: fewer inputs, levels and seeds"),
@@ -42,7 +42,7 @@ _Mixed = Annotated[
     ),
 ]
 _Executor = Annotated[
-    str,
+    Name,
     Parameter(name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"),
 ]
 _Workers = Annotated[
@@ -50,7 +50,7 @@ _Workers = Annotated[
 ]
 
 
-def list_experiments(*, results: _Results = RESULTS, as_json: Json = False) -> int:
+def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False) -> int:
     """List the experiments that come with leafcut, and the number of finished runs of each."""
     from leafcut.lab.loading import in_short, load, shipped
     from leafcut.lab.store import Store
@@ -84,9 +84,9 @@ def run_experiment(
     /,
     *,
     reduced: _Reduced = False,
-    results: _Results = RESULTS,
+    results: _Results = File(RESULTS),
     mixed: _Mixed = False,
-    executor: _Executor = HERE,
+    executor: _Executor = Name(HERE),
     workers: _Workers = None,
     as_json: Json = False,
 ) -> int:
@@ -120,9 +120,9 @@ def report_experiment(
     name: _Name,
     /,
     *,
-    output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
+    output: Annotated[File, Parameter(name=["--output", "-o"], help="the folder to write into")] = File("."),
     reduced: _Reduced = False,
-    results: _Results = RESULTS,
+    results: _Results = File(RESULTS),
     as_json: Json = False,
 ) -> int:
     """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
@@ -154,11 +154,13 @@ def tune_options(
     ],
     /,
     *,
-    algorithm: Annotated[str, Parameter(name="--algorithm", help="the algorithm whose parameters are sought")],
-    output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
-    process: Annotated[str, Parameter(name="--process", help="command to run: a process, or solve for maps")] = "auto",
+    algorithm: Annotated[Name, Parameter(name="--algorithm", help="the algorithm whose parameters are sought")],
+    output: Annotated[File, Parameter(name=["--output", "-o"], help="the folder to write into")] = File("."),
+    process: Annotated[Name, Parameter(name="--process", help="command to run: a process, or solve for maps")] = Name(
+        "auto"
+    ),
     options_file: Annotated[
-        str | None, Parameter(name="--options", help="a TOML file of options that all runs have")
+        File | None, Parameter(name="--options", help="a TOML file of options that all runs have")
     ] = None,
     trials: Annotated[int, Parameter(name="--trials", help="number of parameter sets to try")] = 50,
     seeds: Annotated[int, Parameter(name="--seeds", help="number of runs of each set on each input")] = 3,
@@ -166,16 +168,16 @@ def tune_options(
         int | None, Parameter(name="--iterations", help="iterations of each run (default: 50, without --time-limit)")
     ] = None,
     time_limit: Annotated[
-        str | None,
+        Time | None,
         Parameter(name="--time-limit", help="time of each run; the numbers of ants or fireflies are then sought, too"),
     ] = None,
     hold_out: Annotated[
-        str, Parameter(name="--hold-out", help="share of the inputs that the search does not see")
-    ] = "30%",
+        Percent, Parameter(name="--hold-out", help="share of the inputs that the search does not see")
+    ] = Percent("30%"),
     seed: Annotated[int, Parameter(name="--seed", help="random seed of the search")] = 1,
-    results: _Results = RESULTS,
+    results: _Results = File(RESULTS),
     mixed: _Mixed = False,
-    executor: _Executor = HERE,
+    executor: _Executor = Name(HERE),
     workers: _Workers = None,
     as_json: Json = False,
 ) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import Json
+from leafcut.cli.flags import Acceleration, File, Json, Lengths, Name, Rpm, Speed, Time
 from leafcut.cli.json_output import print_json
 from leafcut.cli.usage import DASH, HELD, refuse_dash
 from leafcut.errors import OptionError, count_of
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from leafcut.timing.fitting import Fitted
 
 _Output = Annotated[
-    str | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
+    File | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
 ]
 _Units = Annotated[
-    str | None, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
+    Name | None, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
 ]
 
 
@@ -38,7 +38,7 @@ def import_machine(
     /,
     *,
     port: Annotated[
-        str | None,
+        Name | None,
         Parameter(
             name="--port", help="instead of a file: serial port of a GRBL, grblHAL, FluidNC or Marlin board to ask"
         ),
@@ -46,7 +46,7 @@ def import_machine(
     baud: Annotated[int | None, Parameter(name="--baud", help="speed of the port (default: 115200)")] = None,
     output: _Output = None,
     kind: Annotated[
-        str | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
+        Name | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
     ] = None,
     units: _Units = None,
     as_json: Json = False,
@@ -59,7 +59,7 @@ def import_machine(
         raise OptionError("machine import takes FILE or --port, not both")
     if file is not None and baud is not None:
         raise OptionError("--baud goes with --port; leave it out for a file")
-    name = DASH if file == HELD else file
+    name: str | None = DASH if file == HELD else file
     _check_output(output, [name])
     if port is not None:
         kind, text = _asked(port, baud, kind)
@@ -88,37 +88,40 @@ def new_machine(
     *,
     output: _Output = None,
     answers: Annotated[
-        str | None, Parameter(name="--answers", help="a TOML file of answers, with the names of the flags as keys")
+        File | None, Parameter(name="--answers", help="a TOML file of answers, with the names of the flags as keys")
     ] = None,
     base: Annotated[
-        str | None,
+        Name | None,
         Parameter(name="--base", help="a profile to complete, such as an imported one: only its estimates are asked"),
     ] = None,
-    name: Annotated[str | None, Parameter(name="--name", help="name of the machine")] = None,
+    name: Annotated[Name | None, Parameter(name="--name", help="name of the machine")] = None,
     controller: Annotated[
-        str | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut list dialects`")
+        Name | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut list dialects`")
     ] = None,
     process: Annotated[
-        str | None, Parameter(name="--process", help="head: spindle, torch, laser, flame or water")
+        Name | None, Parameter(name="--process", help="head: spindle, torch, laser, flame or water")
     ] = None,
     units: Annotated[
-        str | None, Parameter(name="--units", help="of a program that does not state them: mm or in")
+        Name | None, Parameter(name="--units", help="of a program that does not state them: mm or in")
     ] = None,
-    rapid: Annotated[str | None, Parameter(name="--rapid", help="speed of rapids, one or x,y,z: 1000ipm")] = None,
+    rapid: Annotated[Speed | None, Parameter(name="--rapid", help="speed of rapids, one or x,y,z: 1000ipm")] = None,
     acceleration: Annotated[
-        str | None, Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: of a similar machine)")
+        Acceleration | None,
+        Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: of a similar machine)"),
     ] = None,
     travel: Annotated[
-        str | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, not checked)")
+        Lengths | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, not checked)")
     ] = None,
-    max_feed: Annotated[str | None, Parameter(name="--max-feed", help="highest feed rate (default: the rapid)")] = None,
+    max_feed: Annotated[
+        Speed | None, Parameter(name="--max-feed", help="highest feed rate (default: the rapid)")
+    ] = None,
     spindle_speed: Annotated[
-        str | None, Parameter(name="--spindle-speed", help="highest (default: of a similar machine)")
+        Rpm | None, Parameter(name="--spindle-speed", help="highest (default: of a similar machine)")
     ] = None,
     tool_changer: Annotated[
-        str | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
+        Name | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
     ] = None,
-    tool_change_time: Annotated[str | None, Parameter(name="--tool-change-time", help="of one change")] = None,
+    tool_change_time: Annotated[Time | None, Parameter(name="--tool-change-time", help="of one change")] = None,
     as_json: Json = False,
 ) -> int:
     """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
@@ -169,7 +172,7 @@ def _ask(question: str, likely: str) -> str:
 def check_machine(
     *programs: Annotated[str, Parameter(name="PROGRAM", help="programs that ran on the machine")],
     measured: Annotated[
-        list[str] | None,
+        list[Time] | None,
         Parameter(
             name="--measured",
             negative="",
@@ -177,12 +180,12 @@ def check_machine(
         ),
     ] = None,
     times: Annotated[
-        str | None, Parameter(name="--times", help="a table instead (CSV): program,seconds in each row")
+        File | None, Parameter(name="--times", help="a table instead (CSV): program,seconds in each row")
     ] = None,
-    machine: Annotated[str, Parameter(name="--machine", help="the machine, by name or profile file")],
-    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="fitted profile to write (.toml)")] = None,
+    machine: Annotated[Name, Parameter(name="--machine", help="the machine, by name or profile file")],
+    output: Annotated[File | None, Parameter(name=["--output", "-o"], help="fitted profile to write (.toml)")] = None,
     dialect: Annotated[
-        str | None, Parameter(name="--dialect", help="dialect of the programs (default: the machine's)")
+        Name | None, Parameter(name="--dialect", help="dialect of the programs (default: the machine's)")
     ] = None,
     units: Annotated[
         Literal["mm", "in"] | None, Parameter(name="--units", help="of programs that do not state them")
@@ -274,12 +277,14 @@ def import_tools(
     /,
     *,
     output: Annotated[
-        str | None, Parameter(name=["--output", "-o"], help="library to write (.toml); without it, it is printed")
+        File | None, Parameter(name=["--output", "-o"], help="library to write (.toml); without it, it is printed")
     ] = None,
-    units: Annotated[str, Parameter(name="--units", help="unit of lengths without one in the file: mm or in")] = "",
+    units: Annotated[
+        Name | None, Parameter(name="--units", help="unit of lengths without one in the file: mm or in")
+    ] = None,
     material: Annotated[
-        str, Parameter(name="--material", help="material to cut: chooses among the presets of each Fusion tool")
-    ] = "",
+        Name | None, Parameter(name="--material", help="material to cut: chooses among the presets of each Fusion tool")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
@@ -288,9 +293,9 @@ def import_tools(
 
     refuse_dash("tools import", file)
     _check_output(output, [file])
-    if units not in ("mm", "in", ""):
+    if units not in ("mm", "in", "", None):
         raise OptionError(f"--units: '{units}' is not mm or in")
-    text, library = imported_tools(file, units, material)
+    text, library = imported_tools(file, units or "", material or "")
     if output:
         write_whole(output, text)
     if as_json:

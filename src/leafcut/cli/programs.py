@@ -73,7 +73,7 @@ def optimize(
             help="report page to write (HTML), or the times per part of a sheet (.csv); for several inputs, a folder",
         ),
     ] = None,
-    process: str = "auto",
+    process: Name = Name("auto"),
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -302,7 +302,7 @@ def _watch(
 
 def filter_program(
     *sources: str,
-    process: str = "auto",
+    process: Name = Name("auto"),
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     options: dict[str, Any],

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import Json, switch
+from leafcut.cli.flags import File, Json, Name, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.terminal_keys import Keys
 from leafcut.cli.usage import DASH, HELD
@@ -34,12 +34,12 @@ def send(
     /,
     *more: Annotated[str, Parameter(show=False)],
     port: Annotated[
-        str | None, Parameter(name="--port", help="serial port of the controller: /dev/ttyUSB0, COM3")
+        Name | None, Parameter(name="--port", help="serial port of the controller: /dev/ttyUSB0, COM3")
     ] = None,
-    machine: Annotated[str, Parameter(name="--machine", help="the machine, by name or profile file")],
+    machine: Annotated[Name, Parameter(name="--machine", help="the machine, by name or profile file")],
     baud: Annotated[int, Parameter(name="--baud", help="speed of the port, bits per second")] = 115_200,
     dialect: Annotated[
-        str | None,
+        Name | None,
         Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
     ] = None,
     units: Annotated[
@@ -85,11 +85,11 @@ def send(
         ),
     ] = False,
     accept: Annotated[
-        str | None,
+        Name | None,
         Parameter(name="--accept", help="codes of dangers that you have looked at and want sent, such as L801,L806"),
     ] = None,
     log: Annotated[
-        str | None, Parameter(name="--log", help="file to which all that goes over the line is added")
+        File | None, Parameter(name="--log", help="file to which all that goes over the line is added")
     ] = None,
     yes: Annotated[bool, switch("--yes", "-y", help="start without asking once more")] = False,
     as_json: Json = False,

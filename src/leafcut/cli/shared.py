@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, switch
+from leafcut.cli.flags import File, Name, switch
 from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
@@ -33,7 +33,7 @@ NoDefaults = Annotated[
     ),
 ]
 DialectOption = Annotated[
-    str | None,
+    Name | None,
     Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
 ]
 Quiet = Annotated[bool, switch("--quiet", "-q", help="no progress, no summary; warnings only")]

@@ -6,13 +6,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import switch
+from leafcut.cli.flags import NUMBER, switch
 
 
 def open_studio(
     *,
     port: Annotated[
-        str | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
+        NUMBER | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
     ] = None,
     no_open: Annotated[bool, switch("--no-open", help="print the address, do not open a browser")] = False,
 ) -> int:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from leafcut.cli.flags import File, Json
+from leafcut.cli.flags import File, Json, Name
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.cli.shared import (
@@ -31,9 +31,11 @@ def tool_speeds(
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],
-    objective: Annotated[str, Parameter(name="--objective", help="goal of the speeds [time, cost, life]")] = "cost",
+    objective: Annotated[Name, Parameter(name="--objective", help="goal of the speeds [time, cost, life]")] = Name(
+        "cost"
+    ),
     save: Annotated[
-        str | None,
+        File | None,
         Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),
     ] = None,
     plot: Annotated[File | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,

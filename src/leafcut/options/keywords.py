@@ -462,9 +462,7 @@ class _SolveOptions1(TypedDict, total=False):
     target_gap: float | str | None
     """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
-    """Compute a lower bound and report the gap; a tenth of --time-limit is kept for it, except in `solve` (on
-    unless False).
-    """
+    """Compute a lower bound and report the gap; a tenth of --time-limit is kept for it (on unless False)."""
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).

@@ -94,7 +94,7 @@ class SolveOptions(OptionGroup):
     bound: bool = option(
         "flag",
         True,
-        "compute a lower bound and report the gap; a tenth of --time-limit is kept for it, except in `solve`",
+        "compute a lower bound and report the gap; a tenth of --time-limit is kept for it",
         changes_program=False,
     )
     seed: int = option(

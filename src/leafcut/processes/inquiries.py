@@ -21,11 +21,22 @@ from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
 _OF_STOCK = (given("workpiece"),)
 
 
+#: Cutting data of a sheet that a program does not state.
+_SHEET_HELPS = {
+    "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
+    "material": ("material of the sheet, by its name in the cut chart", ""),
+}
+
+
 class Solving(Work):
     """A closed tour through the points of a map."""
 
     name = "solve"
     title = "solving a map"
+    helps = {  # noqa: RUF012  # `Work` declares it as a class variable
+        "bound": ("compute a lower bound and report the gap", ""),
+        "concentric": ("which of several concentric circles to visit", ""),
+    }
     uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(
         ReadOptions, but=(*PLACE, "up", "z_zero")
     )
@@ -36,6 +47,7 @@ class Simulating(Work):
 
     name = "simulate"
     title = "simulating a program"
+    helps = _SHEET_HELPS
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "clearance_height") | LOOKED_UP
 
 
@@ -44,6 +56,9 @@ class Verifying(Work):
 
     name = "verify"
     title = "comparing programs"
+    helps = _SHEET_HELPS | {
+        "tool_diameter": ("diameter of the flat mills that the programs do not describe", "unknown"),
+    }
     uses = use(ReadOptions, "units") | use(MachineOptions) | use(JobOptions, "tool_diameter") | LOOKED_UP
 
 
@@ -52,12 +67,32 @@ class CuttingStock(Work):
 
     name = "stock"
     title = "cutting stock by a program"
+    helps = {  # noqa: RUF012  # `Work` declares it as a class variable
+        "tools": ("", "the tools that the program describes"),
+        "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
+        "workpiece": ("", "as the program shows: just around the cuts below Z0"),
+        "z_zero": (
+            "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its "
+            "own Z0 (drawn)",
+            "drawn",
+        ),
+    }
     uses = (
         use(ReadOptions, "units", "strict", solid=(given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)
         | use(JobOptions, "tools", "tool_diameter")
     )
     uses |= use(StockOptions)
+
+
+_SPEED_HELPS = {
+    "material": ("material of the part: a name of `leafcut list materials`, or a TOML file", "must be given"),
+    "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
+    "tool_diameter": ("diameter of the drill, without a drawing and --tools", "none"),
+    "step_over": ("width of an end mill's cut, as a share of the tool diameter", "a full slot"),
+    "step_down": ("depth of an end mill's cut", ""),
+    "shop_rate": ("", "60"),
+}
 
 
 class ChoosingSpeeds(Work):
@@ -83,6 +118,7 @@ class ChoosingSpeeds(Work):
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
         unused -= {"preset", "time_limit", "seed", "threads"}
         self.drilling = {name: need for name, need in drilling.used().items() if name not in unused}
+        self.helps = {**drilling.helps, **_SPEED_HELPS}  # type: ignore[misc]  # set per object
         self.options = drilling.options  # type: ignore[misc]  # set per object
 
     def used(self) -> Mapping[str, Conditions]:

@@ -56,6 +56,9 @@ class Drilling(Process):
         "feed": ("feed rate of assumed drills", "by diameter"),
         "plan": ("order file: drill these holes first, in this order; the search orders the rest", ""),
         "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),
+        "concentric": ("which of several concentric circles to drill", ""),
+        "z_zero": ("", "top"),
+        "start_point": ("start point of the tool, x,y, or free", ""),
     }
     command = "drill"
     help = "Drill the holes and slots of a drawing, a drill file, or several drill files of a board."

@@ -29,6 +29,10 @@ class Nesting(Process):
     uses |= use(CutDataOptions, "cut_process", "kerf")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     otherwise = {"quantity": "written after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Process` declares it as a class variable
+    helps = {  # noqa: RUF012  # `Process` declares it as a class variable
+        "concentric": ("which of several concentric circles to cut as a hole", ""),
+        "kerf": ("", "2mm"),
+    }
     command = "nest"
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     offered_with = "cut"

@@ -73,6 +73,23 @@ class Pocketing(Process):
         "material": ("material of the part; it sets the speed of an assumed end mill", ""),
         "feed": ("feed rate of the end mill", "from the tool library"),
         "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
+        "tool_diameter": ("diameter of the flat end mill", ""),
+        "step_over": ("maximum step-over, as a share of the tool diameter", "0.6"),
+        "step_down": ("step-down: depth per level", ""),
+        "break_through": ("break-through: how far pockets through the plate go below it", ""),
+        "retract": ("height of rapids between cuts: the R plane, or the clearance height (initial)", ""),
+        "diameter_tolerance": ("largest difference between --tool-diameter and the tool of the library", ""),
+        "z_zero": (
+            "Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn)",
+            "top",
+        ),
+        "start_point": ("start point of the tool, x,y, or free", ""),
+        "end_point": ("", "where the last cut ends"),
+        "feeds": (
+            "fit the feeds to the chips: faster where the tool meets less than in its worst cut, slower where that is "
+            "more than its data allow",
+            "",
+        ),
         "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv", "none"),
     }
     command = "pocket"

@@ -74,6 +74,28 @@ class ForeignProgram(Process):
         "mirror": "mirror the drawing instead, or in the CAM, which knows leads and climb milling",
         "rotate": "rotate the drawing instead, in the CAM, or by the machine's work offset",
     }
+    helps = {  # noqa: RUF012  # the protocol declares a class attribute
+        "tools": ("", "the tools that the program describes"),
+        "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
+        "workpiece": ("", "as the program shows: where no rapid has been"),
+        "z_zero": (
+            "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its "
+            "own Z0 (drawn)",
+            "drawn",
+        ),
+        "start_point": ("position of the tool before the program's first rapid, x,y, or free", ""),
+        "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
+        "material": (
+            "material: of a sheet, its name in the cut chart; for --feeds a name of `leafcut list materials`, or a "
+            "TOML file",
+            "",
+        ),
+        "feeds": (
+            "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, "
+            "slower where that is more than its data allow; needs --workpiece",
+            "",
+        ),
+    }
     command = "reorder"
     help = "Reorder another CAM's G-code program for less machine time, and prove that it does the same work."
     takes = "a G-code program"

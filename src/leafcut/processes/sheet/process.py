@@ -61,6 +61,11 @@ class SheetCutting(Process):
         "thickness": ("thickness of the sheet", "must be given"),
         "plan": ("plan file with the order and choices to keep", ""),
         "material": ("material of the sheet, by its name in the cut chart", ""),
+        "concentric": ("which of several concentric circles to cut as a hole", ""),
+        "kerf": ("", "the chart's"),
+        "start_point": ("start point of the tool, x,y, or free", ""),
+        "end_point": ("", "where the last cut ends"),
+        "shop_rate": ("", "0"),
     }
     command = "cut"
     tabulates = True
