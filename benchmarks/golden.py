@@ -112,7 +112,7 @@ SHEETS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 #: Measured seconds: keys in JSON; on a report page the computing time, a chart, and the rows of the workers.
-_CLOCKED = {"seconds", "compile_seconds", "history"}
+_CLOCKED = {"seconds", "search_seconds", "compile_seconds", "history"}
 _CLOCK_WORDS = re.compile(
     r"[^,<>]* of computing|<svg[^>]*><title>Cost against seconds.*?</svg>|(?<=<th>Worker</th>).*?</tbody>", re.DOTALL
 )

@@ -35,7 +35,7 @@ CALLS: dict[str, tuple[str, list[str], dict[str, Any]]] = {
     "tool_speeds": ("tools speeds", [], {"material": "c45", "tool_diameter": 6.0, "depth": 9.0}),
 }
 #: What depends on the clock.
-CLOCKED = {"seconds", "compile_seconds", "history", "workers"}
+CLOCKED = {"seconds", "search_seconds", "compile_seconds", "history", "workers"}
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ CONTRACT = {
 }  # fmt: skip
 BESIDE = {
     "compile_seconds",
+    "search_seconds",
     "nearest",
     "machine",
     "dialect",

@@ -59,6 +59,16 @@ def test_the_power_of_a_laser_is_no_speed() -> None:
     assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(report_of(mill))["tools"])
 
 
+def test_the_time_of_the_search_is_told_apart_from_that_of_the_run(examples: Path) -> None:
+    outcome = replace(leafcut.optimize(examples / "plate_10.dxf", thickness=6, preset="fast"), seconds=4.93)
+    (operation,) = outcome.operations
+    timed = replace(outcome, operations=(replace(operation, solution=replace(operation.solution, seconds=2.1)),))
+    assert "search 2.10 s of 4.93 s" in method_words(timed)
+    assert "search 2.10 s of 4.93 s" in write_page(report_of(timed))
+    answer = as_json(report_of(timed))
+    assert (answer["search_seconds"], answer["seconds"]) == (2.1, 4.93)
+
+
 def test_reports_name_compile_time_only_where_something_was_compiled(empty_outcome: Outcome) -> None:
     some = replace(empty_outcome, seconds=2.0, compile_seconds=40.0)
     none = replace(empty_outcome, seconds=2.0)

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"
 CAM = ROOT / "examples" / "cam_121.nc"
 #: What differs from run to run.
-CLOCK = {"seconds", "compile_seconds", "history", "workers"}
+CLOCK = {"seconds", "search_seconds", "compile_seconds", "history", "workers"}
 
 
 def told(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
-from leafcut.report.wording import Said, algorithm_words, feed_mm_min, figure, plain_number
+from leafcut.report.wording import Said, algorithm_words, feed_mm_min, figure, plain_number, search_seconds
 
 if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
@@ -55,6 +55,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
             _put(answer, fact.key.split("."), fact.value)
     return answer | {
         "seconds": plain_number(outcome.seconds),
+        "search_seconds": plain_number(search_seconds(outcome)),
         "compile_seconds": plain_number(outcome.compile_seconds),
         "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],

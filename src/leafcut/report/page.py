@@ -14,7 +14,17 @@ from leafcut.model.issue import missing_words
 from leafcut.report import views
 from leafcut.report.styles import drawing_css, page_templates, style_sheet
 from leafcut.report.svg import styled
-from leafcut.report.wording import COMPILED, algorithm_words, clean, figure, limits, line, time_words, title_words
+from leafcut.report.wording import (
+    COMPILED,
+    algorithm_words,
+    clean,
+    figure,
+    limits,
+    line,
+    search_words,
+    time_words,
+    title_words,
+)
 
 if TYPE_CHECKING:
     from leafcut.material.solid import Solid
@@ -86,6 +96,7 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
         "seed": outcome.seed,
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),
+        "search": search_words(outcome) if report.ordered else "",
         "compiling": time_words(outcome.compile_seconds) if outcome.compile_seconds >= COMPILED else "",
         "verified": outcome.verified,
         "missing": missing_words(outcome.issues),

@@ -273,6 +273,9 @@ class ResultPanel:
                 text("dd", str(answer[key]))
             text("dt", w("result.computing"))
             text("dd", format_time(answer["seconds"] or 0.0))
+            if searched and answer.get("search_seconds") is not None:  # answers of earlier versions lack it
+                text("dt", w("result.searching"))
+                text("dd", format_time(answer["search_seconds"]))
 
     def _badge(self, good: bool, certificate: dict[str, Any] | None) -> None:
         w = self.view.words
