@@ -44,3 +44,9 @@ def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> Non
 )
 def test_an_unknown_name_gets_the_nearest_or_the_list(name: str, end: str) -> None:
     assert nearest(name, ["Haas-VF2", "grbl"]) == end
+
+
+def test_a_long_list_of_names_is_not_printed() -> None:
+    names = [f"{letter}{number}" for letter in "abcdefgh" for number in range(20)]
+    assert nearest("zzzz", names) == ""
+    assert nearest("a1", names) == "; did you mean 'a1'?"

@@ -95,6 +95,8 @@ def test_what_is_no_file_is_refused_before_any_work(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for target, words in (
         (tmp_path, "is a folder"),
+        ("", "the name of the output is empty"),
+        (f"{tmp_path}/e.nc/", "e.nc/: no such folder"),
         (tmp_path / "no" / "a.nc", "no folder"),
         (tmp_path / "pipe", "is a device or a pipe"),
         (Path(os.devnull), "is a device or a pipe"),

@@ -162,13 +162,17 @@ def close_to(name: str, known: Iterable[str]) -> str:
     return lower[matches[0]] if matches else ""
 
 
+#: Maximum number of known names in a message.
+_MAX_LISTED = 60
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of known names."""
+    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the known names, if not too many."""
     known = list(known)
     match = close_to(name, known)
     if match:
         return f"; did you mean '{match}'?"
-    return f"; choose one of {', '.join(known)}"
+    return f"; choose one of {', '.join(known)}" if len(known) <= _MAX_LISTED else ""
 
 
 def count_of(number: int, noun: str, style: str = "") -> str:

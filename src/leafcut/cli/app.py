@@ -61,7 +61,7 @@ _EVERY_INPUT = (
 #: Main options of commands without a form in the studio.
 _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
-    "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
+    "speeds": ("material", "tools", "depth", "thickness", "machine", "shop_rate"),
 }
 
 #: Flag of processes without a table of parts.

@@ -31,7 +31,7 @@ def list_known(
         raise OptionError(f"list takes one name, not {1 + len(more)}; run it once for each")
     if name is not None:
         if kind not in _FILES:
-            raise OptionError(f"list {kind}: there is no file of one of them; leave {name} out")
+            raise OptionError(f"list {kind}: these have no files to print; leave {name} out")
         noun, file_of = _FILES[kind]
         known_as, text = file_of(name)
         if as_json:

@@ -60,17 +60,18 @@ def import_machine(
     if file is not None and baud is not None:
         raise OptionError("--baud goes with --port; leave it out for a file")
     name: str | None = DASH if file == HELD else file
+    settings_kind: str | None = kind
     _check_output(output, [name])
     if port is not None:
-        kind, text = _asked(port, baud, kind)
-        name = f"{kind}-board"  # a port such as ttyUSB0 does not name a machine
+        settings_kind, text = _asked(port, baud, kind)
+        name = f"{settings_kind}-board"  # a port such as ttyUSB0 does not name a machine
     elif name is None:
         raise OptionError("machine import needs FILE, or --port")
     elif name == DASH:
         text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
     else:
         text = read_settings(name)
-    _write_or_print(imported(text, name, kind, units), output, as_json=as_json)
+    _write_or_print(imported(text, name, settings_kind, units), output, as_json=as_json)
     return 0
 
 

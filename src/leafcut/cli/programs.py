@@ -377,7 +377,7 @@ def nest(
         raise OptionError("--dry-run writes no drawing; leave -o out")
     if to_standard_output and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
-    file = None if to_standard_output or dry_run else output or _sheets_beside(parts)
+    file = None if to_standard_output or dry_run else _sheets_beside(parts) if output is None else output
     check_no_drawing(file)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(

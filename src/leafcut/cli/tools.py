@@ -27,7 +27,9 @@ from leafcut.files.whole_files import StandardInput
 def tool_speeds(
     drawing: Annotated[
         str | None,
-        Parameter(name="DRAWING", help="a drawing with the holes; without one --holes and --depth say what is drilled"),
+        Parameter(
+            name="DRAWING", help="a drawing with the holes; without one, the figures are for one hole of --depth"
+        ),
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],

@@ -192,8 +192,12 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     path = Path(target)
     if str(target) == "-":
         raise OutputError("-: only a program can go to standard output; name a file")
+    if not str(target):
+        raise OutputError("the name of the output is empty; name a file")
     if path.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
+    if str(target).endswith(("/", os.sep)):
+        raise OutputError(f"{target}: no such folder; name a file without the last '{str(target)[-1]}'")
     if path.exists() and not path.is_file():
         raise OutputError(f"{path}: is a device or a pipe; name a file")
     if not path.parent.is_dir():

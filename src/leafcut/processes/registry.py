@@ -324,12 +324,12 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     fitting = [process_ for process_ in processes() if process_.reads == kind]
     for process_ in fitting:
         if asked in process_.instead:
-            raise OptionError(f"{asked}: {process_.instead[asked]}")
+            raise OptionError(f"{inputs[0][1]}: {asked}: {process_.instead[asked]}")
     for process_ in fitting:
         if asked in process_.asked_as:
             return process_
     words = " or ".join(", ".join(word for process_ in fitting for word in process_.asked_as).rsplit(", ", 1))
-    raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
+    raise OptionError(f"{inputs[0][1]}: {asked}: the input is a drawing, not a program; use {words}")
 
 
 def _input_kind(inputs: Sequence[tuple[Format, Source]]) -> str:

@@ -182,6 +182,9 @@ def test_a_sheet_larger_than_the_table_is_refused_before_anything_is_nested_or_t
         api.nest(parts, sheet="3000x1500", machine="plasma-table")
     found = api.nest([f"{drawings}/plate.dxf:2"], sheet="3000x1500", nester="rectangles")
     assert [i.code for i in found.issues if "plasma-table" in i.message] == ["L435"]
+    unused = api.nest([f"{drawings}/plate.dxf:2"], sheet=("3000x1500@900", "1000x1000@10"), nester="rectangles")
+    assert {layout.stock for layout in unused.nests[0].layouts} == {1}
+    assert "L435" not in [i.code for i in unused.issues]
 
 
 def test_a_table_of_unknown_travel_needs_a_size_and_takes_any(drawings: Path, tmp_path: Path) -> None:

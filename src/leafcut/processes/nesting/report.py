@@ -104,13 +104,13 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
     console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column("variant")
+    table.add_column("variant", min_width=len("1 by rectangles,"))  # 80 columns hold this and the others
     for title in (
         *(["cost"] if first.priced else []),
         "sheets",
-        "of the last sheet used",
+        "of the last\nsheet used",
         "utilisation",
-        "of the material used",
+        "of the\nmaterial used",
     ):
         table.add_column(title, justify="right", no_wrap=True)
     for number, nest in enumerate(outcome.nests, 1):

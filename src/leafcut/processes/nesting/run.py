@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -24,6 +24,7 @@ from leafcut.processes.nesting.options import NestOptions
 from leafcut.units import parse_angles
 
 if TYPE_CHECKING:
+    from leafcut.model.machine import Machine
     from leafcut.model.sheet import Sheet
     from leafcut.read.format import Source
     from leafcut.read.nest_list import WantedDrawing
@@ -167,7 +168,8 @@ def nest_drawings(
     if options.remnants_out is not None:
         remnants, remnant_texts = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
         texts |= remnant_texts
-    all_issues = (*dict.fromkeys(issues), *outcome.issues)
+    sheet_issues = _table_issues(outcome.nests[: options.n_written], settings)
+    all_issues = (*sheet_issues, *dict.fromkeys(issues), *outcome.issues)
     issues = sorted(all_issues, key=lambda issue: issue.missing is None)
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
@@ -192,7 +194,8 @@ def _read_inputs(
     def sheet_of(file: str) -> Sheet:
         return _prepared_sheet(load_cached(file), settings, looking_for(progress, "reading"))
 
-    settings, issues, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
+    settings, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
+    issues: list[Issue] = []
     parts: list[NestPart] = []
     for entry in wanted:
         angles = parse_angles(entry.rotations, "rotations") if entry.rotations else settings.of(NestOptions).angles
@@ -222,8 +225,8 @@ def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) 
 
 def _available_sheets(
     settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
-) -> tuple[Settings, list[Issue], list[Stock]]:
-    """Return the settings, the issues, and the kinds of sheet.
+) -> tuple[Settings, list[Stock]]:
+    """Return the settings, and the kinds of sheet.
 
     The default is an unlimited number of sheets of the size of the machine's table.
     """
@@ -239,22 +242,38 @@ def _available_sheets(
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
         options = replace(options, sheet=(size,))
-        return settings.but(options), [], sized_sheets(options)
+        return settings.but(options), sized_sheets(options)
     stocks = [
         _remnant_stock(sheet, load_cached(sheet.name), options.margin, on_progress)
         if sheet.size is None
         else Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name)
         for sheet in options.sheets
     ]
-    issues = []
-    for stock in stocks:
-        if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
-            continue
-        message = f"a sheet of {shown(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
-        if "machine" in settings.given:
+    for stock in stocks if "machine" in settings.given else ():
+        if message := _exceeds_table(stock, machine):
             raise OptionError(f"--sheet: {message}; use a smaller one, or another --machine")
-        issues.append(Issue("L435", f"{message}: check it with the machine that cuts it (--machine)"))
-    return settings, issues, stocks
+    return settings, stocks
+
+
+def _exceeds_table(stock: Stock, machine: Machine) -> str:
+    """Return a message on a sheet that is larger than the machine's table; "" for all others."""
+    reach = [machine.reach(axis) for axis in (0, 1)]
+    if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
+        return ""
+    return f"a sheet of {shown(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
+
+
+def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
+    """Return an issue for each kind of used sheet that is larger than the table of the usual machine."""
+    from leafcut.read.machine import load_machine
+
+    machine = load_machine(for_cutting(settings).machine.machine)
+    used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
+    return [
+        Issue("L435", f"{message}: check it with the machine that cuts it (--machine)")
+        for stock in used.values()
+        if (message := _exceeds_table(stock, machine))
+    ]
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
