@@ -21,7 +21,7 @@ class Iteration(NamedTuple):
     ========= ================================================================================================
     number    number of the iteration, from 1
     seconds   time since the start of the search, by its clock
-    shortest  cost of the best path of all iterations so far, travel and service in the unit of the problem
+    shortest  cost of the best path up to this iteration, travel and service in the unit of the problem
     best      cost of the best path of this iteration
     mean      mean cost of the finished paths of this iteration
     worst     cost of the worst finished path of this iteration
@@ -73,7 +73,7 @@ class Study:
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the recorded iterations of a search, by default the last one; the newest iteration is included."""
+        """Return the recorded iterations of a search, by default the latest, with its newest iteration."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 

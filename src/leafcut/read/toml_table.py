@@ -98,7 +98,7 @@ class TomlTable:
         return tuple(self._quantity(key, unit, item) for item in value)
 
     def typed(self, key: str, axis: int = 0) -> str:
-        """Return a value as written in the file, with its unit; for a list, the value of one axis."""
+        """Return a value as written in the file, with its unit; for a list, the value of an axis."""
         value = self.values.get(key, "")
         return _shown(value[axis] if isinstance(value, list) else value)
 

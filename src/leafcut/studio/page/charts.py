@@ -82,7 +82,7 @@ class SwitchedChart:
 def convergence(
     history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: ChartWords, now: float = 0.0
 ) -> tuple[ChartOptions, str]:
-    """Return cost over search time: (seconds, cost) at every improvement, the lower bound, and the time so far, s."""
+    """Return cost over search time: (seconds, cost) at every improvement, the lower bound, and the elapsed time, s."""
     best, last = history[-1][1], max(now, history[-1][0], 0.001)
     points = [*history, (last, best)]
     line = _line(words["best"], points, "--accent", 2.2, step="end")
@@ -98,7 +98,7 @@ def convergence(
 def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str) -> tuple[ChartOptions, str]:
     """Return best, mean and worst cost per iteration, the overall best and the λ-branching factor.
 
-    `rows` are those of `model.study.Iteration`.
+    `rows` hold the fields of `model.study.Iteration`.
     """
     at, axis = _axis_of(rows, by, words)
     last = rows[-1]

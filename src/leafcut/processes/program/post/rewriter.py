@@ -41,7 +41,7 @@ _TOLERANCE = 1e-6
 _ARCS = frozenset({"G2", "G3"})
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
 #: Modal groups that the first piece of a section may state again.
-_ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
+_RESTATED = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
 #: Fields of `Modal` by the modal group on which a block relies.
 _FIELDS: dict[str, tuple[str, ...]] = {
     "motion": ("motion", "cycle", "cycle_words"),
@@ -161,7 +161,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _stand(self, block: int) -> None:
-        """Set modal state and position to those of the original before a block."""
+        """Take modal state and position from the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -179,23 +179,23 @@ class _Rewriter:
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
         follows = self.original.follows_work(pieces[0].begin)
         floor = entry
-        anew = self._anew(section) if order[0] else frozenset()
+        restated = self._restated(section) if order[0] else frozenset()
         for place, number in enumerate(order.tolist()):
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
-            self._piece(pieces[index], height, turned, anew if not place else frozenset())
+            self._piece(pieces[index], height, turned, restated if not place else frozenset())
             # The original may have retracted before it left its last piece.
             floor = section.clearance
             if index == len(pieces) - 1:
                 floor = max(floor, self.original.departure(pieces[-1]))
 
-    def _anew(self, section: Section) -> frozenset[str]:
-        """Return the modal groups that a new first piece states: the feed, and those of `_ANEW` in the section."""
+    def _restated(self, section: Section) -> frozenset[str]:
+        """Return the modal groups that a new first piece states: the feed, and `_RESTATED` if used."""
         pieces = section.pieces
-        return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
+        return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
-    def _piece(self, piece: PieceOfWork, floor: float, turned: bool, anew: frozenset[str]) -> None:
-        """Write a piece; the tool arrives no lower than `floor`. Groups `anew` are stated even if they are active."""
+    def _piece(self, piece: PieceOfWork, floor: float, turned: bool, restated: frozenset[str]) -> None:
+        """Write a piece; the tool arrives at `floor` or above. Groups `restated` are stated even if they are active."""
         self.look()
         program = self.program
         block, row = self.original.arrival(piece)
@@ -206,7 +206,7 @@ class _Rewriter:
             self._arrive_drilling(piece, row, floor)
         else:
             self._arrive(piece, block, floor, entry)
-        front, back = self._missing(reliance, program.modal(piece.begin), piece.begin, anew)
+        front, back = self._missing(reliance, program.modal(piece.begin), piece.begin, restated)
         stated = self._letters(block)
         axes = [
             letter + format_length(value, program.modal(block).unit)
@@ -314,16 +314,16 @@ class _Rewriter:
     # -- words -------------------------------------------------------------------------------------------------------
 
     def _missing(
-        self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
+        self, reliance: Reliance, need: Modal, block: int, restated: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words at the start and end of a block that set the modal state it needs, `anew` in any case."""
+        """Return the words at the start and end of a block that set its modal state, always for groups `restated`."""
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []
         # State every group that the original has stated before, even if it has the initial state of the machine.
         known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
         unsaid = known - self.said
-        again = known & anew
+        again = known & restated
         said = {
             "distance": "G91" if need.incremental else "G90",
             "plane": f"G{need.plane}",
@@ -516,11 +516,11 @@ class Territory:
         return self._lines[self._line[-1] :] if self._line else self._lines
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
-        """Return the lines of blocks begin … end - 1."""
+        """Return the lines of the blocks in a range."""
         return self._lines[self._at(begin) : self._at(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of the line of `block` among the lines of the piece that starts with block `begin`."""
+        """Return the index of the line of `block` among the lines of a piece, given its first block."""
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:
