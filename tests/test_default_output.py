@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import leafcut
 from leafcut.cli.app import run
 from leafcut.files.digests import is_unchanged
+from leafcut.processes import registry
+from leafcut.processes.settings import collect
+from leafcut.read.registry import read_source
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FAST = ("--preset", "fast", "--threads", "1", "-q")
@@ -44,22 +48,30 @@ def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name, words, command",
+    "name, options, command",
     [
-        ("sheet.dxf", ["--thickness", "6"], "cut"),  # layers CUT and SHEET
-        ("bracket.dxf", ["--thickness", "6", "--machine", "plasma-table"], "cut"),
-        ("bracket.dxf", ["--thickness", "6", "--kerf", "1", "--machine", "plasma-table"], "cut"),
-        ("pocket.dxf", ["--depth", "3", "--tool-diameter", "6"], "pocket"),
-        ("plate_10.dxf", ["--depth", "3"], "drill"),
+        ("sheet.dxf", {}, "cut"),  # layers CUT and SHEET
+        ("sheet.dxf", {"layers": "CUT"}, "auto"),
+        ("sheet.dxf", {"machine": "haas-vf2", "cycle": "G81"}, "auto"),
+        ("bracket.dxf", {"machine": "plasma-table"}, "cut"),
+        ("bracket.dxf", {"kerf": 1.0}, "cut"),
+        ("pocket.dxf", {}, "pocket"),  # layers POCKET and ISLAND
+        ("plate_10.dxf", {"tool_diameter": 6.0}, "pocket"),
+        ("plate_10.dxf", {"thickness": 6.0}, "auto"),
+        ("gusset.svg", {"machine": "grbl-3018"}, "pocket"),
+        ("cam_121.nc", {"machine": "plasma-table"}, "auto"),
     ],
 )
-def test_machine_options_and_layers_decide_what_a_file_is_for(
-    shop: Path, name: str, words: list[str], command: str
-) -> None:
-    shutil.copy(EXAMPLES / name, name)
+def test_machine_options_and_layers_decide_what_a_file_is_for(name: str, options: dict[str, Any], command: str) -> None:
+    assert registry.guess([read_source(EXAMPLES / name)], collect(options)) == command
+
+
+def test_a_guessed_work_has_its_usual_machine(shop: Path) -> None:
+    """The program equals that of the command by name."""
+    shutil.copy(EXAMPLES / "bracket.dxf", "b.dxf")
     blocks = []
-    for inputs in ([name], [command, name]):
-        assert run([*inputs, *words, *FAST, "--no-header", "-o", "out.ngc"]) in (0, 3)
+    for words in (["b.dxf"], ["cut", "b.dxf"]):
+        assert run([*words, "--thickness", "6", "--kerf", "1.5", *FAST, "--no-header", "-o", "out.ngc"]) == 0
         blocks.append(Path("out.ngc").read_text())
     assert blocks[0] == blocks[1]
 

@@ -36,7 +36,10 @@ plunge_feed = "100 mm/min"
 spindle_speed = "6000 rpm"
 """
 #: Properties that stand for an option.
-_STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
+_STANDS_FOR = {
+    "sheets": "sheet", "angles": "rotations", "n_offered": "variants", "n_written": "variants", "blind_depth": "depth",
+    "is_through": "depth",
+}  # fmt: skip
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = (
     "leafcut.options.option_spec",

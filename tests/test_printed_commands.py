@@ -55,6 +55,9 @@ NOT_HERE = (
 )  # fmt: skip
 #: Earlier command on the same page that a command depends on.
 BEFORE: dict[str, tuple[str, ...]] = {
+    "cut nested.dxf --thickness 6 -o nested.ngc": (
+        "nest examples/bracket.dxf:10 examples/gusset.svg:4 --sheet 800x500 --kerf 1.5 --gap 6 -o nested.dxf",
+    ),
     "cut examples/sheet.dxf --thickness 6 --plan plan.json -o sheet.ngc": (
         "cut examples/sheet.dxf --thickness 6 --save-plan plan.json -o sheet.ngc",
     ),

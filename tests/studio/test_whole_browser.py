@@ -17,7 +17,10 @@ from leafcut.studio.drawing.scene import part_scene
 
 PIXEL = """([x, y]) => {
   const pane = drawing.panes[1], ratio = pane.ratio(), { view } = drawing;
-  return [...pane.ctx.getImageData(Math.round(view.toX(x) * ratio), Math.round(view.toY(y) * ratio), 1, 1).data];
+  const px = Math.round(view.toX(x) * ratio), py = Math.round(view.toY(y) * ratio);
+  const pixel = (dx, dy) => [...pane.ctx.getImageData(px + dx, py + dy, 1, 1).data];
+  const pixels = [-1, 0, 1].flatMap((dx) => [-1, 0, 1].map((dy) => pixel(dx, dy)));
+  return pixels.reduce((one, other) => (other[3] > one[3] ? other : one));
 }"""
 #: The strongest of the pixels around a place.
 STRONGEST = """([x, y]) => {
