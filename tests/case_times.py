@@ -53,12 +53,15 @@ class CaseTimes:
         self.count = 0
 
     def over_limit(self) -> list[tuple[float, str]]:
-        """Return processor time and name of each fast case or set-up above the limit, the slowest first."""
+        """Return processor time and name of each fast case or set-up above the limit, the slowest first.
+
+        More processor time than all cores had in the case belongs to a child process of an earlier case.
+        """
         if self.limit is None:
             return []
-        return sorted(
-            ((cpu, case) for case, (_, cpu, fast) in self.times.items() if fast and cpu > self.limit), reverse=True
-        )
+        cores = os.cpu_count() or 1
+        own = [(min(cpu, wall * cores), case) for case, (wall, cpu, fast) in self.times.items() if fast]
+        return sorted((times for times in own if times[0] > self.limit), reverse=True)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         # A case appends its times phase by phase, so the last value belongs to the phase of the report.

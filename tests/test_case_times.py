@@ -44,6 +44,13 @@ def test_a_setup_above_the_limit_fails_the_run_and_names_the_case_that_pays_for_
     assert times.over_limit() == [(3.1, "setup of a")]
 
 
+def test_a_child_of_an_earlier_case_that_ends_now_does_not_count(times: CaseTimes) -> None:
+    late = report("a", 5.6, fast=True)
+    late.duration = 0.05
+    assert exit_status_after(times, late) == pytest.ExitCode.OK
+    assert times.over_limit() == []
+
+
 def test_a_case_of_the_slow_tier_has_no_limit(times: CaseTimes) -> None:
     reports = (report("a", 60.0, fast=False, when=when) for when in ("setup", "call"))
     assert exit_status_after(times, *reports) == pytest.ExitCode.OK
