@@ -95,7 +95,7 @@ def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: py
     assert run([*shlex.split(nest), "--preset", "fast", "-q"]) == 0
     assert run([*shlex.split(cut), "--preset", "fast", "-q"]) == 0
     # A bracket has two holes and a gusset has one; each contour is pierced once.
-    assert Path("sheet.ngc").read_text().count("M3 $0") == 10 * 3 + 4 * 2
+    assert Path("nested.ngc").read_text().count("M3 $0") == 10 * 3 + 4 * 2
     assert [run([*shlex.split(command), "--preset", "fast", "-q"]) for command in more] == [0] * len(more)
 
 

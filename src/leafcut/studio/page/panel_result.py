@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
+#: Minimum time of a search that is shown, s.
+_SHOWN_SEARCH = 0.01
 #: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
 _MAX_ISSUES = 200
@@ -273,7 +275,8 @@ class ResultPanel:
                 text("dd", str(answer[key]))
             text("dt", w("result.computing"))
             text("dd", format_time(answer["seconds"] or 0.0))
-            if searched and answer.get("search_seconds") is not None:  # answers of earlier versions lack it
+            # Answers of earlier versions lack it; a search of a few nodes would show as 0.00 s.
+            if searched and (answer.get("search_seconds") or 0.0) >= _SHOWN_SEARCH:
                 text("dt", w("result.searching"))
                 text("dd", format_time(answer["search_seconds"]))
 
