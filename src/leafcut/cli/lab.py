@@ -125,7 +125,7 @@ def report_experiment(
     results: _Results = File(RESULTS),
     as_json: Json = False,
 ) -> int:
-    """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
+    """Write the page (HTML) and the table (CSV) of the finished runs of an experiment."""
     from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.running import can_run, rows_of
@@ -150,7 +150,8 @@ def report_experiment(
 
 def tune_options(
     sources: Annotated[
-        list[str], Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of one class")
+        list[str],
+        Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of the same class"),
     ],
     /,
     *,

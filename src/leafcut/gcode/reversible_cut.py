@@ -33,8 +33,10 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ReversibleCut:
-    """Blocks begin … body - 1 are the lead, body … tail - 1 the cut, tail … end - 1 the retract. `places` are X and Y,
-    as text, of all points along the cut, including the start; None for a coordinate without a word.
+    """The blocks of a lead, a cut and a retract: the cut starts at block `body`, the retract at block `tail`.
+
+    `places` are X and Y, as text, of all points along the cut, including the start; None for a coordinate without a
+    word.
     """
 
     begin: int
@@ -46,7 +48,7 @@ class ReversibleCut:
 
 
 def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
-    """Return blocks begin … end - 1 as a reversible cut; None if a block is not plain or Z is not constant."""
+    """Return a range of blocks as a reversible cut; None if a block is not plain or Z is not constant."""
     return _CutReader(program, begin, end).stroke()
 
 

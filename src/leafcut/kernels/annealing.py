@@ -33,12 +33,12 @@ REACH = 2
 
 
 class AntPath(NamedTuple):
-    """Current path of one ant, its trial path, and its best path; one object per ant.
+    """Current path, trial path and best path of an ant.
 
     ======= ============== ===========================================================================
     path    int32[m]       the path: nodes in the order of visit
     trial   int32[m]       trial path
-    best    int32[m]       best path so far
+    best    int32[m]       best path of the run
     place   int32[m]       position of each cluster in `trial`, -1 if removed
     out     int32[m]       removed clusters
     dirty   uint8[m]       1 for positions of `trial` whose nodes are to be chosen again
@@ -147,7 +147,7 @@ def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, 
 
 @part
 def forget(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
-    """Remove a few neighbouring clusters, in pieces of the path; return how many. Changes: place, out, states[k]."""
+    """Remove a few neighbouring clusters in pieces of the path; return the number. Changes: place, out, states[k]."""
     n_clusters = len(walk.trial)
     target = 1 + below(states, k, MOST)
     centre = below(states, k, n_clusters)

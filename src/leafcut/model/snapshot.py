@@ -46,7 +46,7 @@ class SearchStep:
     Attributes
     ----------
     values
-        Symbol of `docs/glossary.md` → value, such as ``alpha``, ``tau_max``, ``c_best`` (cost of the best path so far)
+        Symbol of `docs/glossary.md` → value, such as ``alpha``, ``tau_max``, ``c_best`` (cost of the best path)
         or ``c_iteration`` (cost of the best path of this iteration).
     depositor
         The ant that deposits pheromone in MAX–MIN Ant System: ``best``, ``iteration``, or ``restart`` after a reset of
@@ -69,7 +69,7 @@ class Snapshot:
     Attributes
     ----------
     path
-        Points of the best path so far in the order of visits, float64[m, 2], mm, including given ends. A closed path
+        Points of the best path in the order of visits, float64[m, 2], mm, including given ends. A closed path
         ends at its start. Empty for a cost matrix without coordinates.
     cost, bound
         Cost of travel and service, and its lower bound, in the unit of the problem; the bound is None until it is

@@ -533,7 +533,7 @@ class _FireflyOptions1(TypedDict, total=False):
     rules for simple or for complex pockets, without local search (default: leafcut).
     """
     moving_firefly: Literal["brighter", "darker", None]
-    """Firefly of a pair that moves first, by the attractiveness of the other one (default: brighter)."""
+    """Firefly of a pair that moves first, by the attractiveness of its partner (default: brighter)."""
     short_inversions: Literal["tenth", "distance", None]
     """Maximum length of a short inversion: a tenth of the nodes, or the places at which two tours differ (default:
     tenth).

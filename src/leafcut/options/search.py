@@ -37,9 +37,9 @@ FIREFLIES = one_of("algorithm", "firefly")
 #: Condition of options of the published firefly algorithm.
 _PUBLISHED = (FIREFLIES, one_of("variant", "published", "published-complex"))
 
-#: Value of `--n-ants` besides a number: as many as there are parts of a sheet, else nodes.
+#: Value of `--n-ants` other than a number: the number of parts of a sheet, else of nodes.
 ANTS_AS_PARTS = "parts"
-#: Values of `--initial-pheromone` besides a number: random for each edge, and the two published values for ACS.
+#: Values of `--initial-pheromone` other than a number: random for each edge, and the two published values for ACS.
 RANDOM_TRAILS, BY_N_RHO_C, BY_N_C = "random", "1/nrC", "1/nC"
 
 
@@ -143,7 +143,7 @@ class SolveOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class AcoOptions(OptionGroup):
-    """Parameters of the ant algorithms; defaults are those of their authors (`order.literature.pheromone`)."""
+    """Parameters of the ant algorithms, with the defaults of their authors (`order.literature.pheromone`)."""
 
     section: ClassVar[str] = "aco"
     title: ClassVar[str] = "Ant algorithms"
@@ -225,7 +225,7 @@ class FireflyOptions(OptionGroup):
     moving_firefly: str = option(
         "text",
         "brighter",
-        "firefly of a pair that moves first, by the attractiveness of the other one",
+        "firefly of a pair that moves first, by the attractiveness of its partner",
         choices=("brighter", "darker"),
         needs=_PUBLISHED,
     )

@@ -58,7 +58,7 @@ def layers_of(instance: DirectedInstance) -> Clusters:
 
 
 class Forgetting:
-    """The annealing of one path, with its buffers."""
+    """The annealing of a path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
         """`words` is a random state uint64[1], `layers` the clusters if they already exist."""

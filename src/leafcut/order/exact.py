@@ -90,22 +90,22 @@ def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     problem must be `within_reach`.
     """
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
-    ways = moves.between(node, node)
+    between = moves.between(node, node)
     if not problem.closed:
-        return _cheapest(problem, pairs, ways, problem.service + moves.from_start(node), moves.to_end(node))[1]
+        return _cheapest(problem, pairs, between, problem.service + moves.from_start(node), moves.to_end(node))[1]
     # Without precedence, a closed path may start with cluster 0; otherwise with any cluster without predecessors.
     firsts = np.setdiff1d(np.arange(problem.n_clusters), pairs[:, 1]) if len(pairs) else np.array([0])
     paths = []
     for first in np.flatnonzero(np.isin(problem.cluster, firsts)):
         begun = np.where(node == first, problem.service, np.inf)
-        paths.append(_cheapest(problem, pairs, ways, begun, ways[:, first]))
+        paths.append(_cheapest(problem, pairs, between, begun, between[:, first]))
     return min(paths, key=lambda path: path[0])[1]
 
 
-def _cheapest(problem: RoutingProblem, pairs: Ints, ways: Floats, begun: Floats, home: Floats) -> tuple[float, Ints]:
+def _cheapest(problem: RoutingProblem, pairs: Ints, between: Floats, begun: Floats, home: Floats) -> tuple[float, Ints]:
     """Return the cheapest path and its cost, by dynamic programming over sets of clusters and the last node.
 
-    `ways` float64[nodes, nodes]: costs from the exit of one node to the entry of another; `begun` and `home`
+    `between` float64[nodes, nodes]: costs from the exit of a node to the entry of the next; `begun` and `home`
     float64[nodes]: costs up to and including a first node, and from a last node to the end.
     """
     m, cluster = problem.n_clusters, problem.cluster
@@ -122,11 +122,11 @@ def _cheapest(problem: RoutingProblem, pairs: Ints, ways: Floats, begun: Floats,
         for c in range(m):
             done = level[(level >> c & 1 == 0) & (level & needs[c] == needs[c])]
             for node in members[c]:
-                least = (spent[done] + ways[:, node]).min(axis=1)
+                least = (spent[done] + between[:, node]).min(axis=1)
                 spent[done | 1 << c, node] = least + problem.service[node]
     left = (1 << m) - 1
     total = spent[left] + home
     nodes = [int(np.argmin(total))]
     while left := left & ~(1 << int(cluster[nodes[-1]])):
-        nodes.append(int(np.argmin(spent[left] + ways[:, nodes[-1]])))
+        nodes.append(int(np.argmin(spent[left] + between[:, nodes[-1]])))
     return float(total.min()), np.array(nodes[::-1], dtype=np.int32)

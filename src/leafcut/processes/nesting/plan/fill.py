@@ -21,7 +21,7 @@ FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
-    """Packs pieces on sheets of one kind.
+    """Packs pieces on sheets of the same kind.
 
     `offered` is the area of the pieces to offer for a sheet, relative to its area. `repeatable` is false once a time
     limit has ended the packing of a sheet.
@@ -111,7 +111,7 @@ class Filling:
         return count
 
     def nest(self, method: str, seed: int) -> Nest:
-        """Return the sheets filled so far as a nest."""
+        """Return the filled sheets as a nest."""
         missing = Counter[int]()
         for piece, count in self.left.items():
             for member in self.task.pieces[piece].members:
