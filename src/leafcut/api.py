@@ -112,13 +112,13 @@ def optimize(
     sources = _sources(source)
     settings = _collect(process, options, options_file, defaults_file)
     inputs = [*_file_names(*sources), options_file, defaults_file, *files_read(settings)]
+    check_output(output, inputs)
+    check_output(report, [*inputs, output])
     if process == "auto":
-        for k, target in enumerate((output, report)):
-            check_output(target, [*inputs, *(output, report)[:k]])
         process, sources = _guessed(sources, settings)
     work = registry.of_drawings(process)
     outputs = [output, report, *(work.other_outputs(settings) if work else ())]
-    for k, target in enumerate(outputs):
+    for k, target in enumerate(outputs[2:], 2):
         check_output(target, [*inputs, *outputs[:k]])
     settings = _with_usual_options(settings, process)
     with _noting_defaults(settings):
@@ -204,7 +204,9 @@ def _guessed(sources: Sequence[Input], settings: Settings) -> tuple[str, list[In
 
     inputs = [read_source(source) for source in sources]
     # The drawing may be read twice, but is parsed once.
-    inputs = [(format_, replace(loaded, cache=loaded.cache or {})) for format_, loaded in inputs]
+    inputs = [
+        (format_, loaded if loaded.cache is not None else replace(loaded, cache={})) for format_, loaded in inputs
+    ]
     return registry.guess(inputs, settings), [loaded for _, loaded in inputs]
 
 

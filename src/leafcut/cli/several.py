@@ -50,10 +50,14 @@ def is_input(path: Path) -> bool:
 
     kind = format_name(path)
     try:
-        own = kind in ("gcode", "dxf") and is_unchanged(decoded(path.read_bytes())[0])
+        return bool(kind) and not (kind in ("gcode", "dxf") and _is_own(path.read_bytes()))
     except OSError:  # the file was removed
         return False
-    return bool(kind) and not own
+
+
+def _is_own(data: bytes) -> bool:
+    """Return whether the content of a file is an unchanged program or drawing of leafcut."""
+    return is_unchanged(decoded(data)[0])
 
 
 def _listed(path: Path) -> list[str]:
@@ -131,7 +135,7 @@ def check_no_drawing(target: str | None) -> None:
     path = Path(target or "")
     if target is None or not path.is_file() or format_name(path) in ("", "gcode", "csv"):
         return
-    if not is_unchanged(decoded(path.read_bytes())[0]):
+    if not _is_own(path.read_bytes()):
         raise OutputError(f"{target}: this is a drawing or a map, which leafcut did not write; choose another name")
 
 
@@ -141,9 +145,7 @@ def check_own(target: str | None, inputs: Sequence[str]) -> None:
     if target is None or not path.is_file():
         return
     data = path.read_bytes()
-    if is_unchanged(decoded(data)[0]) or any(
-        Path(source).is_file() and Path(source).read_bytes() == data for source in inputs
-    ):
+    if _is_own(data) or any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
         return
     raise OutputError(
         f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from pkgutil import resolve_name
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -21,6 +22,15 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _GROUP_PREFIX = "leafcut."
+
+
+def on_call(place: str) -> Callable[..., Any]:
+    """Return the function ``module:function``; its module is imported at the first call, so that only users load it."""
+
+    def call(*arguments: Any) -> Any:
+        return resolve_name(place)(*arguments)
+
+    return call
 
 
 @dataclass(frozen=True)

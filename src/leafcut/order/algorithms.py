@@ -7,12 +7,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
 
 from leafcut.errors import SolveError
+from leafcut.files.plugins import on_call
 from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
@@ -206,12 +206,7 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
 
 
 def _later(place: str) -> Callable[..., Any]:
-    """Return a function whose module is imported at its first call, so that only its users load its kernels."""
-
-    def call(*arguments: Any) -> Any:
-        return resolve_name(f"leafcut.order.{place}")(*arguments)
-
-    return call
+    return on_call(f"leafcut.order.{place}")
 
 
 run_ants, check_ants = (_later(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))

@@ -83,6 +83,21 @@ LOOKED_UP = use(CutDataOptions, "cut_speed")
 LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
 LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
 
+#: Help of cutting data that a program does not state, and of the tools and the solid of a program.
+HELP_OF_CUTTING_DATA = {
+    "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
+    "material": ("material of the sheet, by its name in the cut chart", ""),
+}
+HELP_OF_PROGRAM = {
+    "tools": ("", "the tools that the program describes"),
+    "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
+    "z_zero": (
+        "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its own "
+        "Z0 (drawn)",
+        "drawn",
+    ),
+}
+
 
 class Work(Protocol):
     """A kind of work: its name and its options.

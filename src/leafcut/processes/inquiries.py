@@ -16,16 +16,9 @@ from leafcut.options import (
     StockOptions,
 )
 from leafcut.options.condition import Conditions, absent, given, input_is, input_is_not
-from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
+from leafcut.processes.base import HELP_OF_CUTTING_DATA, HELP_OF_PROGRAM, LOOKED_UP, ORDERED, PLACE, Work, use
 
 _OF_STOCK = (given("workpiece"),)
-
-
-#: Cutting data of a sheet that a program does not state.
-_SHEET_HELPS = {
-    "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
-    "material": ("material of the sheet, by its name in the cut chart", ""),
-}
 
 
 class Solving(Work):
@@ -47,7 +40,7 @@ class Simulating(Work):
 
     name = "simulate"
     title = "simulating a program"
-    helps = _SHEET_HELPS
+    helps = HELP_OF_CUTTING_DATA
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "clearance_height") | LOOKED_UP
 
 
@@ -56,7 +49,7 @@ class Verifying(Work):
 
     name = "verify"
     title = "comparing programs"
-    helps = _SHEET_HELPS | {
+    helps = HELP_OF_CUTTING_DATA | {
         "tool_diameter": ("diameter of the flat mills that the programs do not describe", "unknown"),
     }
     uses = use(ReadOptions, "units") | use(MachineOptions) | use(JobOptions, "tool_diameter") | LOOKED_UP
@@ -67,16 +60,7 @@ class CuttingStock(Work):
 
     name = "stock"
     title = "cutting stock by a program"
-    helps = {  # noqa: RUF012  # `Work` declares it as a class variable
-        "tools": ("", "the tools that the program describes"),
-        "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
-        "workpiece": ("", "as the program shows: just around the cuts below Z0"),
-        "z_zero": (
-            "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its "
-            "own Z0 (drawn)",
-            "drawn",
-        ),
-    }
+    helps = HELP_OF_PROGRAM | {"workpiece": ("", "as the program shows: just around the cuts below Z0")}
     uses = (
         use(ReadOptions, "units", "strict", solid=(given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)

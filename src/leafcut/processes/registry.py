@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
@@ -122,7 +122,7 @@ def process(name: str) -> Process:
 
 @cache
 def _built_in(name: str) -> Process:
-    instance: Process = _load(BUILT_IN[name])()
+    instance: Process = resolve_name(BUILT_IN[name])()
     return instance
 
 
@@ -199,7 +199,7 @@ def work(name: str) -> Work:
 
 def command(name: str) -> Any:
     """Return the function of a command."""
-    return _load(COMMANDS[name])
+    return resolve_name(COMMANDS[name])
 
 
 def asked_words() -> tuple[str, ...]:
@@ -365,8 +365,3 @@ def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Pro
             reason = f"{other_files[0].path} is not one" if other_files else f"--process {asked} cannot combine them"
             raise OptionError(f"only drill files can be combined into one program; {reason}")
     raise OptionError("several inputs cannot be combined into one program")
-
-
-def _load(reference: str) -> Any:
-    module, _, attribute = reference.partition(":")
-    return getattr(import_module(module), attribute)

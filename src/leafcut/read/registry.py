@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any
 
 from leafcut.errors import OptionError, ReadError, parsing
-from leafcut.files.plugins import Plugin, PluginKind
+from leafcut.files.plugins import Plugin, PluginKind, on_call
 from leafcut.files.whole_files import StandardInput
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.part import Part
@@ -22,13 +21,7 @@ Input = str | Path | StandardInput | Source
 
 
 def _reader(place: str) -> Callable[..., Part]:
-    """The module of ``module:function`` is imported at the first call."""
-
-    def read(*arguments: Any) -> Part:
-        part: Part = resolve_name(f"leafcut.read.{place}")(*arguments)
-        return part
-
-    return read
+    return on_call(f"leafcut.read.{place}")
 
 
 BUILT_IN = (

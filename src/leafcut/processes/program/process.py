@@ -18,7 +18,16 @@ from leafcut.options import (
     StockOptions,
 )
 from leafcut.options.condition import given
-from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
+from leafcut.processes.base import (
+    HELP_OF_CUTTING_DATA,
+    HELP_OF_PROGRAM,
+    LOOKED_UP,
+    ORDERED,
+    SEARCH,
+    SEARCH_MORE,
+    Process,
+    use,
+)
 from leafcut.processes.program.options import ResequenceOptions
 
 if TYPE_CHECKING:
@@ -74,17 +83,10 @@ class ForeignProgram(Process):
         "mirror": "mirror the drawing instead, or in the CAM, which knows leads and climb milling",
         "rotate": "rotate the drawing instead, in the CAM, or by the machine's work offset",
     }
-    helps = {  # noqa: RUF012  # the protocol declares a class attribute
-        "tools": ("", "the tools that the program describes"),
-        "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
+    helps = HELP_OF_PROGRAM | {
         "workpiece": ("", "as the program shows: where no rapid has been"),
-        "z_zero": (
-            "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its "
-            "own Z0 (drawn)",
-            "drawn",
-        ),
         "start_point": ("position of the tool before the program's first rapid, x,y, or free", ""),
-        "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
+        "thickness": HELP_OF_CUTTING_DATA["thickness"],
         "material": (
             "material: of a sheet, its name in the cut chart; for --feeds a name of `leafcut list materials`, or a "
             "TOML file",
