@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from functools import cache
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,6 +45,9 @@ FAST = "not (slow or browser or external)"
 #: Processor time that a changed kernel may need to be compiled, s, and that of a test in addition to its own.
 COMPILING, EACH = 90.0, 0.005
 
+#: Marks a decorator as a comment.
+DECORATOR = "# decorator: "
+
 #: Tests that use the kernels, besides those of the kernels.
 BESIDE_KERNELS = ("tests/order/", "tests/material/", "tests/timing/")
 
@@ -65,33 +68,41 @@ class Mutant(NamedTuple):
         return "\n".join(line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---"))
 
 
-@cache
+def without_decorators(text: str) -> str:
+    """Return a source whose functions have their decorators as comments: mutmut changes no decorated function."""
+    lines = text.splitlines(keepends=True)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            for decorator in node.decorator_list:
+                for index in range(decorator.lineno - 1, decorator.end_lineno or decorator.lineno):
+                    lines[index] = DECORATOR + lines[index]
+    return "".join(lines)
+
+
 def mutations_of(file: Path) -> tuple[Any, list[Any]]:
-    """Return the syntax tree of a file and its mutations by mutmut."""
-    module, mutations, _, _ = create_mutations(str(file), file.read_text(encoding="utf-8"))
-    return module, mutations
+    """Return the syntax tree of a file without decorators, and its mutations by mutmut."""
+    return create_mutations(str(file), without_decorators(file.read_text(encoding="utf-8")))[:2]
 
 
-def draw(count: int, seed: str) -> list[Mutant]:
-    """Return mutants, the same number from each group; the chance of a file is proportional to its length."""
+def draw(count: int, seed: str, groups: Sequence[str]) -> list[Mutant]:
+    """Return mutants, the same number from each group; all mutants of a group have the same chance."""
     random_state = random.Random(seed)
     chosen: list[Mutant] = []
-    for group, patterns in GROUPS.items():
-        files = sorted({file for pattern in patterns for file in SOURCE.glob(pattern)})
-        sizes = [file.stat().st_size for file in files]
+    for group in groups:
+        files = sorted({file for pattern in GROUPS[group] for file in SOURCE.glob(pattern)})
+        numbers = [len(mutations_of(file)[1]) for file in files]
         seen: set[str] = set()
-        while len(seen) < -(-count // len(GROUPS)):
-            (file,) = random_state.choices(files, sizes)
+        while len(seen) < -(-count // len(groups)):
+            (file,) = random_state.choices(files, numbers)
             module, mutations = mutations_of(file)
-            if not mutations:
-                continue
             mutation = random_state.choice(mutations)
-            text = module.deep_replace(mutation.original_node, mutation.mutated_node).code
-            if text in seen or text == module.code:
+            mutated = module.deep_replace(mutation.original_node, mutation.mutated_node).code
+            old, text = (source.replace(DECORATOR, "") for source in (module.code, mutated))
+            if text in seen or text == old:
                 continue
             seen.add(text)
-            pairs = enumerate(zip(module.code.splitlines(), text.splitlines(), strict=False), 1)
-            line = next((number for number, (old, new) in pairs if old != new), 1)
+            pairs = enumerate(zip(old.splitlines(), text.splitlines(), strict=False), 1)
+            line = next((number for number, (before, after) in pairs if before != after), 1)
             chosen.append(Mutant(group, file, line, text))
     return chosen
 
@@ -194,6 +205,7 @@ def main() -> None:
     """Draw mutants, run the tests on each, and print the survivors."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="number of mutants")
+    parser.add_argument("--groups", nargs="+", choices=list(GROUPS), default=list(GROUPS), help="default: all")
     parser.add_argument("--seed", default="", help="default: the hash of the commit")
     parser.add_argument("--most", type=float, default=90.0, help="most processor time of the tests for a mutant, s")
     parser.add_argument("--part", default="1/1", help="K/N: run every N-th mutant, starting at the K-th")
@@ -203,7 +215,7 @@ def main() -> None:
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     seed = given.seed or commit.stdout.strip()
     part, parts = map(int, given.part.split("/"))
-    mutants = draw(given.count, seed)[part - 1 :: parts]
+    mutants = draw(given.count, seed, given.groups)[part - 1 :: parts]
     recorded = record({mutant.file for mutant in mutants})
     print(f"{len(mutants)} mutants of seed {seed}", flush=True)
     survivors = 0
