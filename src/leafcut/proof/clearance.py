@@ -66,13 +66,13 @@ DangerCheck = tuple[str, Mask, str]
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
     """Return the height of the hole there, otherwise the highest, mm, float64[n]."""
-    from scipy.spatial import cKDTree
+    import shapely
 
     result = np.full(len(path), highest)
     with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
-    distance, hole = cKDTree(tops[:, :2]).query(path.end[with_position, :2], distance_upper_bound=_SAME_POSITION)
-    is_near = np.isfinite(distance)
-    result[with_position[is_near]] = tops[hole[is_near], 2]
+    holes, ends = shapely.points(tops[:, :2]), shapely.points(path.end[with_position, :2])
+    end, hole = shapely.STRtree(holes).query_nearest(ends, max_distance=_SAME_POSITION, all_matches=False)
+    result[with_position[end]] = tops[hole, 2]
     return result
 
 
