@@ -141,7 +141,15 @@ def test_a_point_has_a_unit_in_every_coordinate() -> None:
 
 @pytest.mark.parametrize(
     "seconds, text",
-    [(8.421, "8.42 s"), (42.06, "42.1 s"), (185.2, "3 min 05 s"), (3599.9, "1 h 00 min"), (7320, "2 h 02 min")],
+    [
+        (8.421, "8.42 s"),
+        (9.996, "10.0 s"),
+        (42.06, "42.1 s"),
+        (59.97, "1 min 00 s"),
+        (185.2, "3 min 05 s"),
+        (3599.9, "1 h 00 min"),
+        (7320, "2 h 02 min"),
+    ],
 )
 def test_times_read_as_a_person_says_them(seconds: float, text: str) -> None:
     assert format_time(seconds) == text

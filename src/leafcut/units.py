@@ -186,8 +186,8 @@ def parse_point(value: str | tuple[float, ...]) -> tuple[float, ...]:
 
 def format_time(seconds: float) -> str:
     """Return seconds in readable form: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
-    if seconds < 60:
-        return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
+    if round(seconds, 1) < 60:
+        return f"{seconds:.2f} s" if round(seconds, 2) < 10 else f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:
         return f"{minutes} min {rest:02d} s"

@@ -32,6 +32,8 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     Z.
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
+    from leafcut.proof.difference import MOST_LISTED
+    from leafcut.proof.obstacles import CUTS, MAY_CROSS
 
     settings = job.settings.job
     zones = parse_zones(settings.keep_out)
@@ -56,15 +58,14 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         {number: _lowest_tip(program.path, number) for number in radii},
     )
     hits = meetings(job, obstacles, program.path)
-    cut = next((d for d in hits if d.what.startswith("cuts")), None)
-    if cut is not None:
-        raise PlanError(f"{cut}; move the obstacle, or the program's origin")
-    unseen = next((d for d in hits if d.what.startswith("may")), None)
-    if unseen is not None:
-        raise PlanError(f"{unseen}; raise the tool before this move, or leave out --keep-out")
+    if hits and hits[0].what == CUTS:
+        raise PlanError(f"{hits[0]}; move the obstacle, or the program's origin")
+    if hits and hits[0].what == MAY_CROSS:
+        raise PlanError(f"{hits[0]}; raise the tool before this move, or leave out --keep-out")
     issues = []
     if hits:
         often = "once" if len(hits) == 2 else f"{len(hits) - 1} times"
+        often = f"at least {often}" if len(hits) > MOST_LISTED else often
         route = f"over it at Z{heights.min():g} or above" if lifts else "around it"
         message = f"rapids of the original cross --keep-out zones, here and {often} more"
         message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program goes {route}"

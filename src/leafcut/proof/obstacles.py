@@ -25,6 +25,9 @@ _TOLERANCE = 0.003
 #: Step of arcs, rad; the chord error is less than a ten-thousandth of the radius.
 _STEP = math.radians(1.5)
 
+#: Kinds of differences, in the order of the list: a cut in an obstacle stays even if a move is taken around it.
+CUTS, MAY_CROSS, CROSSES = "cuts in an obstacle", "may cross an obstacle", "crosses an obstacle"
+
 
 def check_obstacles(
     path: Toolpath,
@@ -38,7 +41,8 @@ def check_obstacles(
 ) -> list[Difference]:
     """Return every motion that comes closer to an obstacle than its tool radius; empty if there are none.
 
-    This includes motions in which a part of the tool above the flutes meets an obstacle below its height.
+    This includes motions in which a part of the tool above the flutes meets an obstacle below its height. Cuts come
+    first, then moves on unknown paths, then rapids.
 
     Parameters
     ----------
@@ -73,7 +77,7 @@ def check_obstacles(
     unseen = [_unknown_path_difference(path, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
-        return shorten(unseen[:100], len(unseen))
+        return shorten(unseen)
     shapes = _shapes(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
@@ -92,10 +96,14 @@ def check_obstacles(
         needed[touching] = np.maximum(needed[touching], top)
     from_anywhere = rapid[rows] & np.isnan(path.before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
     needed[from_anywhere] = highest
-    inside = np.flatnonzero(needed > -math.inf)
-    differences = [_difference(path, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()]
-    differences += unseen
-    return shorten(differences[:100], len(differences))
+    cuts, rapids = (
+        [
+            _difference(path, int(rows[k]), float(needed[k]), bool(with_body[k]))
+            for k in np.flatnonzero((needed > -math.inf) & (rapid[rows] == is_rapid)).tolist()
+        ]
+        for is_rapid in (False, True)
+    )
+    return shorten([*cuts, *unseen, *rapids])
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
@@ -142,7 +150,7 @@ def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
 def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
     start = place(*path.before[row].tolist())
     text = f"it leaves {start} on an unknown path, not high enough to cross a --keep-out zone"
-    return Difference("may cross an obstacle", 0, int(path.line[row]), text)
+    return Difference(MAY_CROSS, 0, int(path.line[row]), text)
 
 
 def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
@@ -150,7 +158,8 @@ def _difference(path: Toolpath, row: int, height: float, body: bool) -> Differen
     rapid = path.kind[row] == Kind.RAPID
     allowed = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
     rule = f"a rapid may cross a --keep-out zone {allowed}" if rapid else "cutting is forbidden in a --keep-out zone"
-    kind = "crosses an obstacle" if rapid else "cuts in an obstacle"
     if body:
         rule = "the shank or holder of the tool meets a --keep-out zone below its height"
-    return Difference(kind, 0, int(path.line[row]), f"{rule}; this move goes from {start} to {end}")
+    return Difference(
+        CROSSES if rapid else CUTS, 0, int(path.line[row]), f"{rule}; this move goes from {start} to {end}"
+    )
