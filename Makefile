@@ -41,7 +41,7 @@ test-more: $(READY_DEV)
 	$(BIN)/pytest -n 2 --dist worksteal -m '$(MORE) or hypothesis' --hypothesis-profile=thorough $(PYTEST_FLAGS)
 
 test-lowest: $(LOWEST)/.ready
-	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/processes/nesting/plan/test_nest_blocks.py
+	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/nesting/plan/test_nest_blocks.py
 
 test-core: $(CORE)/.ready
 	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6 --dry-run

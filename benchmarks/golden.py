@@ -261,7 +261,7 @@ def _named(text: str, *folders: str) -> str:
 
 def _nest(folder: Path) -> None:
     import leafcut
-    from leafcut.processes.nesting.report import nest_as_json
+    from leafcut.nesting.report import nest_as_json
 
     folder.mkdir(parents=True, exist_ok=True)
     outcome = leafcut.nest(

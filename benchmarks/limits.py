@@ -42,7 +42,7 @@ SIZES = {
 SEARCHES = (
     ("leafcut.order.solve", "solve"),
     ("leafcut.processes.pocket.plan.connected", "best"),
-    ("leafcut.processes.nesting.plan.nesting", "variants"),
+    ("leafcut.nesting.plan.nesting", "variants"),
 )
 #: Functions that load kernels, within a search.
 LOADING = (("leafcut.order.solve", "warm_up"),)

@@ -18,7 +18,7 @@ from leafcut.api import optimize
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
-from leafcut.processes.nesting.post import write_layout
+from leafcut.nesting.post import write_layout
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
 

@@ -15,9 +15,9 @@ from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
 from leafcut.files.digests import signed
 from leafcut.model.heartbeat import Progress
+from leafcut.nesting.options import NestOptions
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
 from leafcut.options.option_spec import flag_name
-from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.settings import all_options, collect
 
 

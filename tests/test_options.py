@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
+from leafcut.nesting.options import NestOptions
 from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
 from leafcut.options.option_spec import flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.settings import all_options, collect, group_of
 

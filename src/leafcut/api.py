@@ -603,8 +603,9 @@ def plugins() -> list[tuple[str, str]]:
 
 
 def default_machine(work: str) -> str:
-    """Return the default machine of the process named `work`; for other names, the general default machine."""
-    return (registry.process(work).usual(Settings()) if work in registry.names() else Settings()).machine.machine
+    """Return the default machine of the kind of work named `work`; for other names, the general default machine."""
+    known = work in registry.names() or work in registry.OTHER_WORKS
+    return (registry.work(work).usual(Settings()) if known else Settings()).machine.machine
 
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:

@@ -108,7 +108,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
         match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
     ):
         settings_for(collect({"peck": 2}), Engraving())
-    assert registry.preview_part("engrave", "a.dxf", Settings()).name == "a.dxf"
+    assert registry.work("engrave").preview_part("a.dxf", Settings()).name == "a.dxf"
 
 
 class Misnamed(Engraving):

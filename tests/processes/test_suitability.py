@@ -10,7 +10,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
-from leafcut.processes.registry import machine_can_do, machine_for, names, rate_works
+from leafcut.processes.registry import machine_can_do, names, rate_works, work
 from leafcut.processes.suitability import HOLES_PER_OUTLINE, WholeDrawing
 from leafcut.read import read_whole
 from leafcut.read.machine import load_machine, machine_names
@@ -123,9 +123,9 @@ def test_what_is_worked_is_told_by_contour() -> None:
     }
 
 
-@pytest.mark.parametrize("work", names())
-def test_every_process_has_a_machine_that_does_it(work: str) -> None:
-    assert any(machine_can_do(work, load_machine(name).head) for name in machine_names())
+@pytest.mark.parametrize("name_of_work", [*names(), "nest"])
+def test_every_process_has_a_machine_that_does_it(name_of_work: str) -> None:
+    assert any(machine_can_do(name_of_work, load_machine(name).head) for name in machine_names())
 
 
 def test_beams_and_torches_do_not_drill_and_spindles_do_not_cut_sheet() -> None:
@@ -137,6 +137,6 @@ def test_beams_and_torches_do_not_drill_and_spindles_do_not_cut_sheet() -> None:
 
 
 def test_drill_files_have_a_machine_for_circuit_boards() -> None:
-    name = machine_for("drill", "excellon")
+    name = work("drill").machine_for("excellon")
     assert name in machine_names() and load_machine(name).spindle_max_rpm >= 40_000
-    assert machine_for("drill", "dxf") == "" == machine_for("solve", "excellon")
+    assert work("drill").machine_for("dxf") == "" == work("solve").machine_for("excellon")

@@ -117,7 +117,7 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
         if file.name != "registry.py":
             yield rows.get(file.name, "17 ARC skipped: {}"), message_lines({"ValueError": (0,)}, [file])
     # Differences of programs, and reasons in lists.
-    lists = modules("read/dxf.py", "processes/nesting/proof.py", "processes/program/proof/matching.py")
+    lists = modules("read/dxf.py", "nesting/proof.py", "processes/program/proof/matching.py")
     yield GAP, message_lines({"append": (0,)}, lists)
     yield GAP, message_lines({"Difference": (0, 3)}, modules())
     yield GAP, message_lines({"_wrong": (9,), "wrong": (0, 1)}, modules("processes/sheet/proof"))

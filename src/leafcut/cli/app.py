@@ -58,11 +58,8 @@ leafcut reorder program.nc -o shorter.nc"""
 _EVERY_INPUT = (
     "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
 )
-#: Main options of commands without a form in the studio.
-_MAIN = {
-    "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
-    "speeds": ("material", "tools", "depth", "thickness", "machine", "shop_rate"),
-}
+#: Main options of `leafcut tools speeds`, which has no form in the studio.
+_MAIN_OF_SPEEDS = ("material", "tools", "depth", "thickness", "machine", "shop_rate")
 
 #: Flag of processes without a table of parts.
 _PAGE = Annotated[
@@ -88,16 +85,17 @@ _SIMPLE = {
     "list": "leafcut.cli.listing:list_known",
     "defaults": "leafcut.cli.defaults:show_defaults",
 }
-_OPTIMIZE, _NEST = "leafcut.cli.programs:optimize", "leafcut.cli.programs:nest"
+_OPTIMIZE = "leafcut.cli.programs:optimize"
 #: Other commands with options of the option groups: function, kind of work, and further arguments of `command_of`.
 _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "filter": ("leafcut.cli.programs:filter_program", "", {}),
+    "nest": ("leafcut.cli.programs:nest", "nest", {}),
     "simulate": ("leafcut.cli.checks:simulate", "simulate", {}),
     "stock": ("leafcut.cli.checks:stock", "stock", {}),
     "verify": ("leafcut.cli.checks:verify", "verify", {}),
-    "solve": ("leafcut.cli.study:solve", "solve", {"first": _MAIN["solve"]}),
+    "solve": ("leafcut.cli.study:solve", "solve", {}),
     "tools speeds": (
-        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN["speeds"]},
+        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN_OF_SPEEDS},
     ),
 }  # fmt: skip
 
@@ -244,7 +242,7 @@ def _working_names() -> tuple[str, ...]:
 
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     if name in ("optimize", "filter"):
-        kinds = [process for process in registry.processes() if process.reads]
+        kinds = list(registry.processes())
         annotations = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
         if name == "optimize":
             first = registry.process("drill").form[0][1]
@@ -256,7 +254,9 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
     if name in _WORKING:
         place, name_of_work, special = _WORKING[name]
         work = registry.work(name_of_work)
-        return resolve_name(place), [work], {**special, "helps": lambda: work.helps}
+        main = {"first": work.form[0][1]} if name in ("nest", "solve") else {}
+        special = {**main, **special, "help": work.help or None, "helps": partial(_helps_of, work)}
+        return resolve_name(place), [work], special
     process = registry.of_command(name)
     assert process is not None
     return _making_command(process)
@@ -266,8 +266,6 @@ def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work
     special: dict[str, Any] = {
         "first": process.form[0][1], "help": process.help, "helps": partial(_helps_of, process),
     }  # fmt: skip
-    if not process.reads:
-        return resolve_name(_NEST), [process], special
     words = [word for word in process.asked_as if word != process.command]
     flag = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
     report = {} if process.tabulates else {"report": _PAGE}
@@ -276,9 +274,9 @@ def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work
     return resolve_name(_OPTIMIZE), [process], special
 
 
-def _helps_of(process: Process) -> dict[str, tuple[str, str]]:
-    """Return help texts and defaults of a process that differ from the options' own, such as its machine."""
-    return {**process.helps, "machine": ("", process.usual(Settings()).machine.machine)}
+def _helps_of(work: Work) -> dict[str, tuple[str, str]]:
+    """Return help texts and defaults of a kind of work that differ from the options' own, such as its machine."""
+    return {**work.helps, "machine": ("", work.usual(Settings()).machine.machine)}
 
 
 def _process_flag(summary: str, words: Iterable[str]) -> Any:

@@ -118,7 +118,7 @@ def _choices() -> dict[str, Sequence[str]]:
 
     choices: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
     choices |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
-    commands = [process.command for process in registry.processes()]
+    commands = [work.command for work in registry.works()]
     return {**choices, "process": registry.asked_words(), "command": commands}
 
 

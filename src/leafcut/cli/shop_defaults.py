@@ -69,7 +69,7 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
         return [_file_row(option, file) for option, file in from_files.values()]
     work = _work_of(command)
     settings = collect({}, options_file, defaults_file)
-    usual = registry.usual(work.name, settings)
+    usual = work.usual(settings)
     rows = []
     for group, name, spec in used_by(work):
         value = getattr(usual.of(group), name)
@@ -110,13 +110,13 @@ def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) ->
 
 def _commands() -> Iterator[tuple[str, Work]]:
     for work in registry.works():
-        yield getattr(work, "command", work.name), work
+        yield work.command, work
 
 
 def _work_of(command: str) -> Work:
     kinds = dict(_commands())
     if command in _OF_ALL_KINDS:
-        words = ", ".join(process.command for process in registry.processes() if process.reads)
+        words = ", ".join(process.command for process in registry.processes())
         raise OptionError(f"{command} does several kinds of work; name one of {words}")
     if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
         raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help tells its options")

@@ -95,7 +95,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
         | {"response", "analysis", "published", "notes", "reduced"}
     )
     command = table.text("command", OPTIMIZE)
-    commands = [SOLVE, OPTIMIZE, *(process.command for process in registry.processes())]
+    commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
     if command not in commands:
         raise table.wrong(f"unknown command '{command}'{nearest(command, commands)}")
     factors = tuple(_factor(entry, folder) for entry in table.tables("factor"))
@@ -288,9 +288,7 @@ def _check_options(description: Description) -> None:
 
 def _work(command: str) -> Work | None:
     """Return None if the input decides."""
-    if command == SOLVE:
-        return registry.work(SOLVE)
-    return next((process for process in registry.processes() if process.command == command), None)
+    return next((work for work in registry.works() if work.command == command), None)
 
 
 def in_short(description: Description) -> Description:

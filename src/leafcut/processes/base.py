@@ -115,6 +115,16 @@ class Work(Protocol):
         Unused option → advice that replaces "leave it out".
     helps
         Option with a special meaning for this work → help text, and default in words ("" for the usual default).
+    command, help
+        Name of the command, and one line of help. The command of a process is also a value of ``--process``.
+    asks
+        The value of ``--process`` for a file that suits several processes.
+    form
+        Groups of the form, the most important first: (key of the title, names of options). The first two are open.
+    heads
+        Machine heads that can do the work; empty for any head.
+    pictured
+        Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
     """
 
     name: ClassVar[str]
@@ -123,10 +133,35 @@ class Work(Protocol):
     uses: ClassVar[Mapping[str, Conditions]] = {}
     otherwise: ClassVar[Mapping[str, str]] = {}
     helps: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    command: ClassVar[str]
+    help: ClassVar[str] = ""
+    asks: ClassVar[str] = "auto"
+    form: ClassVar[FormGroups] = ()
+    heads: ClassVar[tuple[Head, ...]] = ()
+    pictured: ClassVar[str] = "lines"
 
     def used(self) -> Mapping[str, Conditions]:
-        """Return all used options with their conditions."""
-        return self.uses
+        """Return all used options, its own and shared ones, with their conditions."""
+        own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
+        return own_options | dict(self.uses)
+
+    def usual(self, settings: Settings) -> Settings:
+        """Return the settings with the defaults of this work, such as its usual machine."""
+        return settings
+
+    def machine_for(self, format_name: str) -> str:
+        """Return the usual machine for files of a format; "" for the default machine."""
+        return ""
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Return the suitability of a drawing for this work; None if drawings are not rated."""
+        return None
+
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
+        """Return the placed part of an input, for a preview; by default its holes."""
+        from leafcut.read import read
+
+        return read(source, settings.read)
 
 
 class Process(Work, Protocol):
@@ -148,22 +183,10 @@ class Process(Work, Protocol):
         File format of which several files become one program; "" for none.
     instead
         Wrong value of ``--process`` → advice.
-    command, help
-        Name of the command, which is also a value of ``--process``, and one line of help.
     takes
         Description of the input.
-    asks
-        The value of ``--process`` for a file that suits several processes.
-    offered_with
-        The kind of work next to which the studio offers this process.
-    form
-        Groups of the form, the most important first: (key of the title, names of options). The first two are open.
-    heads
-        Machine heads that can do the work; empty for any head.
     layer_names
         Patterns of layer names that name its work.
-    pictured
-        Style of thumbnails: ``holes`` as dots, ``lines``, or filled ``areas``.
     tabulates
         Whether a report may be a table of the parts (CSV).
     with_nearest
@@ -176,34 +199,10 @@ class Process(Work, Protocol):
     by_itself: ClassVar[bool] = False
     joins: ClassVar[str] = ""
     instead: ClassVar[Mapping[str, str]] = {}
-    command: ClassVar[str]
-    help: ClassVar[str] = ""
     takes: ClassVar[str] = "a drawing"
-    asks: ClassVar[str] = "auto"
-    offered_with: ClassVar[str] = ""
-    form: ClassVar[FormGroups] = ()
-    heads: ClassVar[tuple[Head, ...]] = ()
     layer_names: ClassVar[tuple[str, ...]] = ()
-    pictured: ClassVar[str] = "lines"
     tabulates: ClassVar[bool] = False
     with_nearest: ClassVar[bool] = True
-
-    def used(self) -> Mapping[str, Conditions]:
-        """Return all used options, its own and shared ones, with their conditions."""
-        own_options = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
-        return own_options | dict(self.uses)
-
-    def usual(self, settings: Settings) -> Settings:
-        """Return the settings with the defaults of this process, such as its usual machine."""
-        return settings
-
-    def machine_for(self, format_name: str) -> str:
-        """Return the usual machine for files of a format; "" for the default machine."""
-        return ""
-
-    def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of a drawing for this process; None if the process does not rate drawings."""
-        return None
 
     # The course of a job (`processes.course`) calls these in this order.
 
@@ -331,7 +330,3 @@ class Process(Work, Protocol):
         from leafcut.report.path_report import PathReport
 
         return PathReport(outcome)
-
-    def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed part of an input, for a preview."""
-        ...

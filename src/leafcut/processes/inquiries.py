@@ -24,7 +24,7 @@ _OF_STOCK = (given("workpiece"),)
 class Solving(Work):
     """A closed tour through the points of a map."""
 
-    name = "solve"
+    name = command = "solve"
     title = "solving a map"
     helps = {  # noqa: RUF012  # `Work` declares it as a class variable
         "bound": ("compute a lower bound and report the gap", ""),
@@ -33,32 +33,39 @@ class Solving(Work):
     uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(
         ReadOptions, but=(*PLACE, "up", "z_zero")
     )
+    form = (
+        ("search", ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads")),
+        ("solve", ("iterations", "bound", "candidates", "local_search")),
+        ("read", ("units", "layers", "strict")),
+    )
 
 
 class Simulating(Work):
     """The machine time and cost of a program."""
 
-    name = "simulate"
+    name = command = "simulate"
     title = "simulating a program"
     helps = HELP_OF_CUTTING_DATA
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "clearance_height") | LOOKED_UP
+    form = (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),)
 
 
 class Verifying(Work):
     """The comparison of the work of two programs."""
 
-    name = "verify"
+    name = command = "verify"
     title = "comparing programs"
     helps = HELP_OF_CUTTING_DATA | {
         "tool_diameter": ("diameter of the flat mills that the programs do not describe", "unknown"),
     }
     uses = use(ReadOptions, "units") | use(MachineOptions) | use(JobOptions, "tool_diameter") | LOOKED_UP
+    form = (("main", ("machine", "dialect", "allow_reverse", "tool_diameter", "work_offset", "units", "cut_speed")),)
 
 
 class CuttingStock(Work):
     """The simulation of stock removal by a program."""
 
-    name = "stock"
+    name = command = "stock"
     title = "cutting stock by a program"
     helps = HELP_OF_PROGRAM | {"workpiece": ("", "as the program shows: just around the cuts below Z0")}
     uses = (
@@ -82,7 +89,7 @@ _SPEED_HELPS = {
 class ChoosingSpeeds(Work):
     """The choice of spindle speeds and feeds for the tools of a part. A drawing is planned as for `drilling`."""
 
-    name = "cutting-data"
+    name = command = "cutting-data"
     title = "choosing speeds and feeds"
     uses = use(MachineOptions) | use(SpeedOptions)
     uses |= use(
@@ -98,7 +105,10 @@ class ChoosingSpeeds(Work):
         step_down=(given("tools"), input_is_not("drawing")),
     )
 
-    def __init__(self, drilling: Work) -> None:
+    def __init__(self) -> None:
+        from leafcut.processes.registry import process
+
+        drilling = process("drill")
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
         unused -= {"preset", "time_limit", "seed", "threads"}
         self.drilling = {name: need for name, need in drilling.used().items() if name not in unused}

@@ -14,12 +14,10 @@ from leafcut.files.plugins import PluginKind
 from leafcut.options import SHARED, CutDataOptions, Settings
 from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.processes.base import Process, Work
-from leafcut.processes.inquiries import ChoosingSpeeds, CuttingStock, Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
     from leafcut.model.kinds import Head
     from leafcut.model.outcome import Outcome
-    from leafcut.model.part import Part
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Format, Source
     from leafcut.report.path_report import PathReport
@@ -28,9 +26,17 @@ if TYPE_CHECKING:
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
-    "nest": "leafcut.processes.nesting.process:Nesting",
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",
+}
+#: Work that generates no programs, in the order of all lists: name → module and class.
+OTHER_WORKS = {
+    "nest": "leafcut.nesting.work:Nesting",
+    "solve": "leafcut.processes.inquiries:Solving",
+    "simulate": "leafcut.processes.inquiries:Simulating",
+    "stock": "leafcut.processes.inquiries:CuttingStock",
+    "verify": "leafcut.processes.inquiries:Verifying",
+    "cutting-data": "leafcut.processes.inquiries:ChoosingSpeeds",
 }
 #: Commands whose name differs from their process: process → command.
 _COMMAND_OF = {"program": "reorder"}
@@ -38,16 +44,16 @@ _COMMAND_OF = {"program": "reorder"}
 _USUAL = {"drawing": "drill", "program": "program"}
 #: Other commands and values of ``--process``; plug-ins cannot have these names.
 OTHER_COMMANDS = (
-    "auto", "optimize", "filter", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
+    "auto", "optimize", "filter", "nest", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
     "defaults", "send", "studio", "lab",
 )  # fmt: skip
 #: Functions of other commands: name → module and function.
 COMMANDS = {
     "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",
     "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
-    "nest_answer": "leafcut.processes.nesting.report:nest_as_json",
-    "nest_summary": "leafcut.processes.nesting.report:print_nests",
-    "nest": "leafcut.processes.nesting.command:nest",
+    "nest_answer": "leafcut.nesting.report:nest_as_json",
+    "nest_summary": "leafcut.nesting.report:print_nests",
+    "nest": "leafcut.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
     "shown_stock": "leafcut.processes.program.workpiece:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",
@@ -70,7 +76,7 @@ def _create_plugin_process(name: str, entry: Any) -> Process:
         raise ValueError("its name must be lower-case letters, digits and -")
     if reserved := sorted(_reserved_words() & set(instance.asked_as)):
         raise ValueError(f"leafcut already has a process '{reserved[0]}'")
-    shared = [*SHARED, *(group for built_in in BUILT_IN for group in process(built_in).options)]
+    shared = [*SHARED, *(group for built_in in (*BUILT_IN, *OTHER_WORKS) for group in work(built_in).options)]
     for group in instance.options:
         conflicts = [f"[{group.section}]" for existing in shared if existing.section == group.section]
         conflicts += [
@@ -175,26 +181,27 @@ def processes() -> Iterator[Process]:
 
 
 def groups(own: Iterable[type[OptionGroup]] | None = None) -> tuple[type[OptionGroup], ...]:
-    """Return all groups of options: shared groups, then the groups of all processes. If `own` is given, it replaces the
-    groups of all processes, and no process is loaded.
-    """
+    """Return the shared groups of options and those of all kinds of work; with `own`, these instead of the others."""
     if own is None:
-        own = [group for process_ in processes() for group in process_.options]
+        own = dict.fromkeys(group for work_ in works() for group in work_.options)
     position = SHARED.index(CutDataOptions) + 1
     return (*SHARED[:position], *own, *SHARED[position:])
 
 
 def works() -> tuple[Work, ...]:
-    """Return all kinds of work: the processes, and the other commands with options."""
-    return (*processes(), *map(work, ("solve", "simulate", "stock", "verify", "cutting-data")))
+    """Return all kinds of work: the processes, then the others."""
+    return (*processes(), *map(work, OTHER_WORKS))
 
 
 def work(name: str) -> Work:
     """Return a kind of work by its name; other kinds are not loaded."""
-    if name == ChoosingSpeeds.name:
-        return ChoosingSpeeds(_built_in("drill"))
-    kinds: tuple[type[Work], ...] = (Solving, Simulating, CuttingStock, Verifying)
-    return next((kind() for kind in kinds if kind.name == name), None) or process(name)
+    return _other_work(name) if name in OTHER_WORKS else process(name)
+
+
+@cache
+def _other_work(name: str) -> Work:
+    instance: Work = resolve_name(OTHER_WORKS[name])()
+    return instance
 
 
 def command(name: str) -> Any:
@@ -215,41 +222,22 @@ def asked_words() -> tuple[str, ...]:
 
 
 def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
-    """Return the kinds of work to offer for an input: `works`, the processes offered with them, and plug-ins for the
-    format.
-    """
-    companions = {process_.offered_with: process_.name for process_ in processes() if process_.offered_with}
+    """Return the kinds of work to offer for an input: `works`, nesting after cutting, and plug-ins for the format."""
     plugins = (process_.name for process_ in processes() if format_name in process_.formats)
-    return (*(name for work in works for name in (work, companions.get(work, "")) if name), *plugins)
-
-
-def preview_part(work: str, source: Source | str, settings: Settings) -> Part:
-    """Return the part of an input as a process reads it; for other commands, the part with holes only."""
-    from leafcut.read import read
-
-    return process(work).preview_part(source, settings) if work in names() else read(source, settings.read)
+    return (*(name for work in works for name in ((work, "nest") if work == "cut" else (work,))), *plugins)
 
 
 def rate_works(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
     """Return the suitability of a drawing for each kind of work that rates drawings, the best first."""
-    ratings = {name: process(name).suits(drawing) for name in works if name in names()}
+    ratings = {name: work(name).suits(drawing) for name in works}
     given_ratings = {name: rating for name, rating in ratings.items() if rating is not None}
     return dict(sorted(given_ratings.items(), key=lambda pair: -pair[1].score))
 
 
-def machine_can_do(work: str, head: Head) -> bool:
-    """Return whether a machine with this head can do a kind of work; other commands need no head."""
-    return work not in names() or not process(work).heads or head in process(work).heads
-
-
-def machine_for(work: str, format_name: str) -> str:
-    """Return the usual machine of a kind of work for files of a format; "" for none."""
-    return process(work).machine_for(format_name) if work in names() else ""
-
-
-def usual(work: str, settings: Settings) -> Settings:
-    """Return the settings with the defaults of a kind of work."""
-    return process(work).usual(settings) if work in names() else settings
+def machine_can_do(name: str, head: Head) -> bool:
+    """Return whether a machine with this head can do a kind of work."""
+    heads = work(name).heads
+    return not heads or head in heads
 
 
 def guess(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
@@ -66,11 +69,10 @@ DangerCheck = tuple[str, Mask, str]
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
     """Return the height of the hole there, otherwise the highest, mm, float64[n]."""
-    import shapely
-
     result = np.full(len(path), highest)
     with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
-    holes, ends = shapely.points(tops[:, :2]), shapely.points(path.end[with_position, :2])
+    holes: Any = shapely.points(tops[:, :2])
+    ends: Any = shapely.points(path.end[with_position, :2])
     end, hole = shapely.STRtree(holes).query_nearest(ends, max_distance=_SAME_POSITION, all_matches=False)
     result[with_position[end]] = tops[hole, 2]
     return result

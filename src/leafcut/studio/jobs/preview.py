@@ -113,7 +113,7 @@ def _drawing(
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 
-    part = registry.preview_part(work, source, settings)
+    part = registry.work(work).preview_part(source, settings)
     looking_for(progress, "drawing the preview")
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
@@ -122,7 +122,7 @@ def _drawing(
     background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
-    travel = travel_of(registry.usual(work, settings), part.extents)
+    travel = travel_of(registry.work(work).usual(settings), part.extents)
     return Preview(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
 

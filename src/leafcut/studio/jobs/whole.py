@@ -51,10 +51,7 @@ Zero = tuple[float, float] | None
 
 def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> Whole:
     """Return the whole content of an input; empty if the reader knows nothing but the machined part."""
-    machine = next(
-        (machine_name for machine_name in (registry.machine_for(work, format_.name) for work in kinds) if machine_name),
-        "",
-    )
+    machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return Whole(machine=machine)
     try:
@@ -64,7 +61,7 @@ def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Se
     suits = registry.rate_works(kinds, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
-        work: drawn.picture(selection.contours, selection.holes, registry.process(work).pictured)
+        work: drawn.picture(selection.contours, selection.holes, registry.work(work).pictured)
         for work, selection in suits.items()
     }
     return Whole(part, suits, pictures, machine)
@@ -83,7 +80,7 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
         return origin[0], origin[1]
     unplaced = settings.but(replace(settings.read, origin=None))
     try:
-        before = registry.preview_part(work, source, unplaced).extents
+        before = registry.work(work).preview_part(source, unplaced).extents
     except LeafcutError:
         return None
     after = part.extents

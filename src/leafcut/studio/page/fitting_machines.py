@@ -56,6 +56,6 @@ def why_not(name: str, work: str, folder: Folder, words: Words) -> str:
     if not name or fits(name, work, folder):
         return ""
     head = head_of(name, folder)
-    needed = words("choose.or").join(words(f"head.{head_name}") for head_name in registry.process(work).heads)
+    needed = words("choose.or").join(words(f"head.{head_name}") for head_name in registry.work(work).heads)
     machine_name, head_text = name.removeprefix(OWN), words(f"head.{head}") if head else ""
     return words("choose.unfit", machine=machine_name, has=head_text, needs=needed)

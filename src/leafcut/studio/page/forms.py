@@ -40,30 +40,16 @@ _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
 #: Width of a field in characters.
 _MAX_LETTERS = 16
 
-#: Work without a process → groups of the form.
-_OTHERS = {
-    "solve": (
-        ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
-        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
-        ("read", ("units", "layers", "strict")),
-    ),
-    "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
-    "verify": (
-        ("main", ("machine", "dialect", "allow_reverse", "tool_diameter", "work_offset", "units", "cut_speed")),
-    ),
-}
 #: Options for cutting nested sheets, shown beside the nests before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 
 
 def works() -> dict[str, WorkKind]:
-    """Return the kinds of work in display order: processes, then the others."""
+    """Return the kinds of work that have a form, in display order: processes, then the others."""
     return {
-        **{
-            process.name: WorkKind("optimize" if process.reads else process.command, process.asks, process.form)
-            for process in registry.processes()
-        },
-        **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
+        work.name: WorkKind(work.name if work.name in registry.OTHER_WORKS else "optimize", work.asks, work.form)
+        for work in registry.works()
+        if work.form
     }
 
 

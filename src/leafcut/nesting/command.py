@@ -1,0 +1,43 @@
+"""The command `nest`: parts and quantities in, drawings of nested sheets out."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from leafcut.files.whole_files import check_output, write_together
+from leafcut.model.heartbeat import OnProgress
+from leafcut.model.nest import NestOutcome
+from leafcut.nesting.options import NestOptions
+from leafcut.options import Settings
+from leafcut.read.nest_list import WantedDrawing, read_wanted
+
+
+def nest(
+    parts: Sequence[str | Path | WantedDrawing],
+    output: str | Path | None,
+    settings: Settings,
+    *,
+    other_inputs: Sequence[str | Path | None],
+    progress: OnProgress | None,
+    cancelled: threading.Event | None,
+) -> tuple[NestOutcome, list[str | Path | None]]:
+    """Nest parts and write the sheets; return the outcome, and all files read, including `other_inputs`."""
+    from leafcut.nesting.run import nest_drawings
+
+    wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
+    typed = [str(part) for part in parts if not isinstance(part, WantedDrawing)]
+    lists = [name for text in typed for name in (text, text.rpartition(":")[0]) if name]
+    inputs = [*other_inputs, *lists, *(drawing.file for drawing in wanted)]
+    check_output(output, inputs)
+    options = settings.of(NestOptions)
+    if options.remnants_out is not None:
+        check_output(options.remnants_out / "rest.dxf", inputs)  # fail early if the folder is missing
+    outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
+    sheets = [sheet.name for sheet in options.sheets if sheet.size is None]
+    read = [*inputs, *sheets]
+    for name in texts:
+        check_output(name, read)
+    write_together(texts)
+    return outcome, read

@@ -1,0 +1,157 @@
+"""Fill sheets one after another with the remaining pieces."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from leafcut.model.nest import Layout, Nest, NestPart, Stock
+from leafcut.nesting.options import NestOptions
+from leafcut.nesting.plan.pieces import SIDE_TOLERANCE, NestPiece, select_by_area
+from leafcut.nesting.plan.rectangles import PlacedPiece
+
+#: Minimum distance between two parts, mm.
+TOUCHING = 0.1
+
+#: Indices of kinds of sheet in filling order, with the maximum number of each.
+FillPlan = tuple[tuple[int, float], ...]
+
+
+class Packer(Protocol):
+    """Packs pieces on sheets of the same kind.
+
+    `offered` is the area of the pieces to offer for a sheet, relative to its area. `repeatable` is false once a time
+    limit has ended the packing of a sheet.
+    """
+
+    offered: float
+    repeatable: bool
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece fits on an empty sheet."""
+
+    def weight(self, piece: int) -> float:
+        """Return the area that a piece needs, mm²."""
+
+    @property
+    def sheet_area(self) -> float:
+        """Area of a sheet, mm²."""
+
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
+        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible."""
+
+
+@dataclass(frozen=True)
+class NestTask:
+    """Parts to nest, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
+
+    `remnants` has the packers for non-rectangular kinds of sheet, by index.
+    """
+
+    parts: tuple[NestPart, ...]
+    pieces: tuple[NestPiece, ...]
+    counts: tuple[int, ...]
+    stocks: tuple[Stock, ...]
+    options: NestOptions
+    kerf: float
+    remnants: Mapping[int, Packer] = field(default_factory=dict)
+
+    def inner(self, stock: int) -> tuple[float, float]:
+        """Length and width of a sheet, or of its bounding box, less the margins, mm."""
+        sheet = self.stocks[stock]
+        return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
+
+    @property
+    def available_sheets(self) -> list[float]:
+        """Number of available sheets of each kind."""
+        return [math.inf if stock.count is None else float(stock.count) for stock in self.stocks]
+
+    @property
+    def max_sheets(self) -> float:
+        """Total number of available sheets."""
+        return sum(self.available_sheets)
+
+    @property
+    def spacing(self) -> float:
+        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as one."""
+        return max(self.kerf + self.options.gap, TOUCHING)
+
+
+class Filling:
+    """A growing nest: filled sheets and remaining pieces."""
+
+    def __init__(self, task: NestTask, packers: Sequence[Packer]) -> None:
+        self.task, self.packers = task, packers
+        self.left = Counter(dict(enumerate(task.counts)))
+        self.layouts: list[Layout] = []
+        self.n_sheets = 0
+
+    def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
+        """Return the pieces on the next sheet, which has the kind `stock`; sheets of the kinds `later` follow it."""
+        packer = self.packers[stock]
+        offered = self._pieces_to_offer(packer, later)
+        return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
+
+    def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
+        """Add a sheet as often as the remaining pieces suffice, at most `limit` times; return the number of sheets."""
+        pieces = self.task.pieces
+        used = Counter(piece.piece for piece in placed)
+        count = int(min(limit, *(self.left[piece] // number for piece, number in used.items())))
+        placements = [
+            p
+            for placed_piece in placed
+            for p in pieces[placed_piece.piece].placements(placed_piece.angle, placed_piece.x, placed_piece.y)
+        ]
+        self.layouts.append(Layout(tuple(placements), count, stock))
+        self.left -= Counter({piece: number * count for piece, number in used.items()})
+        self.n_sheets += count
+        return count
+
+    def nest(self, method: str, seed: int) -> Nest:
+        """Return the filled sheets as a nest."""
+        missing = Counter[int]()
+        for piece, count in self.left.items():
+            for member in self.task.pieces[piece].members:
+                missing[member.part] += count
+        unplaced = tuple(missing[number] for number in range(len(self.task.parts)))
+        repeatable = all(packer.repeatable for packer in self.packers)
+        return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
+
+    def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
+        """Return slightly more pieces than a sheet can hold; pieces that fit no later kind of sheet come first."""
+        remaining, area = self.left, packer.offered * packer.sheet_area
+        only_here: Counter[int] = Counter()
+        if later:
+            for piece, count in remaining.items():
+                if packer.holds(piece) and not any(self.packers[k].holds(piece) for k in later):
+                    only_here[piece] = count
+        if not only_here or only_here == remaining:
+            return select_by_area(remaining, packer.weight, area)
+        offered = select_by_area(only_here, packer.weight, area)
+        area -= sum(packer.weight(piece) * count for piece, count in offered.items())
+        return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
+
+    def _single_piece(self, stock: int) -> list[PlacedPiece]:
+        """Return the largest piece that fits, in the corner of a sheet; used if the packer placed no piece."""
+        if self.task.stocks[stock].edge:
+            return []
+        length, width = self.task.inner(stock)
+        pieces, margin = self.task.pieces, self.task.options.margin
+        for piece in sorted(self.left, key=lambda p: (-pieces[p].area, p)):
+            for box in pieces[piece].boxes:
+                if box.width <= length + SIDE_TOLERANCE and box.height <= width + SIDE_TOLERANCE:
+                    return [PlacedPiece(piece, box.angle, margin - box.x, margin - box.y)]
+        return []
+
+
+def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
+    """Fill the sheets of a plan until the pieces or the sheets run out."""
+    filling = Filling(task, packers)
+    for step, (stock, limit) in enumerate(plan):
+        later, count = [k for k, _ in plan[step + 1 :]], 0
+        while filling.left.total() and count < limit and (placed := filling.fill_sheet(stock, later)):
+            count += filling.add(stock, placed, limit - count)
+    return filling.nest(method, seed)

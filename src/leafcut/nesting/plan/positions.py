@@ -1,0 +1,100 @@
+"""Find a position for a piece in a region of any shape: a hole of a part, or a remnant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from leafcut.nesting.plan.pieces import CHORD, NestPiece, polygon_of
+
+#: Rotations tried for a freely rotatable part, rad.
+FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
+#: Growth factor that compensates the chords of round corners.
+ROUND_CORNER = 1.002
+#: Additional clearance, mm, for the chords of arcs on both sides.
+SLACK = 4.0 * CHORD
+#: Grid positions per axis; odd, to include the middle.
+GRID_SIZE = 15
+#: Maximum number of corners of a region and of a piece that are matched with each other.
+REGION_CORNERS, PIECE_CORNERS = 300, 16
+#: Positions tested in one batch.
+_CHUNK = 128
+#: Rounding tolerance for a piece placed against an edge, mm.
+_ROUNDING = 1e-6
+
+#: Rotation (rad), translation (mm), and the polygon of the placed piece.
+PiecePosition = tuple[float, float, float, "Polygon"]
+
+
+def buffer_distance(spacing: float) -> float:
+    """Return the buffer distance that keeps `spacing` (mm) around a polygon in spite of chord errors."""
+    return ROUND_CORNER * spacing + SLACK
+
+
+def find_position(
+    piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
+) -> PiecePosition | None:
+    """Return the leftmost, then lowest position of a piece within a region, or None.
+
+    Candidates lie on a grid, or match a corner of the piece with a corner of the region. `quick` tries only the grid,
+    and stops at the first rotation that fits.
+    """
+    if region.is_empty:
+        return None
+    corners = np.zeros((0, 2)) if quick else _sample_evenly(shapely.get_coordinates(region), REGION_CORNERS)
+    grown = region.buffer(_ROUNDING, join_style="mitre")
+    shapely.prepare(grown)
+    best: PiecePosition | None = None
+    for angle in angles:
+        ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
+        for x, y, polygon in _positions(ring, corners, region, grown):
+            if best is None or _rank(polygon) < _rank(best[3]):
+                best = (angle, x, y, polygon)
+            break
+        if quick and best is not None:
+            break
+    return best
+
+
+def _rank(polygon: Polygon) -> tuple[float, float]:
+    _, y0, x1, y1 = polygon.bounds
+    return (round(x1, 6), round(y0 + y1, 6))
+
+
+def _positions(
+    ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
+) -> Iterator[tuple[float, float, Polygon]]:
+    """Yield the positions at which a rotated piece (ring float64[n, 2]) fits, from left to right and bottom to top."""
+    left, low, right, high = region.bounds
+    (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
+    if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
+        return
+    xs, ys = np.linspace(left - x0, right - x1, GRID_SIZE), np.linspace(low - y0, high - y1, GRID_SIZE)
+    grid = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
+    piece_corners = _sample_evenly(
+        np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS
+    )
+    touching = (corners[:, None, :] - piece_corners[None, :, :]).reshape(-1, 2)
+    moves = np.concatenate([grid, touching])
+    inside = (moves >= (left - x0 - _ROUNDING, low - y0 - _ROUNDING)) & (
+        moves <= (right - x1 + _ROUNDING, high - y1 + _ROUNDING)
+    )
+    moves = np.unique(np.round(moves[inside.all(axis=1)], 6), axis=0)
+    for k in range(0, len(moves), _CHUNK):
+        chunk = moves[k : k + _CHUNK]
+        polygons = shapely.polygons(ring[None, :, :] + chunk[:, None, :])
+        for index in np.flatnonzero(shapely.covers(grown, polygons)):
+            yield float(chunk[index, 0]), float(chunk[index, 1]), polygons[index]
+
+
+def _sample_evenly(points: NDArray[np.float64], limit: int) -> NDArray[np.float64]:
+    if len(points) <= limit:
+        return points
+    return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]

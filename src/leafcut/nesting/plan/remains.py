@@ -1,0 +1,50 @@
+"""Remnants of a sheet after cutting: pieces worth keeping, as sheets of their own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import shapely
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.nest import Layout, Nest, Stock
+from leafcut.nesting.plan.pieces import polygon_of
+from leafcut.nesting.plan.positions import buffer_distance
+
+#: Tolerance of the simplified edge of a remnant, mm.
+_COARSE = 0.05
+#: Mitre limit of grown corners.
+_MITRE = 2.0
+
+
+#: A remnant, and the position of its lower left corner on the sheet, mm.
+KeptRemnant = tuple[Stock, tuple[float, float]]
+
+
+def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
+    """Return the remnants of a sheet, largest first, each moved to (0, 0); they keep `spacing` (mm) from the parts.
+
+    Strips narrower than `least` mm are cut off, and pieces that contain no disc of that diameter are dropped.
+    """
+    outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
+    sheet = outline.difference(shapely.union_all(holes)) if holes else outline
+    clear = buffer_distance(spacing) + _COARSE
+    shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
+    remaining = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
+    simplified = _without_strips(remaining, least).simplify(_COARSE)
+    pieces = [piece for piece in shapely.get_parts(simplified) if not piece.buffer(-0.5 * least).is_empty]
+    pieces.sort(key=lambda piece: (-round(piece.area, 3), piece.bounds))
+    return [_as_stock(piece, f"{name}_{number}") for number, piece in enumerate(pieces, 1)]
+
+
+def _without_strips(region: Any, least: float) -> Any:
+    """Return a region without narrow strips; never larger than the region."""
+    inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
+    return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
+
+
+def _as_stock(piece: Any, name: str) -> KeptRemnant:
+    x0, y0, x1, y1 = piece.bounds
+    rings = [piece.exterior, *piece.interiors]
+    paths = [Polyline.of_points([(x - x0, y - y0) for x, y in ring.coords[:-1]], closed=True) for ring in rings]
+    return Stock(x1 - x0, y1 - y0, 1, None, tuple(paths), name), (x0, y0)

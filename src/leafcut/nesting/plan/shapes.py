@@ -1,0 +1,202 @@
+"""Pack pieces by their shapes: the sheet is a strip whose used length the irregular nester minimises."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from leafcut.nesting.plan.pieces import NestPiece, select_by_area
+from leafcut.nesting.plan.rectangles import PlacedPiece
+from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
+
+#: Allowance for the single precision of the nester: in mm, and as a share of the sheet's size.
+ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
+#: Tolerance of simplified outlines, relative to their size, with bounds in mm.
+COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
+#: Outlines are not simplified if they have at most this number of points, or if more than this share would remain.
+FEW_POINTS, KEPT = 16, 0.6
+#: Mitre limit of grown corners.
+MITRE = 2.0
+#: Maximum number of pieces per search, for a reasonable time.
+MAX_PIECES = 250
+#: Shares of the expected capacity tried when a sheet must be packed again with fewer pieces.
+SHARES = (1.02, 1.0, 0.98)
+#: A strip within this factor of the lower bound needs no further search.
+PERFECT = 1.001
+
+
+class ShapePacker:
+    """Packs one sheet after another with the irregular nester.
+
+    `length` and `width` (mm) are less the margins. `budget` returns the budget of the next strip. With
+    `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
+    """
+
+    #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
+    offered = 1.1
+
+    def __init__(
+        self,
+        pieces: Sequence[NestPiece],
+        length: float,
+        width: float,
+        margin: float,
+        spacing: float,
+        seed: int,
+        budget: Callable[[], StripBudget],
+        cancelled: threading.Event,
+        *,
+        shorten: bool = True,
+    ) -> None:
+        require("spyrrow")
+        self.pieces, self.inner = pieces, (length, width)
+        self.length, self.width = length + spacing, width + spacing
+        self.corner = margin - 0.5 * spacing
+        self.spacing, self.seed = spacing, seed
+        self.budget, self.cancelled, self.shorten = budget, cancelled, shorten
+        self.repeatable = True
+        self.shape = cache(self._shape)
+        self.extent = cache(self._extent)
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece fits on an empty sheet."""
+        return self.pieces[piece].fits(*self.inner)
+
+    def weight(self, piece: int) -> float:
+        """Return the area that a piece needs, mm²: at least its area grown by half the spacing."""
+        return self.shape(piece)[2]
+
+    @property
+    def sheet_area(self) -> float:
+        """Area of a sheet, mm²."""
+        return self.length * self.width
+
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
+        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible.
+
+        Too many pieces for one search are packed in equal bands across the sheet.
+        """
+        offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
+        bands = math.ceil(offered.total() / MAX_PIECES)
+        if bands == 0:
+            return []
+        band = +Counter({piece: count // bands for piece, count in offered.items()})
+        if not band:  # many kinds of piece, few of each
+            band, bands = _limit_total(offered, MAX_PIECES), 1
+        band_pieces, width = self._fill_strip(band, self.length / bands, last)
+        pitch = width if last else self.length / bands
+        result = [_shift(placed, k * pitch) for k in range(bands) for placed in band_pieces]
+        if last and (remaining := offered - Counter(placed.piece for placed in result)) and bands > 1:
+            extra, _ = self._fill_strip(_limit_total(remaining, MAX_PIECES), self.length - bands * pitch, last)
+            result += [_shift(placed, bands * pitch) for placed in extra]
+        return result
+
+    def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
+        strip = self._pack(offered, 0.0 if last and self.shorten else length)
+        if strip.width <= length:
+            return self._placed_pieces(strip), strip.width
+        best = self._placed_pieces(strip, length)
+        density = self._area(offered) / (strip.width * self.width)
+        for share in SHARES:
+            fewer = select_by_area(offered, self.weight, share * density * length * self.width)
+            if self._area(fewer) <= sum(self.weight(placed.piece) for placed in best):
+                break
+            retry = self._pack(fewer, length)
+            if retry.width <= length:
+                return self._placed_pieces(retry), retry.width
+        return best, length
+
+    def _area(self, counts: Counter[int]) -> float:
+        return sum(self.weight(piece) * count for piece, count in counts.items())
+
+    def _pack(self, counts: Counter[int], enough: float) -> Strip:
+        order = sorted(piece for piece, count in counts.items() if count > 0)
+        items = [StripItem(self.shape(p)[0], counts[p], self._degrees(p)) for p in order]
+        shortest = PERFECT * max(self._area(counts) / self.width, *(self.extent(p)[0] for p in order))
+        strip = pack_strip(
+            items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
+        )
+        self.repeatable &= strip.ended != "clock"
+        placed = tuple((order[i], degrees, x, y) for i, degrees, x, y in strip.items)
+        return Strip(strip.width, placed, strip.steps, strip.ended)
+
+    def _fits(self, piece: int) -> bool:
+        """Return whether a grown outline fits the strip. A piece as large as the sheet does not (`_single_piece`)."""
+        return self.extent(piece)[0] < self.length
+
+    def _extent(self, piece: int) -> tuple[float, float]:
+        """Return the minimum strip length of a grown outline, and its width; infinite if too wide."""
+        points = np.array(self.shape(piece)[0])
+        angles = np.array([box.angle for box in self.pieces[piece].boxes])
+        x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
+        y = np.outer(np.sin(angles), points[:, 0]) + np.outer(np.cos(angles), points[:, 1])
+        sides = zip(np.ptp(x, axis=1).tolist(), np.ptp(y, axis=1).tolist(), strict=True)
+        return min((side for side in sides if side[1] < self.width), default=(math.inf, math.inf))
+
+    def _degrees(self, piece: int) -> list[float] | None:
+        angles = self.pieces[piece].angles
+        return None if angles is None else [math.degrees(a) for a in angles]
+
+    def _placed_pieces(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
+        """Return the pieces whose grown outlines end before `length`."""
+        placed = []
+        for piece, degrees, x, y in strip.items:
+            shape, middle, _ = self.shape(piece)
+            angle = _nearest_allowed(math.radians(degrees), self.pieces[piece].angles)
+            cos, sin = math.cos(angle), math.sin(angle)
+            if x + max(cos * px - sin * py for px, py in shape) > length:
+                continue
+            # The nester rotates shapes about their own middle.
+            dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
+            placed.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
+        return placed
+
+    def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
+        """Return the points of a grown outline relative to the centre of its box, this centre, and the grown area.
+
+        The outline is grown by at least half the spacing, and by the tolerance if it is simplified. Outlines that
+        simplification would hardly reduce stay exact, so that parts whose sides add up to the width of the sheet fit
+        next to each other.
+        """
+        piece = self.pieces[number]
+        x0, y0, x1, y1 = piece.path.extents
+        coarse = min(max(COARSE * math.hypot(x1 - x0, y1 - y0), FINEST), COARSEST)
+        rounding = max(ROUNDING, ROUNDING_SHARE * max(self.length, self.width))
+        points = len(piece.polygon.exterior.coords)
+        kept = shapely.count_coordinates(shapely.simplify(piece.polygon, coarse))
+        exact = points <= FEW_POINTS or kept > KEPT * points
+        grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
+        grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
+        rough: Any = Polygon(grown.exterior)
+        if not exact:
+            rough = Polygon(rough.simplify(coarse).exterior)
+        middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+        corners = [(x - middle[0], y - middle[1]) for x, y in rough.exterior.coords[:-1]]
+        return corners, middle, float(rough.area)
+
+
+def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
+    return PlacedPiece(placed.piece, placed.angle, placed.x + x, placed.y)
+
+
+def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
+    """Return the same share of each kind of piece, about `limit` in total; only the first `limit` kinds, if more."""
+    if counts.total() <= limit:
+        return counts
+    share = limit / counts.total()
+    kept = {piece: max(int(share * count), 1) for piece, count in sorted(counts.items())[:limit]}
+    return Counter(kept)
+
+
+def _nearest_allowed(angle: float, angles: tuple[float, ...] | None) -> float:
+    if angles is None:
+        return angle % math.tau
+    return min(angles, key=lambda a: abs((a - angle + math.pi) % math.tau - math.pi))

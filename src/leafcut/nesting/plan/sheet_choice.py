@@ -1,0 +1,234 @@
+"""Chooses the cheapest of several kinds of sheet.
+
+A greedy choice (parts per cost, free remnants first) sets an upper limit of the cost. Then cheaper choices are tried;
+the cheapest choice that holds all parts wins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from leafcut.model.nest import Nest, sheet_costs
+from leafcut.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
+
+#: Budget for trying choices of sheets: total number of pieces to place, minimum and maximum number of choices.
+TRIES, MIN_TRIES, MAX_TRIES = 5_000, 4, 60
+#: Maximum number of combinations to enumerate.
+MAX_CHOICES = 50_000
+#: Relative tolerance of equal costs.
+SAME = 1e-9
+
+
+def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
+    """Return a plan that uses as many sheets of a single kind as needed."""
+    return ((kind, min(task.available_sheets[kind], task.max_sheets)),)
+
+
+def plan_of_nest(nest: Nest) -> FillPlan:
+    """Return a plan with the sheets of a nest, in its order."""
+    return tuple((layout.stock, layout.count) for layout in nest.layouts)
+
+
+def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
+    """Return the cheapest nest found before `late` returns true."""
+    if len(packers) == 1:
+        return fill_sheets(task, packers, single_kind_plan(task), method, seed)
+    best = _greedy(task, packers).nest(method, seed)
+    # A mix of kinds must never cost more than the best single kind, however little time there is.
+    alone = (fill_sheets(task, packers, single_kind_plan(task, kind), method, seed) for kind in range(len(packers)))
+    best = min([best, *alone], key=_rank)
+    if any(best.unplaced):
+        best = min(
+            [best, *(fill_sheets(task, packers, plan, method, seed) for plan in _all_sheets(task, packers))], key=_rank
+        )
+    tries = min(max(TRIES // sum(task.counts), MIN_TRIES), MAX_TRIES)
+    plans = cheaper_plans(task, packers, best)
+    return cheapest_of_plans(plans, tries, best, lambda plan: fill_sheets(task, packers, plan, method, seed), late)
+
+
+def cheapest_of_plans(
+    plans: Sequence[FillPlan],
+    tries: int,
+    best: Nest,
+    attempt: Callable[[FillPlan], Nest],
+    late: Callable[[], bool],
+) -> Nest:
+    """Return the nest on the cheapest of the plans (sorted by cost) that holds all parts, or `best`.
+
+    More than `tries` plans are searched by bisection, because more expensive plans usually hold more parts.
+    """
+    low, high = 0, len(plans)
+    for tries_left in range(tries, 0, -1):
+        if low >= high or late():
+            break
+        index = low if high - low <= tries_left else (low + high) // 2
+        nest = attempt(plans[index])
+        best = min(best, nest, key=_rank)
+        low, high = (index + 1, high) if any(nest.unplaced) else (low, index)
+    return best
+
+
+def cheapest_by_density(
+    task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
+    attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
+) -> Nest | None:  # fmt: skip
+    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost.
+
+    `density` is the expected utilisation of the sheets, which each attempt updates.
+    """
+    need = _needs(task, packers)[0][1]
+    densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
+    total_area = sum(part.area * part.quantity for part in task.parts)
+    candidates, best = list(range(len(plans))), None
+    for _ in range(tries):
+        if not candidates or late():
+            break
+        median = sorted(densities[k] for k in candidates)[(len(candidates) - 1) // 2]
+        likely = [k for k in candidates if densities[k] <= density]
+        index = min(likely or [k for k in candidates if densities[k] <= median])
+        nest = attempt(plans[index])
+        if any(nest.unplaced):
+            density = min(density, densities[index] * nest.area / total_area)
+            candidates = [k for k in candidates if densities[k] < densities[index]]
+        else:
+            best, density = nest, max(density, densities[index])
+            candidates = [k for k in candidates if k < index]
+    return best
+
+
+def _rank(nest: Nest) -> tuple[float, ...]:
+    return nest.rank
+
+
+def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
+    """Choose sheets greedily by parts per cost; the last sheet is the cheapest that holds the remaining parts."""
+    filling = Filling(task, packers)
+    costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
+    while filling.left.total() and filling.n_sheets < task.max_sheets:
+        available = [k for k in range(len(packers)) if sheets_left[k] > 0]
+        tried = {
+            k: placed for k in available if (placed := filling.fill_sheet(k, [kind for kind in available if kind != k]))
+        }
+        if not tried:
+            break
+        complete = [k for k, placed in tried.items() if len(placed) == filling.left.total()]
+        areas = {k: sum(task.pieces[placed_piece.piece].area for placed_piece in placed) for k, placed in tried.items()}
+        free = [k for k in tried if costs[k] <= 0.0]
+        if free:
+            stock = max(free, key=lambda k: areas[k] / packers[k].sheet_area)
+        else:
+            stock = min(complete or tried, key=lambda k: costs[k] if complete else costs[k] / areas[k])
+        sheets_left[stock] -= filling.add(
+            stock, tried[stock], min(sheets_left[stock], task.max_sheets - filling.n_sheets)
+        )
+    return filling
+
+
+def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
+    """Return plans that use all available sheets, the largest first if their number is limited."""
+    remaining, counts = task.max_sheets, [0.0] * len(packers)
+    for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
+        counts[k] = min(task.available_sheets[k], remaining)
+        remaining -= counts[k]
+    return _filling_orders(packers, counts, sheet_costs(task.stocks))
+
+
+def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
+    """Return the plans that are cheaper than a complete nest and have enough area, the cheapest first.
+
+    The parts use at most the share `densest` of the area. Without a complete nest, there are no plans.
+    """
+    if any(reference.unplaced):
+        return []
+    costs, areas = sheet_costs(task.stocks), [densest * packer.sheet_area for packer in packers]
+    below = reference.rank[1] * (1.0 - SAME)
+    choices = _SheetCounts(
+        costs, areas, task.available_sheets, task.max_sheets, _needs(task, packers), below
+    ).counts_below()
+    choices.sort(key=lambda counts: (_cost(counts, costs), -_free_count(counts, costs), sum(counts), counts))
+    return [plan for counts in choices for plan in _filling_orders(packers, counts, costs)]
+
+
+def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
+    return sum(number for number, cost in zip(counts, costs, strict=True) if cost <= 0.0)
+
+
+def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
+    """Yield filling orders: largest sheets first, then smallest first; free sheets always come first."""
+    kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
+    unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
+    plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
+    yield (*unpaid, *plan)
+    if len(plan) > 1:
+        yield (*unpaid, *plan[::-1])
+
+
+def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
+    return sum(number * cost for number, cost in zip(counts, costs, strict=True))
+
+
+#: Kinds of sheet, and the area of the pieces that fit only these kinds, mm².
+_Need = tuple[frozenset[int], float]
+
+
+def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
+    """Return, for sets of kinds of sheet, the area of the pieces that fit no other kinds."""
+    areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
+    for piece, count in enumerate(task.counts):
+        kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
+        if kinds:
+            areas[kinds] = areas.get(kinds, 0.0) + count * min(packers[k].weight(piece) for k in kinds)
+    return [(kinds, sum(area for subset, area in areas.items() if subset <= kinds)) for kinds in areas]
+
+
+@dataclass(frozen=True)
+class _SheetCounts:
+    """Enumerates numbers of sheets that have enough area and cost less than `below`; sequences are by kind of sheet."""
+
+    costs: Sequence[float]
+    areas: Sequence[float]
+    available_sheets: Sequence[float]
+    max_sheets: float
+    needs: Sequence[_Need]
+    below: float
+
+    def counts_below(self) -> list[tuple[int, ...]]:
+        rates = [cost / max(area, SAME) for cost, area in zip(self.costs, self.areas, strict=True)]
+        # Cheapest area first: the area still needed costs at least as much with every later kind.
+        order = sorted(range(len(rates)), key=lambda k: (rates[k], k))
+        total_need = max(need for _, need in self.needs)
+        choices: list[tuple[int, ...]] = []
+        stack: list[tuple[int, ...]] = [()]
+        for _ in range(MAX_CHOICES):
+            if not stack:
+                break
+            numbers = stack.pop()
+            numbers_by_kind = dict(zip(order, numbers, strict=False))
+            if len(numbers_by_kind) == len(order):
+                counts = tuple(numbers_by_kind[k] for k in range(len(order)))
+                choices += [counts] if self._has_enough_area(counts) else []
+                continue
+            k, cost = order[len(numbers_by_kind)], sum(n * self.costs[i] for i, n in numbers_by_kind.items())
+            remaining = total_need - sum(n * self.areas[i] for i, n in numbers_by_kind.items())
+            if cost + max(remaining, 0.0) * rates[k] < self.below:
+                stack += [(*numbers, n) for n in range(self._max_count(k, cost, sum(numbers), total_need) + 1)]
+        return choices
+
+    def _max_count(self, k: int, cost: float, taken: int, total_need: float) -> int:
+        # Free sheets have no cost bound; twice the number needed by area is enough.
+        affordable = (
+            (self.below - cost) / self.costs[k]
+            if self.costs[k]
+            else 2.0 * math.ceil(total_need / max(self.areas[k], 1.0))
+        )
+        return int(min(self.available_sheets[k], self.max_sheets - taken, affordable, MAX_CHOICES))
+
+    def _has_enough_area(self, counts: Sequence[int]) -> bool:
+        if not any(counts) or _cost(counts, self.costs) >= self.below:
+            return False
+        return all(
+            sum(counts[k] * self.areas[k] for k in kinds) >= need and any(counts[k] for k in kinds)
+            for kinds, need in self.needs
+        )

@@ -1,0 +1,348 @@
+"""Nest drawings: read the parts, search and check nests, and write their sheets as drawings."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from shapely import Polygon
+
+from leafcut.errors import OptionError, PlanError, VerifyError, count_of, shown
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
+from leafcut.nesting.options import NestOptions
+from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
+from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
+from leafcut.processes.cutting_machines import for_cutting
+from leafcut.units import parse_angles
+
+if TYPE_CHECKING:
+    from leafcut.model.machine import Machine
+    from leafcut.model.sheet import Sheet
+    from leafcut.read.format import Source
+    from leafcut.read.nest_list import WantedDrawing
+
+#: The default sheet size is a multiple of this, mm.
+SHEET_STEP = 50.0
+#: Maximum number of unplaced parts named in a message.
+MAX_NAMED = 5
+#: Nests are duplicates if no figure of their ranks (mm², cost, mm) differs by more than this.
+ALIKE = 0.01
+
+#: Default kerf width, mm.
+KERF = 2.0
+#: Minimum width of a remnant to keep, mm.
+REMNANT_SIZE = 150.0
+
+
+def nest(
+    parts: Sequence[NestPart],
+    options: NestOptions,
+    kerf: float,
+    search: SolveOptions,
+    *,
+    stocks: Sequence[Stock] = (),
+    progress: OnProgress | None = None,
+    cancelled: threading.Event | None = None,
+) -> NestOutcome:
+    """Return the nests that passed the check, best first. They use `stocks`, or else the sheet sizes of the options.
+
+    The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is
+    set, or on Ctrl-C, the nests completed so far are returned. Raises PlanError if the list of parts is empty, a part
+    fits no sheet, or no nest passed the check.
+    """
+    from leafcut.nesting.plan.nesting import prepare_task, variants
+    from leafcut.nesting.proof import check_nest
+
+    start_time = time.perf_counter()
+    cancelled = cancelled or threading.Event()
+    task = prepare_task(parts, options, kerf, stocks or sized_sheets(options))
+    common = kerf if options.blocks != "none" else 0.0
+    nests: list[Nest] = []
+    dropped: list[str] = []
+
+    last = Progress("")
+
+    def report_progress(state: Progress) -> None:
+        nonlocal last
+        best = f"; {100.0 * max(n.utilisation_of_used for n in nests):.1f} % so far" if nests else ""
+        last = replace(state, step=state.step + best)
+        if progress is not None:
+            progress(last)
+
+    def report_nest(variant: Nest) -> None:
+        used = 100.0 * variant.utilisation_of_used
+        if progress is not None:
+            progress(replace(last, trial=Trial(f"{variant.method} {variant.seed}", f"{used:.1f} %", -used)))
+
+    try:
+        for variant in variants(task, search, report_progress, cancelled):
+            if isinstance(variant, Nest):
+                report_nest(variant)
+            if isinstance(variant, str):
+                dropped.append(variant)
+            elif faults := check_nest(variant, task.spacing, options.margin, common):
+                dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
+            else:
+                nests.append(variant)
+    except KeyboardInterrupt:
+        cancelled.set()
+        if not nests:
+            raise
+    if not nests:
+        raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
+    best = _without_duplicates(nests)[: options.n_offered]
+    issues = (*_unplaced_issues(best[0]), *_search_issues(best, dropped, cancelled.is_set()))
+    seconds = time.perf_counter() - start_time
+    return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
+
+
+def _without_duplicates(nests: list[Nest]) -> list[Nest]:
+    kept: list[Nest] = []
+    for variant in sorted(nests, key=lambda n: n.rank):
+        if not kept or max(abs(a - b) for a, b in zip(variant.rank, kept[-1].rank, strict=True)) > ALIKE:
+            kept.append(variant)
+    return kept
+
+
+def sized_sheets(options: NestOptions) -> list[Stock]:
+    """Return the sheets of the options. Raises OptionError if an option names a drawing instead of a size."""
+    stocks = []
+    for sheet in options.sheets:
+        if sheet.size is None:
+            raise OptionError(f"--sheet: {shown(sheet.name)} is a drawing; give a size here")
+        stocks.append(Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name))
+    return stocks
+
+
+def _unplaced_issues(best: Nest) -> list[Issue]:
+    missing = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
+    if not missing:
+        return []
+    more = f" and {count_of(len(missing) - MAX_NAMED, 'kind')} more" if len(missing) > MAX_NAMED else ""
+    message = f"no room for {', '.join(missing[:MAX_NAMED])}{more}: add sheets, or use larger ones"
+    return [Issue("L436", message, missing=MissingWork("part", sum(best.unplaced)))]
+
+
+def _search_issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
+    issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
+    if stopped:
+        issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
+    if not all(variant.repeatable for variant in best):
+        message = "the time limit ended the search: run without a limit to get the same nest from the same seed"
+        issues.append(Issue("L434", message, severity=Severity.NOTE))
+    return tuple(issues)
+
+
+def nest_drawings(
+    wanted: Sequence[WantedDrawing],
+    settings: Settings,
+    output: str | Path | None = None,
+    *,
+    progress: OnProgress | None = None,
+    cancelled: threading.Event | None = None,
+) -> tuple[NestOutcome, dict[str, str]]:
+    """Nest the parts of drawings; return the nests, and the text of each file to write, by path.
+
+    Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, there are
+    no sheet files to write. Raises ReadError, OptionError, PlanError or VerifyError.
+    """
+    if output and Path(output).suffix.lower() != ".dxf":
+        raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+    settings, parts, stocks, issues = _read_inputs(wanted, settings, progress)
+    options = settings.of(NestOptions)
+    kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
+    outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
+    names = outcome.names(output or "sheet.dxf", options.n_written)
+    drawings = tuple(_sheet_texts(variant, files) for variant, files in zip(outcome.nests, names, strict=False))
+    files = names if output else ()
+    texts = {file: text for pair in zip(files, drawings, strict=False) for file, text in zip(*pair, strict=True)}
+    remnants: tuple[Remnant, ...] = ()
+    if options.remnants_out is not None:
+        remnants, remnant_texts = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
+        texts |= remnant_texts
+    sheet_issues = _table_issues(outcome.nests[: options.n_written], settings)
+    all_issues = (*sheet_issues, *dict.fromkeys(issues), *outcome.issues)
+    issues = sorted(all_issues, key=lambda issue: issue.missing is None)
+    return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
+
+
+def _read_inputs(
+    wanted: Sequence[WantedDrawing], settings: Settings, progress: OnProgress | None
+) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
+    """Return the settings with the sheet size, the parts to nest, the kinds of sheet, and the issues.
+
+    Each file is read only once, even if the list names it several times.
+    """
+    from leafcut.nesting.plan.parts import parts_of
+    from leafcut.read.format import factor_of, load
+    from leafcut.read.registry import read_source
+    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
+
+    @cache
+    def load_cached(file: str) -> Source:
+        return load(file) if is_strip_instance(file) else read_source(file)[1]
+
+    @cache
+    def sheet_of(file: str) -> Sheet:
+        return _prepared_sheet(load_cached(file), settings, looking_for(progress, "reading"))
+
+    settings, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
+    issues: list[Issue] = []
+    parts: list[NestPart] = []
+    for entry in wanted:
+        angles = parse_angles(entry.rotations, "rotations") if entry.rotations else settings.of(NestOptions).angles
+        if is_strip_instance(entry.file):
+            turned = bool(entry.rotations) or "rotations" in settings.given
+            unit = factor_of(settings.of(ReadOptions), None)
+            parts += read_strip_instance(load_cached(entry.file), entry.quantity, angles, turned, unit)
+            continue
+        sheet = sheet_of(entry.file)
+        new_parts, part_issues = parts_of(sheet, entry.quantity, angles)
+        parts += new_parts
+        issues += [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *part_issues]
+    return settings, parts, stocks, issues
+
+
+def _prepared_sheet(source: Source, settings: Settings, on_progress: Heartbeat) -> Sheet:
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(source, settings.read, on_progress)
+    try:
+        return prepare_sheet(part, settings.sheet, settings.read.concentric)
+    except PlanError as error:
+        # Name the drawing, unless the message already does.
+        raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
+
+
+def _available_sheets(
+    settings: Settings, load_cached: Callable[[str], Source], on_progress: Heartbeat
+) -> tuple[Settings, list[Stock]]:
+    """Return the settings, and the kinds of sheet.
+
+    The default is an unlimited number of sheets of the size of the machine's table.
+    """
+    from leafcut.read.machine import load_machine
+
+    options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
+    reach = [machine.reach(axis) for axis in (0, 1)]
+    if "sheet" not in settings.given:
+        if not machine.table_known:
+            raise OptionError(
+                f"--sheet: the travel of {machine.name} is unknown, and so is the largest sheet; set a size"
+            )
+        sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
+        size = "x".join(f"{side:g}" for side in sides)
+        options = replace(options, sheet=(size,))
+        return settings.but(options), sized_sheets(options)
+    stocks = [
+        _remnant_stock(sheet, load_cached(sheet.name), options.margin, on_progress)
+        if sheet.size is None
+        else Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name)
+        for sheet in options.sheets
+    ]
+    for stock in stocks if "machine" in settings.given else ():
+        if message := _exceeds_table(stock, machine):
+            raise OptionError(f"--sheet: {message}; use a smaller one, or another --machine")
+    return settings, stocks
+
+
+def _exceeds_table(stock: Stock, machine: Machine) -> str:
+    """Return a message on a sheet that is larger than the machine's table; "" for all others."""
+    reach = [machine.reach(axis) for axis in (0, 1)]
+    if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
+        return ""
+    return f"a sheet of {shown(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
+
+
+def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
+    """Return an issue for each kind of used sheet that is larger than the table of the usual machine."""
+    from leafcut.read.machine import load_machine
+
+    machine = load_machine(for_cutting(settings).machine.machine)
+    used = {nest.stock_of(layout).name: nest.stock_of(layout) for nest in nests for layout in nest.layouts}
+    return [
+        Issue("L435", f"{message}: check it with the machine that cuts it (--machine)")
+        for stock in used.values()
+        if (message := _exceeds_table(stock, machine))
+    ]
+
+
+def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
+    """Return the sheet in a drawing: one closed outline with holes. All layers count, except layers for marks."""
+    from leafcut.options.drawings import MARK_NAMES
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(source, ReadOptions(), on_progress)
+    try:
+        drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
+    except PlanError as error:
+        raise error if str(error).startswith(sheet.name) else PlanError(f"{shown(sheet.name)}: {error}") from None
+    outer = [c.path for c in drawn.contours if c.depth == 0]
+    holes = [c.path for c in drawn.contours if c.depth == 1]
+    if len(outer) != 1:
+        raise PlanError(
+            f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
+            "use one drawing per sheet"
+        )
+    x0, y0, x1, y1 = outer[0].extents
+    paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
+    outline, *inner = (path.flattened() for path in paths)
+    metal = Polygon(outline, inner)
+    if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
+        raise PlanError(
+            f"{shown(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm leaves no room for parts, with --margin "
+            f"{margin:g} mm along its edges"
+        )
+    return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
+
+
+def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
+    from leafcut.nesting.plan.remains import remains
+    from leafcut.nesting.post import write_stock
+    from leafcut.nesting.proof import check_remnants
+
+    best, folder = outcome.nests[0], options.remnants_out or Path()
+    remnants: list[Remnant] = []
+    texts: dict[str, str] = {}
+    for number, layout in enumerate(best.layouts, 1):
+        name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
+        stocks = remains(best, layout, outcome.spacing, REMNANT_SIZE, name)
+        for stock, _ in stocks:
+            file = str(folder / f"{stock.name}.dxf")
+            texts[file] = write_stock(stock)
+            remnants.append(Remnant(file, layout.count, stock))
+        if faults := check_remnants(best, layout, stocks, outcome.spacing):
+            raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
+    return tuple(remnants), texts
+
+
+def _sheet_texts(variant: Nest, names: Sequence[str]) -> tuple[str, ...]:
+    from leafcut.nesting.post import write_layout
+
+    texts = tuple(write_layout(variant, layout) for layout in variant.layouts)
+    for layout, name, text in zip(variant.layouts, names, texts, strict=True):
+        _read_back(variant, layout, name, text)
+    return texts
+
+
+def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
+    """Raise `VerifyError` if a drawing, read back, differs from the plan."""
+    from leafcut.nesting.proof import check_drawing
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read.dxf_contours import read_dxf_contours
+    from leafcut.read.format import Source
+
+    part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
+    faults = check_drawing(variant, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
+    if faults:
+        raise VerifyError(f"{name}: was not written: {faults[0]}")

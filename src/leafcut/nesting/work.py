@@ -1,0 +1,55 @@
+"""Nesting: its options and its form."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from leafcut.model.kinds import Head
+from leafcut.nesting.options import NestOptions
+from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
+from leafcut.processes.base import Work, all_of, use
+from leafcut.processes.cutting_machines import for_cutting
+
+if TYPE_CHECKING:
+    from leafcut.model.part import Part
+    from leafcut.read.format import Source
+
+
+class Nesting(Work):
+    """Parts and quantities, nested on sheets."""
+
+    name = command = "nest"
+    title = "nesting"
+    options = (NestOptions,)
+    uses = (
+        use(ReadOptions, "units", "layers", "concentric", "solid", "strict", up=())
+        | use(SheetOptions)
+        | use(MachineOptions, "machine")
+    )
+    uses |= use(CutDataOptions, "cut_process", "kerf")
+    uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
+    otherwise = {"quantity": "written after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Work` declares it as a class variable
+    helps = {  # noqa: RUF012  # `Work` declares it as a class variable
+        "concentric": ("which of several concentric circles to cut as a hole", ""),
+        "kerf": ("", "2mm"),
+    }
+    help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
+    heads = tuple(head for head in Head if head.method is not None)
+    form = (
+        ("main", ("sheet", "kerf", "gap", "margin", "rotations")),
+        ("search", ("variants", "preset", "time_limit")),
+        ("nest", ("nester", "blocks", "machine")),
+        ("sheet", all_of(SheetOptions)),
+        ("read", ("units", "layers", "concentric", "solid", "up", "strict")),
+        ("solve", ("iterations", "seed", "threads")),
+    )
+
+    def usual(self, settings: Settings) -> Settings:
+        """Return the settings of the cutting process, which will cut the nest."""
+        return for_cutting(settings)
+
+    def preview_part(self, source: Source | str, settings: Settings) -> Part:
+        """Return the contours unchanged, because nests are placed by them."""
+        from leafcut.read import read_contours
+
+        return read_contours(source, settings.read)
