@@ -1,4 +1,4 @@
-"""The command `nest`: parts and quantities in, drawings of nested sheets out."""
+"""The command `nest`: read parts and quantities, and write drawings of nested sheets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ def nest(
     progress: OnProgress | None,
     cancelled: threading.Event | None,
 ) -> tuple[NestOutcome, list[str | Path | None]]:
-    """Nest parts and write the sheets; return the outcome, and all files read, including `other_inputs`."""
+    """Nest parts and write the sheets.
+
+    Return the outcome, and the names of all files read, including `other_inputs`.
+    """
     from leafcut.nesting.run import nest_drawings
 
     wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])

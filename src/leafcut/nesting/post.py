@@ -12,15 +12,15 @@ from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
-#: ezdxf's metadata option is global, so threads take turns.
+#: Lock on ezdxf's global metadata option, for one thread at a time.
 _EZDXF_LOCK = threading.Lock()
 #: AutoCAD colour index by layer.
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
-#: Application name of the extended data (XDATA) with the name of a part.
+#: Application name of the extended data (XDATA) that holds the name of a part.
 APPLICATION = "LEAFCUT"
-#: Decimals of coordinates in mm: a nanometre, so that the order of additions does not change the text.
+#: Number of decimals of coordinates in mm; rounding to a nanometre hides differences between orders of addition.
 DIGITS = 6
-#: Tolerance of the bulges of a circle drawn as two half circles.
+#: Tolerance for the bulges of two half circles that form a circle.
 ROUND = 1e-9
 
 
@@ -35,7 +35,7 @@ def write_layout(nest: Nest, layout: Layout) -> str:
 
 
 def write_stock(stock: Stock) -> str:
-    """Return a remnant as a drawing: its outline and its holes, on SHEET."""
+    """Return a remnant as a drawing, with its outline and its holes on layer SHEET."""
     with _without_dates():
         drawing = _new_drawing()
         _draw_stock(drawing.modelspace(), stock)
@@ -79,7 +79,7 @@ def _escape_ascii(name: str) -> str:
 
 
 def _draw_path(space: Any, path: Polyline, layer: str) -> Any:
-    """Draw a path: a circle as CIRCLE, any other path as LWPOLYLINE with bulges; return the entity."""
+    """Draw a circle as CIRCLE, any other path as LWPOLYLINE with bulges. Return the entity."""
     attributes = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
@@ -99,7 +99,7 @@ def _drawing_text(drawing: Any) -> str:
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Stop ezdxf from writing dates and random numbers; its option is global, so threads take turns."""
+    """Stop ezdxf from writing dates and random numbers, in one thread at a time because the option is global."""
     import ezdxf
 
     with _EZDXF_LOCK:

@@ -16,15 +16,15 @@ from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
-#: Chord error of arcs, mm; each outline with arcs must be this much further away from the other.
+#: Error of the chords that approximate arcs, mm; it is added to the required distance for each outline with arcs.
 CHORD = 0.005
-#: Rounding tolerance of distances, mm.
+#: Tolerance for rounding errors of distances, mm.
 ROUNDING = 1e-5
-#: Tolerance between a drawing that was read back and the plan, mm.
+#: Largest difference between the plan and the drawing read back, mm.
 SAME_PLACE = 1e-3
 #: Minimum length of a common edge, mm.
 COMMON = 2.0
-#: Tolerance of equal angles, rad.
+#: Largest difference between equal angles, rad.
 SAME_ANGLE = 1e-6
 
 
@@ -33,8 +33,8 @@ def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> 
 
     * Sheets of each kind do not exceed the available number.
     * Every part is placed as often as requested, at an allowed rotation, inside the sheet less its margin.
-    * Parts are at least `spacing` (mm) apart, also from the edge of a surrounding hole. With a `kerf` (mm), parts
-      linked by edges exactly one kerf apart may be that close.
+    * Parts are at least `spacing` (mm) apart, and as far from the edge of a surrounding hole. With a `kerf` (mm), parts
+      may be one kerf apart if common edges link them.
     """
     errors = _check_sheets(nest) + _check_counts(nest)
     for number, layout in enumerate(nest.layouts, 1):
@@ -159,9 +159,9 @@ def _placed_region(nest: Nest, placement: Placement) -> Polygon:
 def check_remnants(
     nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
 ) -> list[str]:
-    """Return the errors of remnants as messages; empty if they can be used.
+    """Return the errors of remnants as messages; empty if the remnants can be used.
 
-    Each remnant comes with the position of its lower left corner, mm. It must lie within the sheet, and at least
+    Each remnant has the position of its lower left corner on the sheet, mm. It must lie within the sheet, and at least
     `spacing` (mm) away from each part.
     """
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
@@ -182,7 +182,7 @@ def check_remnants(
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
-    """Return the differences between the plan and the sheet read back from its drawing, as messages."""
+    """Return the differences between the planned sheet and the sheet read back from its drawing, as messages."""
     errors = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

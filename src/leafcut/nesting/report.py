@@ -1,4 +1,4 @@
-"""The result of `leafcut nest`: as JSON, and as a summary on the terminal."""
+"""The result of `leafcut nest` as JSON, and as a summary on the terminal."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _part_counts(nest: Nest, layout: Layout) -> dict[str, int]:
 
 
 def print_nests(outcome: NestOutcome, console: Console) -> None:
-    """Print the table of variants, the files written, and the issues; names from files are printed literally."""
+    """Print the table of variants, the files written, and the issues. Names of files are printed without markup."""
     from rich.table import Table
     from rich.text import Text
 

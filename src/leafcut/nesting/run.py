@@ -1,4 +1,4 @@
-"""Nest drawings: read the parts, search and check nests, and write their sheets as drawings."""
+"""Nest the parts of drawings: read them, search for nests, check these, and write the sheets as drawings."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.read.nest_list import WantedDrawing
 
-#: The default sheet size is a multiple of this, mm.
+#: Rounding step of the default sheet size, mm.
 SHEET_STEP = 50.0
 #: Maximum number of unplaced parts named in a message.
 MAX_NAMED = 5
-#: Nests are duplicates if no figure of their ranks (mm², cost, mm) differs by more than this.
+#: Nests are duplicates if no value of their ranks (mm², cost, mm) differs by more than this.
 ALIKE = 0.01
 
 #: Default kerf width, mm.
@@ -52,11 +52,13 @@ def nest(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests that passed the check, best first. They use `stocks`, or else the sheet sizes of the options.
+    """Return the nests that passed the check, best first.
 
-    The same seed gives the same nests, unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is
-    set, or on Ctrl-C, the nests completed so far are returned. Raises PlanError if the list of parts is empty, a part
-    fits no sheet, or no nest passed the check.
+    They use `stocks`, or else the sheet sizes of the options; `kerf` is in mm. The same seed gives the same nests,
+    unless a time limit ended the search (`Nest.repeatable`). When `cancelled` is set, or on Ctrl-C, the nests completed
+    so far are returned.
+
+    Raises PlanError if the list of parts is empty, a part fits no sheet, or no nest passed the check.
     """
     from leafcut.nesting.plan.nesting import prepare_task, variants
     from leafcut.nesting.proof import check_nest
@@ -149,10 +151,10 @@ def nest_drawings(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings; return the nests, and the text of each file to write, by path.
+    """Nest the parts of drawings. Return the outcome, and the text of each file to write by its path.
 
-    Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, there are
-    no sheet files to write. Raises ReadError, OptionError, PlanError or VerifyError.
+    Each different sheet becomes a drawing, which is read back and compared with the plan. Without `output`, no sheet
+    files are written. Raises ReadError, OptionError, PlanError or VerifyError.
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
@@ -256,7 +258,7 @@ def _available_sheets(
 
 
 def _exceeds_table(stock: Stock, machine: Machine) -> str:
-    """Return a message on a sheet that is larger than the machine's table; "" for all others."""
+    """Return a message if a sheet is larger than the machine's travel, else ""."""
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
@@ -264,7 +266,7 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
 
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
-    """Return an issue for each kind of used sheet that is larger than the table of the usual machine."""
+    """Return an issue for each used kind of sheet that is larger than the table of the cutting machine."""
     from leafcut.read.machine import load_machine
 
     machine = load_machine(for_cutting(settings).machine.machine)
@@ -277,7 +279,7 @@ def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
 
 
 def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress: Heartbeat) -> Stock:
-    """Return the sheet in a drawing: one closed outline with holes. All layers count, except layers for marks."""
+    """Return the sheet that a drawing shows: one closed outline with holes, on any layer except layers for marks."""
     from leafcut.options.drawings import MARK_NAMES
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours

@@ -49,7 +49,7 @@ class Nesting(Work):
         return for_cutting(settings)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours unchanged, because nests are placed by them."""
+        """Return the contours unchanged, because the nest determines their position."""
         from leafcut.read import read_contours
 
         return read_contours(source, settings.read)

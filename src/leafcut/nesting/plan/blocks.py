@@ -1,4 +1,4 @@
-"""Blocks of equal parts one kerf apart for common-line cutting: rows or grids of rectangles, pairs of other parts.
+"""Blocks of equal parts one kerf apart, for common-line cutting: rows or grids of rectangles, pairs of other shapes.
 
 A block is nested as one piece with the full gap around it, so that each cut can start in the surrounding scrap.
 """
@@ -19,24 +19,24 @@ from leafcut.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
 #: Maximum number of parts in a block: larger blocks have few possible positions, and concentrate heat.
 MAX_MEMBERS = 12
-#: Maximum size of a block as a share of the sheet's side, so that a sheet holds several blocks.
+#: Maximum side of a block of more than two parts, relative to the sheet's side, so that a sheet holds several blocks.
 LARGEST = 0.5
-#: Minimum length of an edge for a common line, in mm and in kerfs; not below the minimum in
-#: `processes.sheet.plan.common_edges`.
+#: Minimum length of an edge for a common line, in mm and in kerf widths. Common-line cutting needs at least the minimum
+#: in `processes.sheet.plan.common_edges`.
 SHORTEST, SHORTEST_KERFS = 5.0, 8.0
-#: Rounding tolerance of the distance between outlines, mm.
+#: Tolerance for rounding errors in the distance between outlines, mm.
 ROUNDING = 1e-4
 
-#: A part in a block: rotated about the drawing's origin, then moved (rad, mm, mm).
+#: Position of a part in a block: rotation about the drawing's origin, rad, then translation in x and y, mm.
 PartPlace = tuple[float, float, float]
 
 
 def group_in_blocks(
     pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[list[NestPiece], list[int]]:
-    """Group equal pieces in blocks; return the blocks and the remaining pieces, and the quantity of each.
+    """Group equal pieces in blocks. Return the blocks and the remaining pieces, and the quantity of each.
 
-    `kind` is ``pairs``, ``rows`` (at most two) or ``grids``. `inner` is the length and width of a sheet less its
+    `kind` is ``pairs``, ``rows`` (at most two) or ``grids``. `inner` is the length and width of a sheet without its
     margins, mm.
     """
     grouped: list[NestPiece] = []
@@ -81,7 +81,10 @@ def _largest_block(
 def _grid_size(
     width: float, height: float, count: int, kerf: float, kind: str, inner: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return columns and rows of the largest block of cells (mm), as square as possible; (1, 1) for no block."""
+    """Return columns and rows of the block with the most parts, as square as possible; (1, 1) if no block is possible.
+
+    `width` and `height` are the sides of a part plus one kerf, mm.
+    """
     min_side = max(SHORTEST, SHORTEST_KERFS * kerf)
     max_members = min(count, 2 if kind == "pairs" else MAX_MEMBERS)
     best, rank = (1, 1), (0.0, 0.0)
@@ -123,7 +126,10 @@ def _pair_block(piece: NestPiece, kerf: float) -> NestPiece | None:
 
 
 def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
-    """Return the outline of the union of shapes; with arcs, grown by the chord error so that no arc is cut off."""
+    """Return the outline of the union of shapes, mm.
+
+    If the piece has arcs, the outline is grown by the chord error, so that no arc is cut off.
+    """
     union: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
         union = union.buffer(CHORD, join_style="mitre")
@@ -132,7 +138,7 @@ def _union_outline(shapes: list[Polygon], piece: NestPiece) -> Polyline:
 
 
 def _build_block(piece: NestPiece, path: Polyline, positions: Sequence[PartPlace]) -> NestPiece | None:
-    """Return a block of copies of a piece; None if no rotation of the block is allowed for all of them."""
+    """Return a block with copies of a piece at the given positions; None if no allowed rotation suits all copies."""
     members: list[Placement] = [m for angle, x, y in positions for m in piece.placements(angle, x, y)]
     angles = piece.angles
     if angles is not None:

@@ -1,4 +1,4 @@
-"""Fill sheets one after another with the remaining pieces."""
+"""Fill one sheet after another until all pieces are placed or the sheets run out."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from leafcut.nesting.plan.rectangles import PlacedPiece
 #: Minimum distance between two parts, mm.
 TOUCHING = 0.1
 
-#: Indices of kinds of sheet in filling order, with the maximum number of each.
+#: The kinds of sheet (indices) in the order in which they are filled, each with its maximum number of sheets.
 FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
-    """Packs pieces on sheets of the same kind.
+    """Packs pieces on sheets of a single kind.
 
-    `offered` is the area of the pieces to offer for a sheet, relative to its area. `repeatable` is false once a time
-    limit has ended the packing of a sheet.
+    `offered` is the total area of the pieces to offer for a sheet, relative to the area of the sheet. `repeatable` is
+    false after a time limit has ended the packing of a sheet.
     """
 
     offered: float
@@ -41,14 +41,17 @@ class Packer(Protocol):
         """Area of a sheet, mm²."""
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible."""
+        """Return the positions of the offered pieces that fit on one sheet.
+
+        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible.
+        """
 
 
 @dataclass(frozen=True)
 class NestTask:
     """Parts to nest, the pieces that contain them, the quantity of each piece, and the kinds of sheet.
 
-    `remnants` has the packers for non-rectangular kinds of sheet, by index.
+    `kerf` is in mm. `remnants` has the packers for non-rectangular kinds of sheet, by index.
     """
 
     parts: tuple[NestPart, ...]
@@ -60,7 +63,7 @@ class NestTask:
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
-        """Length and width of a sheet, or of its bounding box, less the margins, mm."""
+        """Return the length and width of a sheet, or of its bounding box, without the margins, mm."""
         sheet = self.stocks[stock]
         return sheet.length - 2.0 * self.options.margin, sheet.width - 2.0 * self.options.margin
 
@@ -76,7 +79,7 @@ class NestTask:
 
     @property
     def spacing(self) -> float:
-        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as one."""
+        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as a single edge."""
         return max(self.kerf + self.options.gap, TOUCHING)
 
 
@@ -90,13 +93,19 @@ class Filling:
         self.n_sheets = 0
 
     def fill_sheet(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
-        """Return the pieces on the next sheet, which has the kind `stock`; sheets of the kinds `later` follow it."""
+        """Return the pieces on the next sheet.
+
+        `stock` is the kind of this sheet; `later` are the kinds of the sheets after it.
+        """
         packer = self.packers[stock]
         offered = self._pieces_to_offer(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._single_piece(stock)
 
     def add(self, stock: int, placed: Sequence[PlacedPiece], limit: float) -> int:
-        """Add a sheet as often as the remaining pieces suffice, at most `limit` times; return the number of sheets."""
+        """Add a sheet as often as the remaining pieces suffice, at most `limit` times.
+
+        Return the number of sheets added.
+        """
         pieces = self.task.pieces
         used = Counter(piece.piece for piece in placed)
         count = int(min(limit, *(self.left[piece] // number for piece, number in used.items())))
@@ -111,7 +120,7 @@ class Filling:
         return count
 
     def nest(self, method: str, seed: int) -> Nest:
-        """Return the filled sheets as a nest."""
+        """Return the nest with all sheets filled so far."""
         missing = Counter[int]()
         for piece, count in self.left.items():
             for member in self.task.pieces[piece].members:
@@ -121,7 +130,7 @@ class Filling:
         return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
 
     def _pieces_to_offer(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
-        """Return slightly more pieces than a sheet can hold; pieces that fit no later kind of sheet come first."""
+        """Return slightly more pieces than a sheet can hold; pieces that fit on no later kind of sheet come first."""
         remaining, area = self.left, packer.offered * packer.sheet_area
         only_here: Counter[int] = Counter()
         if later:
@@ -135,7 +144,7 @@ class Filling:
         return offered + (select_by_area(remaining - only_here, packer.weight, area) if area > 0.0 else Counter())
 
     def _single_piece(self, stock: int) -> list[PlacedPiece]:
-        """Return the largest piece that fits, in the corner of a sheet; used if the packer placed no piece."""
+        """Return the largest piece that fits, in the corner of the sheet, for a packer that placed no piece."""
         if self.task.stocks[stock].edge:
             return []
         length, width = self.task.inner(stock)
@@ -148,7 +157,7 @@ class Filling:
 
 
 def fill_sheets(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
-    """Fill the sheets of a plan until the pieces or the sheets run out."""
+    """Fill the sheets of a plan in order until the pieces or the sheets run out. Return the nest."""
     filling = Filling(task, packers)
     for step, (stock, limit) in enumerate(plan):
         later, count = [k for k, _ in plan[step + 1 :]], 0

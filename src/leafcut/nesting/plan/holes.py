@@ -1,4 +1,4 @@
-"""Place small parts into the holes of large parts before nesting, where they use no sheet area."""
+"""Place small parts into the holes of large parts before nesting, because this area is scrap otherwise."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.model.nest import NestPart, Placement
 from leafcut.nesting.plan.pieces import NestPiece, angles_within, polygon_of
 from leafcut.nesting.plan.positions import FREE_ANGLES, buffer_distance, find_position
 
-#: Maximum number of holes to fill per part (largest first), and of kinds of part to try in each hole.
+#: Maximum number of holes to fill in a part (largest first), and maximum number of kinds of part to try in each hole.
 MAX_HOLES = 20
 MAX_TRIED = 40
 
@@ -20,7 +20,7 @@ MAX_TRIED = 40
 def fill_holes(
     parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
 ) -> tuple[list[NestPiece], list[int]]:
-    """Fill the holes of the pieces, smallest pieces first; return the pieces with parts in their holes, and quantities.
+    """Put small parts into the holes of the pieces, smallest pieces first. Return all pieces and their quantities.
 
     The members of all pieces add up to the quantities of `parts`. Parts keep `spacing` (mm) from the edge of the hole.
     """
@@ -71,6 +71,6 @@ def _fill_spaces(
 
 
 def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
-    """Return the rotations of a piece in a hole that are allowed for each rotation (`outer`) of the outer part."""
+    """Return the rotations of a piece in a hole that remain allowed at every rotation (`outer`) of the outer part."""
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

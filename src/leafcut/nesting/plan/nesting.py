@@ -1,4 +1,4 @@
-"""Nest parts on sheets in several variants. Every nest is checked independently afterwards."""
+"""Nest parts on sheets in several variants. Independent code checks every nest afterwards."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from leafcut.nesting.plan.sheet_choice import (
 from leafcut.nesting.plan.strip import NesterError, StripBudget
 from leafcut.options import SolveOptions
 
-#: Steps of the irregular nester per strip, by preset. About 200 take a few seconds; further steps take far longer.
+#: Number of steps of the shape nester per strip, by preset. About 200 take a few seconds; further steps take longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
-#: Number of failed strip widths after which a search ends, by preset; small jobs reach their optimum quickly.
+#: Number of strip widths that may fail before a search ends, by preset; small jobs reach their optimum quickly.
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
-#: Expected strips per sheet: one with the pieces offered, and one with those that fit.
+#: Expected number of strip searches per sheet: first with all pieces offered, then with the pieces that fit.
 STRIPS_PER_SHEET = 2.0
-#: Number of cheaper sheet choices to try by shapes after nesting by rectangles: without and with a time limit.
+#: Number of cheaper choices of sheets to try by shapes, after nesting by rectangles: without and with a time limit.
 SHAPE_TRIES, TIMED_TRIES = 3, 12
-#: Share of the remaining time for each choice, and share of the time kept for the last search.
+#: Share of the remaining time for each choice of sheets, and share of the total time reserved for the last search.
 TRY_SHARE, LAST_SEARCH = 0.25, 0.35
-#: Highest utilisation assumed for a sheet choice.
+#: Highest utilisation that is assumed for a choice of sheets.
 DENSEST = 0.93
-#: Share of the time limit for the choice by rectangles.
+#: Share of the time limit for choosing the sheets by rectangles.
 CHOOSING = 0.2
-#: With a time limit, one in this number of threads goes to each further variant; the first variant gets the rest.
+#: Number of threads per additional variant under a time limit: one runs this variant, the others run the first variant.
 THREADS_PER_VARIANT = 3
 
 
@@ -87,7 +87,7 @@ def _grouped_pieces(
 def variants(
     task: NestTask, search: SolveOptions, on_progress: OnProgress, cancelled: threading.Event
 ) -> Iterator[Nest | str]:
-    """Yield unchecked nests, or a message for a variant that failed.
+    """Yield unchecked nests; for a variant that failed, yield a message instead.
 
     Nests by shapes use consecutive seeds, nests by rectangles use each of the `RULES`.
     """
@@ -112,7 +112,8 @@ def _nest_on_several_kinds(
 ) -> Iterator[Nest | str]:
     """Yield nests on the cheapest sheets: first by rectangles, which is fast, then by shapes on cheaper sheets.
 
-    The first variant by shapes chooses the sheets for the others. With a time limit, it is the only variant by shapes.
+    The first variant by shapes chooses the sheets for the other variants. With a time limit, it is the only variant by
+    shapes.
     """
     shapes, nests = _uses_shapes(task), list[Nest]()
     start_time, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
@@ -169,7 +170,7 @@ def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packe
 
 
 def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
-    """Return the task with packers for non-rectangular sheets; all variants share these deterministic packers."""
+    """Return the task with a packer for each non-rectangular sheet. All variants share these packers."""
     limit = math.inf if search.time_limit is None else search.time_limit
     end = time.monotonic() + limit
     kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]
@@ -187,7 +188,7 @@ def _shape_variants(
     search: SolveOptions, numbers: range, nest_by_shapes: Callable[[int, _Clock], Nest], on_progress: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
-    """Yield a nest by shapes, or a message, for each of the seeds `search.seed + number`; several searches run at once.
+    """Yield a nest by shapes, or a message, for each seed `search.seed + number`. Several searches run in parallel.
 
     With a time limit, the first variant gets all the time and at least two thirds of the threads, so that more variants
     never make it less dense. The others share the remaining threads, if any. Without a limit, each variant gets one
@@ -267,7 +268,7 @@ def _shape_packers(
 
 
 class _Clock:
-    """Divides the time of a variant among its strips; without a time limit, it limits the steps of each strip."""
+    """Divides the time of a variant among its strips. Without a time limit, it limits the steps of each strip."""
 
     def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
         self.all = math.inf if search.time_limit is None else search.time_limit / rounds
@@ -291,7 +292,7 @@ class _Clock:
 
     @property
     def share_left(self) -> float:
-        """Remaining share of the time, 0 … 1."""
+        """Remaining share of the time, from 0 to 1; 1 without a time limit."""
         return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:

@@ -12,7 +12,7 @@ from leafcut.model.sheet import Sheet
 
 
 def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
-    """Return the parts of a drawing, each with the given quantity, and issues.
+    """Return the parts of a drawing, each with the given quantity, and issues. `rotations` are the allowed angles, rad.
 
     Raises PlanError if the drawing has no closed outline.
     """

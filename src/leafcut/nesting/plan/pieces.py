@@ -1,4 +1,4 @@
-"""Pieces to nest: an outline, its allowed rotations, and the parts placed in its holes."""
+"""Pieces to nest: an outline, its allowed rotations, and the parts that it contains."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 
-#: Error of the chords that approximate arcs, mm; outlines with arcs are kept this much further apart.
+#: Error of the chords that approximate arcs, mm; it is added to the spacing of outlines with arcs.
 CHORD = 0.01
-#: Tolerance of equal angles, rad.
+#: Largest difference between equal angles, rad.
 SAME_ANGLE = 1e-9
 #: Share of its bounding box that an outline must fill to count as a rectangle.
 RECTANGLE = 1.0 - 1e-6
 #: Rotations tried to check whether a freely rotatable part fits the sheet.
 FREE_ANGLES = tuple(math.radians(k) for k in range(180))
-#: A side may be longer than the sheet by this rounding error, mm.
+#: Rounding tolerance by which a piece may be longer than the sheet, mm.
 SIDE_TOLERANCE = 1e-6
 #: Maximum number of parts, and of kinds of part: larger numbers indicate a mistake in a list.
 MAX_PARTS = 100_000
@@ -33,7 +33,7 @@ MAX_KINDS = 2_000
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The bounding box of a piece rotated by `angle`: its lower left corner and its sides, mm."""
+    """The bounding box of a piece after rotation by `angle`, rad: its lower left corner and its sides, mm."""
 
     angle: float
     x: float
@@ -44,10 +44,11 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class NestPiece:
-    """A part and the parts in its holes, which move together.
+    """A part with the parts in its holes, or a block of parts; all of them move together.
 
-    `path` is the outline of the part in the coordinates of its drawing. `members` starts with the part itself at angle
-    0 and (0, 0). `angles` are the allowed rotations, rad, or None for any.
+    `path` is the outline in the coordinates of the drawing. `members` are the placements of the parts relative to it.
+    If the piece is a single part with its holes filled, the first member is the part itself at angle 0 and (0, 0).
+    `angles` are the allowed rotations, rad, or None for any.
     """
 
     path: Polyline
@@ -70,19 +71,19 @@ class NestPiece:
         return CHORD if self.path.bulges.any() else 0.0
 
     def box(self, angle: float) -> Box:
-        """Return the bounding box after rotation."""
+        """Return the bounding box of the piece after rotation by `angle`, rad."""
         x0, y0, x1, y1 = self.path.turned(angle).extents
         return Box(angle, x0, y0, x1 - x0, y1 - y0)
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
-        """Bounding boxes at the allowed rotations, or at a selection of angles if all rotations are allowed."""
+        """Bounding boxes at all allowed rotations; if any rotation is allowed, at a selection of angles."""
         angles = self.angles if self.angles is not None else (*self._tightest_angles, *FREE_ANGLES)
         return tuple(self.box(angle) for angle in angles)
 
     @cached_property
     def _tightest_angles(self) -> tuple[float, ...]:
-        """The rotation with the smallest bounding box, and this rotation plus 90°."""
+        """The rotation with the smallest bounding box, rad, and the same rotation plus 90°."""
         envelope: Any = oriented_envelope(self.polygon)
         corners = list(envelope.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
@@ -90,7 +91,7 @@ class NestPiece:
 
     @cached_property
     def is_rectangle(self) -> bool:
-        """Whether the piece fills its bounding box at an allowed rotation."""
+        """Whether the outline fills its bounding box at an allowed rotation."""
         return any(self.area >= RECTANGLE * b.width * b.height for b in self.boxes)
 
     def fits(self, length: float, width: float) -> bool:
@@ -98,7 +99,7 @@ class NestPiece:
         return any(b.width <= length + SIDE_TOLERANCE and b.height <= width + SIDE_TOLERANCE for b in self.boxes)
 
     def placements(self, angle: float, x: float, y: float) -> list[Placement]:
-        """Return the placements of all members after rotation by `angle`, then translation by (x, y)."""
+        """Return the placements of all members after the piece is rotated by `angle`, rad, then moved by (x, y), mm."""
         cos, sin = math.cos(angle), math.sin(angle)
         return [
             Placement(m.part, (m.angle + angle) % math.tau, x + cos * m.x - sin * m.y, y + sin * m.x + cos * m.y)
@@ -112,8 +113,10 @@ def polygon_of(path: Polyline) -> Polygon:
 
 
 def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
-    """Return one piece per part, checked. Raises PlanError if the list of parts is empty or too long, a quantity is
-    below 1, or an outline encloses no area or crosses itself.
+    """Return one piece per part.
+
+    Raises PlanError if the list of parts is empty or too long, a quantity is below 1, or an outline encloses no area or
+    crosses itself.
     """
     if not parts:
         raise PlanError("no parts to nest")
@@ -138,7 +141,7 @@ def _checked_piece(number: int, part: NestPart) -> NestPiece:
 
 
 def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
-    """Raise `PlanError` for the first piece that fits in no rectangle (length, width in mm)."""
+    """Raise PlanError for the first part that fits on no sheet. `inner` are the sheets' sides without margins, mm."""
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*size) for size in inner):
             length, width = max(inner, key=math.prod)
@@ -151,9 +154,10 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
 
 
 def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
-    """Return the quantities of a selection of pieces with a total weight of about `area` (mm²), at least one piece.
+    """Return the quantities of a selection of pieces with a total weight of about `area`, mm²; at least one piece.
 
-    Each kind of piece contributes the same share of its quantity; then the largest pieces fill the rest.
+    `weight` is the area that a piece needs, mm². Each kind of piece contributes the same share of its quantity; then
+    the largest pieces fill the rest.
     """
     total_weight = sum(weight(piece) * count for piece, count in counts.items())
     if total_weight <= area:
@@ -169,7 +173,11 @@ def select_by_area(counts: Counter[int], weight: Callable[[int], float], area: f
 
 
 def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
-    """Return whether a part rotated by `turn` in a hole stays at an allowed rotation at every rotation in `outer`."""
+    """Return whether a part in a hole keeps an allowed rotation, however the surrounding part is rotated.
+
+    The part is rotated by `turn` relative to the surrounding part. `inner` and `outer` are the allowed rotations of the
+    two parts, rad; None for any.
+    """
     if inner is None:
         return True
     if outer is None:

@@ -1,4 +1,4 @@
-"""Find a position for a piece in a region of any shape: a hole of a part, or a remnant."""
+"""Find a position for a piece in a region of any shape: a hole in a part, or a remnant."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from leafcut.nesting.plan.pieces import CHORD, NestPiece, polygon_of
 
 #: Rotations tried for a freely rotatable part, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
-#: Growth factor that compensates the chords of round corners.
+#: Factor on the spacing that compensates for the chords at rounded corners.
 ROUND_CORNER = 1.002
 #: Additional clearance, mm, for the chords of arcs on both sides.
 SLACK = 4.0 * CHORD
 #: Grid positions per axis; odd, to include the middle.
 GRID_SIZE = 15
-#: Maximum number of corners of a region and of a piece that are matched with each other.
+#: Maximum number of corners of the region, and of the piece, that are matched with each other.
 REGION_CORNERS, PIECE_CORNERS = 300, 16
-#: Positions tested in one batch.
+#: Number of positions tested at a time.
 _CHUNK = 128
 #: Rounding tolerance for a piece placed against an edge, mm.
 _ROUNDING = 1e-6
@@ -34,17 +34,17 @@ PiecePosition = tuple[float, float, float, "Polygon"]
 
 
 def buffer_distance(spacing: float) -> float:
-    """Return the buffer distance that keeps `spacing` (mm) around a polygon in spite of chord errors."""
+    """Return the buffer distance around a polygon, mm, that ensures `spacing` (mm) in spite of chord errors."""
     return ROUND_CORNER * spacing + SLACK
 
 
 def find_position(
     piece: NestPiece, region: BaseGeometry, angles: Iterable[float], *, quick: bool = False
 ) -> PiecePosition | None:
-    """Return the leftmost, then lowest position of a piece within a region, or None.
+    """Return the leftmost, then lowest position of a piece within a region; None if the piece does not fit.
 
-    Candidates lie on a grid, or match a corner of the piece with a corner of the region. `quick` tries only the grid,
-    and stops at the first rotation that fits.
+    Candidate positions lie on a grid, or match a corner of the piece with a corner of the region. `quick` tries only
+    the grid, and stops at the first rotation that fits.
     """
     if region.is_empty:
         return None
@@ -71,7 +71,10 @@ def _rank(polygon: Polygon) -> tuple[float, float]:
 def _positions(
     ring: NDArray[np.float64], corners: NDArray[np.float64], region: BaseGeometry, grown: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
-    """Yield the positions at which a rotated piece (ring float64[n, 2]) fits, from left to right and bottom to top."""
+    """Yield the positions at which a rotated piece fits, from left to right and bottom to top, and its moved polygon.
+
+    `ring` is the outline of the piece, float64[n, 2], mm. `grown` is the region with a rounding tolerance.
+    """
     left, low, right, high = region.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:

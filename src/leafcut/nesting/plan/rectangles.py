@@ -1,4 +1,4 @@
-"""Pack pieces by their bounding boxes: fast, and the best method for rectangles."""
+"""Pack pieces by their bounding boxes. This is fast, and the best method for rectangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from leafcut.nesting.plan.pieces import Box, NestPiece
 from leafcut.nesting.plan.strip import require
 
-#: Packing algorithms of `rectpack` and sort orders that gave the fullest sheets.
+#: The packing algorithms of `rectpack` and the sort orders that gave the fullest sheets.
 RULES = (
     ("MaxRectsBssf", "SORT_AREA"),
     ("MaxRectsBssf", "SORT_LSIDE"),
@@ -22,7 +22,7 @@ RULES = (
     ("SkylineMwfl", "SORT_LSIDE"),
     ("GuillotineBssfSas", "SORT_LSIDE"),
 )
-#: Bisection steps for the used length of the last sheet.
+#: Number of bisection steps that shorten the used length of the last sheet.
 HALVINGS = 10
 #: Micrometres per mm; sides are packed in whole µm, which add up without rounding errors.
 MICRON = 1000.0
@@ -30,7 +30,7 @@ MICRON = 1000.0
 
 @dataclass(frozen=True)
 class PlacedPiece:
-    """A piece on a sheet: rotated by `angle` about the drawing's origin, then moved by (x, y) mm."""
+    """A piece (index) on a sheet: rotated by `angle`, rad, about the drawing's origin, then moved by (x, y), mm."""
 
     piece: int
     angle: float
@@ -40,7 +40,7 @@ class PlacedPiece:
 
 @dataclass(frozen=True)
 class Cell:
-    """The bounding box of a piece, the box after a rotation by 90° (None if not allowed), and its sides in µm."""
+    """The space that a piece needs: bounding box, box after rotation by 90° (None if not allowed), and sides in µm."""
 
     box: Box
     turned: Box | None
@@ -49,7 +49,10 @@ class Cell:
 
 
 class RectanglePacker:
-    """Packs one sheet after another by `RULES[rule]`; `length` and `width` (mm) are less the margins."""
+    """Packs the bounding boxes of pieces, one sheet after another.
+
+    `length` and `width` are the sides of the sheet without its margins, mm. `RULES[rule]` names the algorithm.
+    """
 
     #: Area of the pieces offered for a sheet, relative to its area.
     offered = 1.3
@@ -82,7 +85,10 @@ class RectanglePacker:
         return self.length * self.width / MICRON**2
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible."""
+        """Return the positions of the offered pieces that fit on one sheet.
+
+        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible.
+        """
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():
             low, high = 0, self.length

@@ -1,4 +1,4 @@
-"""Remnants of a sheet after cutting: pieces worth keeping, as sheets of their own."""
+"""Remnants of a sheet after cutting that are worth keeping as new sheets."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from leafcut.model.nest import Layout, Nest, Stock
 from leafcut.nesting.plan.pieces import polygon_of
 from leafcut.nesting.plan.positions import buffer_distance
 
-#: Tolerance of the simplified edge of a remnant, mm.
+#: Tolerance for simplifying the edge of a remnant, mm.
 _COARSE = 0.05
-#: Mitre limit of grown corners.
+#: Limit of the mitre at corners of grown or shrunk regions, relative to the distance.
 _MITRE = 2.0
 
 
@@ -22,9 +22,10 @@ KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
 def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
-    """Return the remnants of a sheet, largest first, each moved to (0, 0); they keep `spacing` (mm) from the parts.
+    """Return the remnants of a sheet, largest first, each moved to (0, 0).
 
-    Strips narrower than `least` mm are cut off, and pieces that contain no disc of that diameter are dropped.
+    Remnants keep `spacing` (mm) from the parts. Strips narrower than `least` mm are cut off, and remnants that contain
+    no disc of that diameter are dropped.
     """
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
@@ -38,7 +39,7 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Return a region without narrow strips; never larger than the region."""
+    """Return a region without strips narrower than `least` mm; the result is never larger than the region."""
     inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 

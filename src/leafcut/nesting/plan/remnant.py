@@ -1,4 +1,4 @@
-"""Pack pieces on a non-rectangular sheet: a remnant, with the holes already cut into it."""
+"""Pack pieces on a non-rectangular sheet, for example a remnant with holes already cut into it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from leafcut.nesting.plan.pieces import CHORD, NestPiece
 from leafcut.nesting.plan.positions import FREE_ANGLES, SLACK, buffer_distance, find_position
 from leafcut.nesting.plan.rectangles import PlacedPiece
 
-#: Mitre limit of grown corners.
+#: Limit of the mitre at corners of grown or shrunk regions, relative to the distance.
 _MITRE = 2.0
-#: Smaller areas are ignored, mm².
+#: Minimum area of a free region, mm²; smaller regions are ignored.
 _MIN_AREA = 1.0
 
 
@@ -66,7 +66,7 @@ class RemnantPacker:
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; results are cached."""
+        """Return the positions of the offered pieces that fit on the sheet; results are cached."""
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)

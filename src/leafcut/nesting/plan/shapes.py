@@ -1,4 +1,4 @@
-"""Pack pieces by their shapes: the sheet is a strip whose used length the irregular nester minimises."""
+"""Pack pieces by their true shapes: each sheet is a strip, and the shape nester (sparrow) minimises its used length."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from leafcut.nesting.plan.pieces import NestPiece, select_by_area
 from leafcut.nesting.plan.rectangles import PlacedPiece
 from leafcut.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
-#: Allowance for the single precision of the nester: in mm, and as a share of the sheet's size.
+#: Allowance for the single precision of the nester: in mm, and relative to the size of the sheet.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
-#: Tolerance of simplified outlines, relative to their size, with bounds in mm.
+#: Tolerance for simplifying an outline: relative to its size, with a minimum and a maximum, mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: Outlines are not simplified if they have at most this number of points, or if more than this share would remain.
+#: An outline is not simplified if it has at most this number of points, or would keep more than this share of them.
 FEW_POINTS, KEPT = 16, 0.6
-#: Mitre limit of grown corners.
+#: Limit of the mitre at corners of grown outlines, relative to the distance.
 MITRE = 2.0
 #: Maximum number of pieces per search, for a reasonable time.
 MAX_PIECES = 250
-#: Shares of the expected capacity tried when a sheet must be packed again with fewer pieces.
+#: Shares of the expected capacity to try when a sheet must be packed again with fewer pieces.
 SHARES = (1.02, 1.0, 0.98)
 #: A strip within this factor of the lower bound needs no further search.
 PERFECT = 1.001
 
 
 class ShapePacker:
-    """Packs one sheet after another with the irregular nester.
+    """Packs true shapes, one sheet after another, with the shape nester.
 
-    `length` and `width` (mm) are less the margins. `budget` returns the budget of the next strip. With
-    `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
+    `length` and `width` are the sides of the sheet without its margins, mm. `budget` returns the budget of the next
+    strip. With `shorten=False`, the search on the last sheet ends as soon as all parts are on it.
     """
 
     #: Area of the pieces offered for a sheet, relative to its area; the excess waits for the next sheet.
@@ -71,7 +71,7 @@ class ShapePacker:
         return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
-        """Return the area that a piece needs, mm²: at least its area grown by half the spacing."""
+        """Return the area that a piece needs, mm²: the area of its outline grown by at least half the spacing."""
         return self.shape(piece)[2]
 
     @property
@@ -80,9 +80,10 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
-        """Return the offered pieces that fit; with `last`, no pieces follow, and they lie as far left as possible.
+        """Return the positions of the offered pieces that fit on one sheet.
 
-        Too many pieces for one search are packed in equal bands across the sheet.
+        If `last`, this is the last sheet, and the pieces are packed as far to the left as possible. If the pieces are
+        too many for one search, equal bands across the sheet are packed instead.
         """
         offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
         bands = math.ceil(offered.total() / MAX_PIECES)
@@ -129,11 +130,14 @@ class ShapePacker:
         return Strip(strip.width, placed, strip.steps, strip.ended)
 
     def _fits(self, piece: int) -> bool:
-        """Return whether a grown outline fits the strip. A piece as large as the sheet does not (`_single_piece`)."""
+        """Return whether a grown outline fits the strip. `Filling` itself places a piece as large as the sheet."""
         return self.extent(piece)[0] < self.length
 
     def _extent(self, piece: int) -> tuple[float, float]:
-        """Return the minimum strip length of a grown outline, and its width; infinite if too wide."""
+        """Return length and width of a grown outline at the rotation that needs the shortest strip, mm.
+
+        Both are infinite if the outline is too wide at all allowed rotations.
+        """
         points = np.array(self.shape(piece)[0])
         angles = np.array([box.angle for box in self.pieces[piece].boxes])
         x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
@@ -146,7 +150,7 @@ class ShapePacker:
         return None if angles is None else [math.degrees(a) for a in angles]
 
     def _placed_pieces(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
-        """Return the pieces whose grown outlines end before `length`."""
+        """Return the positions on the sheet of the pieces whose grown outlines end before `length`, mm."""
         placed = []
         for piece, degrees, x, y in strip.items:
             shape, middle, _ = self.shape(piece)
@@ -188,7 +192,9 @@ def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
-    """Return the same share of each kind of piece, about `limit` in total; only the first `limit` kinds, if more."""
+    """Return about `limit` pieces in total, the same share of each kind; if there are more kinds, only the first
+    `limit`.
+    """
     if counts.total() <= limit:
         return counts
     share = limit / counts.total()

@@ -1,7 +1,7 @@
-"""Chooses the cheapest of several kinds of sheet.
+"""Choose the cheapest combination of several kinds of sheet.
 
-A greedy choice (parts per cost, free remnants first) sets an upper limit of the cost. Then cheaper choices are tried;
-the cheapest choice that holds all parts wins.
+A greedy choice (most parts per cost, free remnants first) sets an upper limit of the cost. Then cheaper combinations
+are tried; the cheapest combination that holds all parts wins.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from dataclasses import dataclass
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, fill_sheets
 
-#: Budget for trying choices of sheets: total number of pieces to place, minimum and maximum number of choices.
+#: Budget for trying combinations of sheets: total number of pieces to place, minimum and maximum number of trials.
 TRIES, MIN_TRIES, MAX_TRIES = 5_000, 4, 60
-#: Maximum number of combinations to enumerate.
+#: Maximum number of steps in the enumeration of combinations.
 MAX_CHOICES = 50_000
-#: Relative tolerance of equal costs.
+#: Relative difference below which two costs are equal.
 SAME = 1e-9
 
 
 def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
-    """Return a plan that uses as many sheets of a single kind as needed."""
+    """Return a filling plan with as many sheets of one kind as needed."""
     return ((kind, min(task.available_sheets[kind], task.max_sheets)),)
 
 
 def plan_of_nest(nest: Nest) -> FillPlan:
-    """Return a plan with the sheets of a nest, in its order."""
+    """Return the filling plan that repeats the sheets of a nest in the same order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
 def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return the cheapest nest found before `late` returns true."""
+    """Return the cheapest nest on any combination of sheets; `late` ends the trials."""
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)
     best = _greedy(task, packers).nest(method, seed)
@@ -55,9 +55,10 @@ def cheapest_of_plans(
     attempt: Callable[[FillPlan], Nest],
     late: Callable[[], bool],
 ) -> Nest:
-    """Return the nest on the cheapest of the plans (sorted by cost) that holds all parts, or `best`.
+    """Return the nest on the cheapest of the plans that holds all parts, or `best` if none holds them.
 
-    More than `tries` plans are searched by bisection, because more expensive plans usually hold more parts.
+    `plans` are sorted by cost. More than `tries` plans are searched by bisection, because more expensive plans usually
+    hold more parts.
     """
     low, high = 0, len(plans)
     for tries_left in range(tries, 0, -1):
@@ -74,9 +75,9 @@ def cheapest_by_density(
     task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
     attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
-    """Return the nest on the cheapest plan that holds all parts, or None; `plans` are sorted by cost.
+    """Return the nest on the cheapest plan that holds all parts, or None. `plans` are sorted by cost.
 
-    `density` is the expected utilisation of the sheets, which each attempt updates.
+    The first attempts choose plans with a utilisation of at most `density`; each attempt updates this value.
     """
     need = _needs(task, packers)[0][1]
     densities = [need / sum(packers[k].sheet_area * count for k, count in plan) for plan in plans]
@@ -103,7 +104,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 
 
 def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
-    """Choose sheets greedily by parts per cost; the last sheet is the cheapest that holds the remaining parts."""
+    """Choose sheets by the most parts per cost; the last sheet is the cheapest that holds the remaining parts."""
     filling = Filling(task, packers)
     costs, sheets_left = sheet_costs(task.stocks), task.available_sheets
     while filling.left.total() and filling.n_sheets < task.max_sheets:
@@ -127,7 +128,7 @@ def _greedy(task: NestTask, packers: Sequence[Packer]) -> Filling:
 
 
 def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
-    """Return plans that use all available sheets, the largest first if their number is limited."""
+    """Yield plans that use all available sheets; if their total is limited, the largest kinds are preferred."""
     remaining, counts = task.max_sheets, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].sheet_area, k)):
         counts[k] = min(task.available_sheets[k], remaining)
@@ -136,9 +137,9 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 
 
 def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
-    """Return the plans that are cheaper than a complete nest and have enough area, the cheapest first.
+    """Return the filling plans that are cheaper than a complete nest and have enough area, the cheapest first.
 
-    The parts use at most the share `densest` of the area. Without a complete nest, there are no plans.
+    The parts use at most the share `densest` of the area. If the reference nest is incomplete, there are no plans.
     """
     if any(reference.unplaced):
         return []
@@ -156,7 +157,7 @@ def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 
 def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
-    """Yield filling orders: largest sheets first, then smallest first; free sheets always come first."""
+    """Yield two filling orders: largest sheets first, then smallest first. Sheets without cost always come first."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
     plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
@@ -169,12 +170,12 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
     return sum(number * cost for number, cost in zip(counts, costs, strict=True))
 
 
-#: Kinds of sheet, and the area of the pieces that fit only these kinds, mm².
+#: A set of kinds of sheet, and the total area of the pieces that fit on no other kind, mm².
 _Need = tuple[frozenset[int], float]
 
 
 def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
-    """Return, for sets of kinds of sheet, the area of the pieces that fit no other kinds."""
+    """Return sets of kinds of sheet, each with the total area of the pieces that fit on no other kind, mm²."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):
         kinds = frozenset(k for k, packer in enumerate(packers) if packer.holds(piece))
@@ -185,7 +186,10 @@ def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
 
 @dataclass(frozen=True)
 class _SheetCounts:
-    """Enumerates numbers of sheets that have enough area and cost less than `below`; sequences are by kind of sheet."""
+    """Enumerates the numbers of sheets of each kind with enough area and a cost of less than `below`.
+
+    Each sequence has a value for each kind of sheet.
+    """
 
     costs: Sequence[float]
     areas: Sequence[float]

@@ -1,7 +1,7 @@
-"""Script that runs the irregular nester in a subprocess: the task on standard input, the answer on standard output.
+"""Script that runs the shape nester in a subprocess, with the task on standard input and the answer on standard output.
 
-A panic of the nester's Rust code does not end leafcut, and a limit in steps makes a search repeatable. The script does
-not import leafcut, so that it starts quickly.
+Thus a panic of the nester's Rust code does not end leafcut, and a limit in steps makes a search repeatable. The script
+does not import leafcut, so that it starts quickly.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from typing import Any
 
 import spyrrow
 
-#: Interval between two checks of the steps, s.
+#: Interval at which the steps of the search are checked, s.
 POLL = 0.005
-#: Time limit for the nester, s, that is never reached, because this script ends the search.
+#: Time limit for the nester, s. It is never reached, because this script ends the search.
 NEVER = 1_000_000
 #: Kinds of step (`spyrrow.ReportType`) without a solution, because parts still overlap. After a step of the first kind,
-#: the nester abandons the width.
+#: the nester gives up the strip width.
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class StripSearch:
-    """The steps of a running search, and its narrowest strip."""
+    """The progress of a search: number of steps and failures, the shortest strip, and the reason for the end."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -36,7 +36,7 @@ class StripSearch:
         self.reason = ""
 
     def take(self, kind: int, solution: Any) -> bool:
-        """Record the next step; return whether to stop."""
+        """Record a step. Return whether the search should stop."""
         self.steps += 1
         self.failures += kind == GIVEN_UP
         if kind not in (GIVEN_UP, OVERLAPPING) and (self.best is None or solution.width < self.best.width):
@@ -48,21 +48,21 @@ class StripSearch:
         return bool(self.reason)
 
     def late(self) -> bool:
-        """Return whether the time is over and a solution exists."""
+        """Return whether the search should stop because its time is over and a solution exists."""
         if self.best is not None and time.monotonic() - self.began >= self.task["seconds"]:
             self.reason = "clock"
         return bool(self.reason)
 
     def answer(self) -> dict[str, Any]:
-        """Return the width of the strip, the placements (id, degrees, x, y), and why the search ended."""
+        """Return the strip length, mm, the placements (index, degrees, x, y), and the reason why the search ended."""
         items = [(int(i.id), i.rotation, *i.translation) for i in self.best.placed_items]
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
 def phases(seconds: float) -> tuple[int, int]:
-    """Return the time limits for exploration and compression in whole seconds, in total at least `seconds`.
+    """Return the time limits for the nester's exploration and compression, s, in total at least `seconds`.
 
-    The nester ignores fractions of a second, so this script ends the search.
+    The nester ignores fractions of a second, so this script ends the search itself.
     """
     if seconds >= NEVER:
         return NEVER, NEVER
@@ -71,10 +71,10 @@ def phases(seconds: float) -> tuple[int, int]:
 
 
 def solve(task: dict[str, Any]) -> dict[str, Any]:
-    """Return the answer to a task.
+    """Pack the items of a task into the shortest strip, and return the answer.
 
-    Keys: ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, ``workers`` (threads), and
-    the limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient width.
+    Keys of the task: ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, ``workers``
+    (threads), and the limits of the search: ``steps``, ``failures``, ``seconds``, and ``enough``, a sufficient length.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])
@@ -110,7 +110,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
 
 
 def _exit_with_parent() -> None:
-    """End the process when standard input is closed: the parent has ended, or needs no answer."""
+    """End the process when standard input closes: the parent has ended or no longer needs an answer."""
     sys.stdin.buffer.read()
     os._exit(1)
 

@@ -1,4 +1,4 @@
-"""Pack a strip with the irregular nester: run `sparrow_process`, and ensure that it ends."""
+"""Pack pieces on a strip with the shape nester, in a subprocess (`sparrow_process`) that can always be ended."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from typing import Any
 from leafcut.errors import PlanError
 
 SCRIPT = Path(__file__).with_name("sparrow_process.py")
-#: Interval between two checks for cancellation, s.
+#: Interval at which cancellation is checked, s.
 POLL = 0.1
 #: Value for "no limit" in a task.
 UNLIMITED = 1e9
-#: Time allowed beyond the limit before the nester counts as hung, s.
+#: Time beyond the limit after which the nester counts as hung, s.
 PATIENCE = 600.0
 
 
 class NesterError(PlanError):
-    """The nester gave no answer. Only one variant is lost; the others continue."""
+    """The nester returned no result. This variant is lost; the others continue."""
 
 
 @dataclass(frozen=True)
 class StripItem:
-    """A shape (x, y in mm, without holes), its quantity, and its rotations in degrees, None for any."""
+    """A shape (x, y in mm, without holes), its quantity, and its allowed rotations in degrees (None for any)."""
 
     shape: Sequence[tuple[float, float]]
     demand: int
@@ -44,7 +44,7 @@ class StripItem:
 
 @dataclass(frozen=True)
 class StripBudget:
-    """Limits of the search for a strip: number of steps, number of abandoned widths (`failures`), and seconds.
+    """Limits of the search for a strip: number of steps, number of failed widths (`failures`), and time, s.
 
     `workers` is the number of threads, which affects the result.
     """
@@ -57,7 +57,7 @@ class StripBudget:
 
 @dataclass(frozen=True)
 class Strip:
-    """A packed strip: its width (mm), the items as (index, degrees, x, y), the steps, and the reason for the end."""
+    """A packed strip: length, mm, items as (index, degrees, x, y), number of steps, and reason for the end."""
 
     width: float
     items: tuple[tuple[int, float, float, float], ...]
@@ -74,12 +74,13 @@ def pack_strip(
     enough: float = 0.0,
     cancelled: threading.Event | None = None,
 ) -> Strip:
-    """Return all items in the shortest strip that the search finds; it starts at (0, 0) and extends along x.
+    """Return all items in the shortest strip that the search finds. The strip starts at (0, 0) and extends along x.
 
     An item is rotated about its origin, then moved. The same seed and number of steps give the same strip; with a time
     limit, results may differ. The nester (sparrow, by spyrrow) computes in single precision: allow 0.01 mm. The search
-    ends at a length of `enough` mm. Raises NesterError if the nester failed, or `cancelled` was set; PlanError if the
-    nester is not installed.
+    ends as soon as the length is at most `enough` mm.
+
+    Raises NesterError if the nester failed or `cancelled` was set, and PlanError if the nester is not installed.
     """
     require("spyrrow")
     task = {
@@ -98,13 +99,13 @@ def pack_strip(
 
 
 def require(package: str) -> None:
-    """Raise `PlanError` naming the extra if a package is not installed."""
+    """Raise PlanError with the install command if a package is not installed."""
     if importlib.util.find_spec(package) is None:
         raise PlanError(f"nesting needs the package {package}: pip install 'leafcut[nest]'")
 
 
 def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
-    """Run the subprocess and return its answer; it ends with this process, or when `cancelled` is set."""
+    """Run the nester in a subprocess and return its answer. Setting `cancelled` kills the subprocess."""
     # -P: modules in the folder of the script or of the user must not shadow modules of Python.
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}

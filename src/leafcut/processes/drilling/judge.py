@@ -29,22 +29,22 @@ from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import place, shorten
 
-#: Arithmetic error of sums and of rotated points, mm; the rounding of written numbers is added.
+#: Tolerance for floating-point errors of sums and rotations, mm; the rounding of the program's numbers is added.
 _ARITHMETIC = 2e-6
 #: Point angle of assumed drills, rad: DIN 338, type N.
 _POINT_ANGLE = math.radians(118.0)
-#: Diameter assumed for a bare point, mm.
+#: Assumed diameter of a hole that is drawn as a point, mm.
 _BARE_POINT = 1.0
 #: Default depth of a centre drill, relative to its diameter.
 _CENTRE_SHARE = 0.4
-#: Decimals and minimum of assumed tool diameters, mm.
+#: Number of decimals of assumed tool diameters, and the smallest diameter, mm.
 _DECIMALS, _THINNEST = 4, 1e-4
 _NO_NUMBER = -1
-#: Tolerance of equal library diameters and depths, mm; of countersink angles, rad.
+#: Largest differences between equal diameters or depths, mm, and between equal countersink angles, rad.
 _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
-#: Radius for matching a tool to a drawn position, mm; the exact position is compared later.
+#: Tolerance on each axis for finding the tool that cuts at a drawn hole, mm; the exact position is compared later.
 _SAME_PLACE = 0.01
-#: Tolerance of multiples of 90°, in quarter turns.
+#: Largest deviation of an exact multiple of 90°, in quarter turns.
 _QUARTER_TOLERANCE = 1e-9
 #: Comment that names an assumed tool at its tool change: ``(T1 drill D6.35)``.
 _TOOL_COMMENT = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
@@ -53,7 +53,7 @@ _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIG
 
 
 class _Cut(NamedTuple):
-    """A required cut of one tool in a hole: position, height of the tip, mm, and index of the hole."""
+    """A plunge that a hole needs: position, lowest height of the tool tip, mm, tool, and index of the hole."""
 
     x: float
     y: float
@@ -63,7 +63,7 @@ class _Cut(NamedTuple):
 
 
 class _SlotCut(NamedTuple):
-    """A required slot: its ends, height of its bottom, and maximum depth of a pass (`step`), mm."""
+    """A slot that must be cut: both ends, height of the bottom, and maximum depth of one pass (`step`), mm."""
 
     ends: tuple[tuple[float, float], tuple[float, float]]
     bottom: float
@@ -72,7 +72,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A plunge at feed in the program: position and lowest height of the tip, mm."""
+    """A plunge at feed in the program: position, lowest height of the tool tip, mm, tool, and line of the program."""
 
     x: float
     y: float
@@ -82,7 +82,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight sideways cut in the program: start and end, mm."""
+    """A straight horizontal or sloping cut in the program: start, end, mm, tool, and line of the program."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -92,7 +92,7 @@ class _Pass(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DrillingRequest:
-    """The user's request, with the part and the surface as read, in the coordinates of the drawing.
+    """The user's options, with the part and the surface in the coordinates of the drawing.
 
     `surface` is None for a flat part; `library` is None if tools are assumed.
     """
@@ -143,20 +143,20 @@ class DrillingRequest:
 
     @cached_property
     def drawn(self) -> NDArray[np.complex128]:
-        """Holes, then both ends of each slot, mirrored and rotated, complex128[n], mm."""
+        """Positions of the holes, then of both ends of each slot, mirrored and rotated, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
         return self.rotated(np.array(points, dtype=np.complex128))
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
-        """Holes, then both ends of each slot, in program coordinates, float64[n, 2], mm."""
+        """Positions of the holes, then of both ends of each slot, in program coordinates, float64[n, 2], mm."""
         shifted = self.drawn - self.zero
         return np.column_stack([shifted.real, shifted.imag])
 
     @cached_property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface in program coordinates, float64[n, 3, 3], mm."""
+        """Corners of the surface's triangles in program coordinates, float64[n, 3, 3], mm."""
         assert self.surface is not None
         triangles = self.surface.triangles.copy()
         shifted = self.rotated(triangles[:, :, 0] + 1j * triangles[:, :, 1]) - self.zero
@@ -193,11 +193,11 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
     return shorten(differences)
 
 
-# The requested work.
+# Cuts that the drawing needs.
 
 
 def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
-    """Yield the required cuts of every hole, in the order of its tools."""
+    """Yield the cuts that each hole needs, in the order of its tools."""
     part, job = request.part, request.job
     steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     tops, underside = _hole_tops(request, steps)
@@ -230,7 +230,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
 
 
 def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
-    """Yield the required slots; all start at Z0."""
+    """Yield the cut that each slot needs, from Z0 to its bottom."""
     job, ends = request.job, request.points[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
         tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
@@ -249,7 +249,10 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
 def _hole_tops(
     request: DrillingRequest, steps: Sequence[Sequence[Tool]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the height of the top of each hole, and of the underside of the part there if the surface sets it, mm."""
+    """Return the height of each hole's top and, for through holes in a surface, of the underside below it, mm.
+
+    The underside is None in all other cases.
+    """
     holes = request.part.holes
     drawn = np.array([hole.z for hole in holes], dtype=np.float64)
     use_drawn = request.part.has_hole_depths or request.reading.z_zero == "drawn"
@@ -272,8 +275,9 @@ def _hole_tops(
 
 
 def _cut_radius(tool: Tool, above: float) -> float:
-    """Return the radius, mm, that a tool cuts through material `above` mm high over the hole; a centre drill cuts only
-    with its point.
+    """Return the largest radius that a tool cuts, mm, if material rises `above` mm over the top of the hole.
+
+    A centre drill cuts only with its point.
     """
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
         return 0.5 * tool.diameter
@@ -286,7 +290,7 @@ def _point_length(tool: Tool) -> float:
 
 
 def _tool_name(request: DrillingRequest, tool: Tool) -> str:
-    """Return ``T3`` for a library tool, or kind and diameter of an assumed tool, as the program states them."""
+    """Return ``T3`` for tool 3 of a library, or kind and diameter of an assumed tool, for example ``drill 6.35``."""
     return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
 
 
@@ -296,7 +300,7 @@ def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools that a program names, by the positions where they cut."""
+    """The assumed tools of a program, found by the positions where they cut."""
 
     def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
@@ -307,8 +311,10 @@ class _ToolsUsed:
         self._tools = [name for _, _, name in known]
 
     def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
-        """Return the tool that cuts at any of the positions, if its diameter is within tolerance, else a tool of the
-        exact diameter.
+        """Return the assumed tool for a hole or slot of a diameter, mm.
+
+        This is the tool that cuts at one of the positions, if its diameter is within the tolerance; otherwise a tool of
+        exactly this diameter.
         """
         widths = [diameter]
         for x, y in points:
@@ -320,7 +326,7 @@ class _ToolsUsed:
 
 
 def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
-    """Return the tools that make a hole, in order: the tools of its recipe, else the nearest drill.
+    """Return the tools that make a hole, in order: the tools of its recipe, otherwise the nearest drill.
 
     If the library has no suitable drill, the returned tool matches no program, so the hole is reported as missing.
     """
@@ -351,7 +357,7 @@ def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: in
 
 
 def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
-    """Return the slot mill nearest to the width of a slot."""
+    """Return the slot mill whose diameter is closest to the width of a slot."""
     if request.library is None:
         return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
@@ -360,8 +366,8 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
-    """Return the tool for a counterbore or countersink; None if no tool fits, or if material around its top is in the
-    way.
+    """Return the tool for a counterbore or countersink; None if no tool fits or if it would hit material around the
+    top.
     """
     if request.library is None or not wide.open:
         return None
@@ -391,18 +397,21 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
     return best
 
 
-# The work in the program.
+# Cuts of the program.
 
 
 def _assumed_tools(text: str) -> dict[int, str]:
-    """Return the assumed tools named in the comments of a program, by number."""
+    """Return kind and diameter of each assumed tool by its number, from the comments at the program's tool changes."""
     return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _TOOL_COMMENT.findall(text)}
 
 
 def _read_motions(
     path: Toolpath, names: Mapping[int, str] | None
 ) -> tuple[list[_Plunge], list[_Pass], list[Difference]]:
-    """Return the plunges at feed (one per pecked hole), the sideways cuts, and motions foreign to drilling."""
+    """Return the plunges at feed, the sideways cuts, and a difference for each motion that drilling never needs.
+
+    All pecks of a hole count as one plunge.
+    """
     plunges: list[_Plunge] = []
     passes: list[_Pass] = []
     foreign: list[Difference] = []
@@ -463,7 +472,10 @@ class _PointIndex:
 def _compare_holes(
     holes: Sequence[Hole], required: Sequence[_Cut], plunges: Sequence[_Plunge], tolerance: float
 ) -> tuple[list[_Plunge], list[Difference]]:
-    """Match plunges to required cuts; return the plunges without a match, and the differences of the matches."""
+    """Match plunges to required cuts.
+
+    Return unmatched plunges, and differences (missing, wrong tool, depth or order).
+    """
     index = _PointIndex([(plunge.x, plunge.y) for plunge in plunges])
     unused = [True] * len(plunges)
     matches: list[int | None] = []
@@ -498,7 +510,7 @@ def _compare_holes(
 
 
 def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance: float) -> list[Difference]:
-    """Check that each slot is cut once at its bottom, no pass is too deep, and nothing else is cut sideways."""
+    """Return the differences between slots and sideways cuts: missing or repeated slots, deep passes, other cuts."""
     index = _PointIndex([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
     bottom_passes, depths = [0] * len(slots), [0.0] * len(slots)
     differences = []

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _MAIN_OPTIONS = (
     "machine", "thickness", "depth", "tools", "material", "feed", "spindle_speed", "cycle", "peck", "clearance_height",
 )  # fmt: skip
-#: Form fields of the job below the main group, around the drilling options.
+#: Fields of the form's drilling group: depths and surface, details, and the path.
 _DEPTH_OPTIONS = (
     "depth_to", "break_through", "surface", "surface_unit", "fixture",
     "retract_height", "keep_out",
@@ -91,7 +91,7 @@ class Drilling(Process):
         return "pcb-drill" if format_name == self.joins else ""
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Rate the drawing by its share of round holes."""
+        """Rate a drawing by the names of its layers, otherwise by its share of round holes."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         if not drawing.n_holes:
@@ -105,7 +105,7 @@ class Drilling(Process):
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with one stage for each tool: a hole has one choice, a slot has two directions."""
+        """Return a plan with one stage for each tool; a hole has one choice, a slot has two (its directions)."""
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import check_tool_changes, nodes_to_visit_first, prepare_drilling
@@ -169,7 +169,7 @@ class Drilling(Process):
         return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(dialect, units))]
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the holes and slots of each tool, in order."""
+        """Return the tool, the cycle, and the holes or slots in final order for each operation."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
 
@@ -185,7 +185,7 @@ class Drilling(Process):
         )
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
-        """Return the surface of the part, and the time saved by low travel moves over it."""
+        """Return the thickness, surface and fixtures of the part, and the time saved by low travel moves."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
         from leafcut.timing.toolpath import measure

@@ -1,4 +1,4 @@
-"""Facts about drilled holes, and their stock: the plate, and the time saved by low travel moves."""
+"""Report about drilling: the time saved by low travel moves, and the stock for the 3D view."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import said
 
-#: Smallest saving worth reporting, s; less is shown as 0.00 s.
+#: Smallest time saving with a sentence in the summary, s; a smaller saving would read 0.00 s.
 _LEAST_SAVED = 0.005
 
 
@@ -27,7 +27,7 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [Fact("low_ways_saved_s", saved, "s", label, said("Low moves"))]
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock: the surface of the part, or the edge and thickness of the plate if known."""
+        """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""
         outcome, stock = self.outcome, super().stock()
         if outcome.detail.surface is not None:
             return ShownStock(

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) -> Part:
-    """Add issues about work that the drilling program does not do.
+    """Return the part with issues about work that the drilling program does not do.
 
-    Contours are only a note if the user requested drilling; further concentric circles are only a note if the user
+    Contours are only a note if the user requested drilling. Further concentric circles are only a note if the user
     selected some.
     """
     chosen = "concentric" in job.settings.given
@@ -71,7 +71,7 @@ def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[M
 
 
 def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
-    """Return the plan, and the request for the judge.
+    """Return the drilling plan, and the request that the judge compares the program with.
 
     If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
     """

@@ -11,7 +11,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 
-#: Default depth of a centre drill, relative to its diameter (the cone of a spot for the drill).
+#: Default depth of a centre drill, relative to its diameter: its cone then centres the drill.
 CENTRE_DEPTH_RATIO = 0.4
 
 #: Length of a tap's lead without full threads, pitches: 3.5 to 5 for a plug tap (DIN 2197, form B).
@@ -63,7 +63,7 @@ class DepthRule:
 
 
 def centre_depth(tool: Tool) -> float:
-    """Return the depth of the tip of a centre drill below the surface, mm."""
+    """Return the depth of a centre drill's tip below the surface, mm: its own depth, or a share of its diameter."""
     return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 
 

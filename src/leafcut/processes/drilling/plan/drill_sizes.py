@@ -8,9 +8,9 @@ from leafcut.units import MM_PER_INCH
 
 #: Tolerance of a catalogue size, mm: rounding of drawings to three decimals in mm, or four in inches (0.0013 mm).
 EQUAL = 1.5e-3
-#: Metric drills: largest diameter and steps, mm (DIN 1899 below 1 mm, DIN 338 above).
+#: Metric drill sizes: upper end of each range, and the increments within it, mm (DIN 1899 below 1 mm, DIN 338 above).
 _METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
-#: Inch fractions within this distance of a metric size, mm, are used only for exactly drawn holes.
+#: An inch fraction this close to a metric size, mm, is used only for a hole of exactly its diameter.
 _BESIDE_METRIC = 0.02
 #: Number drills 1 to 80 and letter drills A to Z, thousandths of an inch: ASME B94.11M.
 _NUMBERS = (
@@ -27,10 +27,11 @@ _NUMBERED = np.array([*_NUMBERS, *_LETTERS]) * 1e-3 * MM_PER_INCH
 
 
 def catalogue_size(diameter: float, tolerance: float) -> float:
-    """Return the catalogue size of the drill for a hole, mm: equal to the diameter, else the nearest within
-    `tolerance`, else the diameter itself.
+    """Return the drill size for a hole of a diameter, mm.
 
-    Number and letter drills are only used for holes of exactly their size, because they are close to metric sizes.
+    This is the catalogue size equal to the diameter; otherwise the nearest within `tolerance`, mm; otherwise the
+    diameter itself. Number and letter drills are only used for holes of exactly their size, because they are close to
+    metric sizes.
     """
     metric, inch = _metric(diameter), round(diameter / MM_PER_INCH * 64.0) / 64.0 * MM_PER_INCH
     numbered = float(_NUMBERED[np.argmin(np.abs(_NUMBERED - diameter))])

@@ -30,7 +30,7 @@ def stages_of(
     objective: Literal["time", "distance"],
     first_nodes: Mapping[int, NDArray[np.int32]],
 ) -> tuple[Stage, ...]:
-    """Return a stage for each operation; each starts where the previous stage ends.
+    """Return a search stage for each operation; each stage starts where the previous stage ends.
 
     `first_nodes` maps the number of an operation to the nodes to visit first, in order.
     """
@@ -93,7 +93,7 @@ def generate_toolpath(
 
     Between holes, the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). Before
     crossing a keep-out zone, it retracts with a separate rapid instead of G98 on a single hole: unlike other
-    controllers, LinuxCNC 2.9 rises on a slant when G98 follows G99 in one series of cycles. If `pause`, the program
+    controllers, LinuxCNC 2.9 rises diagonally when G98 follows G99 in one series of cycles. If `pause`, the program
     waits (M0) after every tool change, for controllers whose M6 may not wait.
     """
     builder = ToolpathBuilder()
@@ -114,7 +114,7 @@ def generate_toolpath(
 
 
 def with_high_travel(plan: DrillPlan) -> DrillPlan:
-    """Raise all travel moves of a plan above the highest point of the surface."""
+    """Return the plan with all travel moves above the highest point of the surface."""
     operations = tuple(
         replace(operation, cycle=replace(operation.cycle, to_initial=True)) for operation in plan.operations
     )
@@ -124,7 +124,7 @@ def with_high_travel(plan: DrillPlan) -> DrillPlan:
 def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     """Return x, y and the height of the surface at each hole, float64[n, 3], mm; None for a plate.
 
-    Heights that are `drawn`, or belong to a solid, are taken from the drawing instead of the plan.
+    If `drawn`, or if the part is a solid, the heights come from the drawing instead of the plan.
     """
     if drawn or plan.part.has_hole_depths:
         return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
@@ -178,7 +178,7 @@ def _travel_heights(
 
 
 def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
-    """Change the R plane of a cycle, and shift its bottom by `lower` mm."""
+    """Return the cycle with another R plane, and with its bottom moved up by `lower` mm (down if negative)."""
     if r_plane == cycle.r_plane and not lower:
         return cycle
     return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
@@ -222,7 +222,7 @@ def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
 
 
 def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:
-    """Move over the first position at a safe height, then down to the clearance height."""
+    """Move over the first position without descending, then down to the clearance height."""
     builder.rapid(x, y)
     if builder.position[2] != plan.clearance_height:
         builder.rapid(z=plan.clearance_height)

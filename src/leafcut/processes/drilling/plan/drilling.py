@@ -47,9 +47,9 @@ from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, ref
 TOOL_CHANGE_HEIGHT = 25.0
 #: Clearance of travel moves from the surface and from fixtures, vertical and horizontal, mm.
 SURFACE_CLEARANCE = 2.0
-#: Exit below the part above which a warning is issued, mm: the tool may hit the table, a vise or a parallel.
+#: Distance of a tool tip below the part that causes a warning, mm: the tool may hit the table, a vise or a parallel.
 FAR_BELOW = 3.0
-#: The same below a circuit board, mm: its backing board is often 2 mm thick or less.
+#: Distance of a tool tip below a circuit board that causes a note, mm: many backing boards are only 2 mm thick.
 BELOW_BOARD = 1.0
 #: Longest stroke without pecking, diameters; beyond that, chips pack the flutes and the drill breaks (usual: 3 to 5).
 LONGEST_STROKE = 5.0
@@ -57,7 +57,7 @@ LONGEST_STROKE = 5.0
 
 @dataclass(frozen=True, eq=False)
 class DrillOperation:
-    """The work of one tool: a cycle that runs at every target.
+    """All holes or slots of one tool, and the drilling cycle that runs at each of them.
 
     `targets` are indices, int32[k], of holes of the part, or of its slots if `slots`. If the tool makes counterbores or
     countersinks, `tips` are the depths of its tip below the top of each hole, float64[k], mm; else None.
@@ -70,7 +70,10 @@ class DrillOperation:
     tips: NDArray[np.float64] | None = None
 
     def bottoms(self, tops: NDArray[np.float64], deeper: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the height of the tip at the bottom of each target, float64[k], mm; holes only."""
+        """Return the lowest height of the tip in each hole, float64[k], mm; not for slots.
+
+        `tops` and `deeper` have a value for each hole of the part (see `DrillPlan`).
+        """
         if self.tips is not None:
             return tops[self.targets] - self.tips
         # A centre drill has the same depth everywhere.
@@ -121,7 +124,9 @@ class DrillPlan:
         return widened(self.zones, self.reach(tool, tip))
 
     def reach(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the largest radius of `tool` below each zone's height, float64[k], with its tip at a height, mm."""
+        """Return the largest radius of tool, shank and holder below each zone's height, float64[k], mm, for a tip
+        height.
+        """
         radius, cone = flutes_of(tool)
         return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
 
@@ -148,7 +153,7 @@ def plan_drilling(
     starts on the surface, and travel moves are as low as the surface and the `fixture` allow. With `drawn`, each
     hole starts at its own height.
 
-    Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other;
+    Raises PlanError if no tool fits a hole, a hole is too deep for its tool, or the recipes contradict each other.
     Raises OptionError if options are invalid or contradict each other.
     """
     if not part.holes and not part.slots:
@@ -177,7 +182,7 @@ def plan_drilling(
             part, work_surface, radii, _cut_radius_function(part, work, radii), drawn or part.has_hole_depths
         )
         tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
-        # A hole that opens into a cavity has the part below it again.
+        # A hole that opens into a cavity ends there, above the underside of the part.
         exits = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
         underside = np.maximum(measured.under, exits)
         if job.is_through:
@@ -242,11 +247,11 @@ def plan_drilling(
 def _depths_of_solid(
     part: Part, work: dict[Step, list[int]], job: JobOptions
 ) -> tuple[JobOptions, NDArray[np.float64]]:
-    """Plan the holes of a solid, which have their own depths: return the job with the smallest depth as its thickness,
-    and the extra depth of each hole, mm.
+    """Return the job with the depth of the shallowest hole as its thickness, and the extra depth of each hole, mm.
 
-    The full diameter of a through hole exits the part by the break-through, as in a plate. The full diameter of a blind
-    hole ends at its depth in the solid; if the hole has a flat floor, the point of the drill ends there.
+    The holes of a solid have their own depths. The full diameter of a through hole exits the part by the break-through,
+    as in a plate. The full diameter of a blind hole ends at its depth in the solid; if the hole has a flat floor, the
+    point of the drill ends there.
     """
     depths = np.array([hole.depth or 0.0 for hole in part.holes])
     points = np.zeros(len(depths))
@@ -315,10 +320,10 @@ def _check_surface(
 def _cut_radius_function(
     part: Part, work: dict[Step, list[int]], radii: NDArray[np.float64]
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return a function that computes the widest radius cut at each hole, mm, from the height of the material above the
-    top of each hole, mm.
+    """Return a function that computes the largest radius cut at each hole, mm.
 
-    A centre drill cuts only with its point; the diameter of the hole itself is always cut.
+    Its argument is the height of the material above the top of each hole, mm. A centre drill cuts only with its point;
+    the diameter of the hole itself is always cut.
     """
 
     def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -351,10 +356,10 @@ def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine,
 def _add_wide_tools(
     part: Part, chooser: ToolChooser, work: dict[Step, list[int]], work_surface: WorkSurface | None
 ) -> tuple[dict[Step, list[float]], list[Issue]]:
-    """Add the tools for counterbores and countersinks to `work`; return the depths of their tips, mm, and an issue
-    about holes without a suitable tool.
+    """Add the tools for counterbores and countersinks to `work`.
 
-    A tool wider than its countersink needs free space around the top of the hole.
+    Return the depths of their tips, mm, and an issue about holes without a suitable tool. A tool wider than its
+    countersink needs free space around the top of the hole.
     """
     wide: dict[Step, list[float]] = {}
     unmade = []
@@ -415,10 +420,10 @@ def _check_flutes(
 
 
 def _hole_tops(part: Part, drawn: bool) -> tuple[NDArray[np.float64], list[Issue]]:
-    """Return the height of the top of each hole, mm, and a note if holes drawn at another height become Z0.
+    """Return the height of the top of each hole, mm, and a note if the holes are not drawn at Z0.
 
-    Holes drawn at several heights are refused if all must start at one height: some would be drilled too deep or not at
-    all.
+    Unless `drawn`, all holes start at Z0. Holes drawn at several heights are then refused: some would be drilled too
+    deep or not at all.
     """
     if drawn:
         tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -448,8 +453,9 @@ def _exit_issues(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning if a tool exits far below the part, or a note for a circuit board. `underside` is the height of
-    the underside at each hole, mm, −∞ if unknown.
+    """Return a warning if a tool tip goes far below the part, or a note for a circuit board.
+
+    `underside` is the height of the underside at each hole, mm, −∞ if unknown.
     """
     farthest, count, label, point = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for operation in operations:
@@ -480,7 +486,9 @@ def _stroke_issues(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning for each drill with a stroke longer than `LONGEST_STROKE`; none for circuit boards."""
+    """Return a warning for each drill that cuts deeper than `LONGEST_STROKE` without a retract; none for circuit
+    boards.
+    """
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:
@@ -546,7 +554,10 @@ def _check_zones(plan: DrillPlan) -> None:
 def _distances(
     starts: NDArray[np.float64], ends: NDArray[np.float64], zones: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the distances of straight cuts, float64[n, 2], from zones, float64[k, 4]: float64[n, k], mm."""
+    """Return the distances between straight cuts and keep-out zones, float64[n, k], mm.
+
+    `starts` and `ends` are float64[n, 2]; `zones` are float64[k, 4].
+    """
     import shapely  # imported here because most tools have no known holder
 
     cuts: Any = np.asarray(shapely.linestrings(np.stack([starts, ends], axis=1)))
@@ -558,7 +569,7 @@ def _distances(
 
 
 def _collect_targets(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
-    """Return the holes and slots of every step, in file order."""
+    """Return the indices of the holes or slots that each step makes, in file order."""
     work: dict[Step, list[int]] = {}
     for index, hole in enumerate(part.holes):
         for step in chooser.steps_for_hole(hole):
@@ -572,7 +583,7 @@ _KIND_ORDER = {kind: position for position, kind in enumerate(ToolKind)}
 
 
 def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
-    """Sort steps by kind (centre drills first), then by diameter, but each after its predecessors."""
+    """Sort steps by kind (centre drills first) and diameter, but put each step after its predecessors."""
     predecessors: dict[Step, set[Step]] = {step: set() for step in steps}
     for sequence in sequences:
         for k, step in enumerate(sequence):
@@ -631,7 +642,10 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
 
 
 def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
-    """Return the cycle with only its own parameters. Raises PlanError if one is missing."""
+    """Return the cycle without the parameters that it does not use.
+
+    Raises PlanError if a parameter is missing or the tool cannot run the cycle.
+    """
     if cycle.name in ("G83", "G73") and not cycle.peck:
         raise PlanError(f"{tool.label}: {cycle.name} needs a peck depth; set --peck, or peck in the library")
     if cycle.name == "G82" and not cycle.dwell:

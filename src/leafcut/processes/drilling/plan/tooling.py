@@ -19,15 +19,15 @@ from leafcut.processes.drilling.plan.drill_sizes import EQUAL, catalogue_size
 
 #: Conservative cutting data of assumed tools: high-speed steel in mild steel or aluminium (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
-FEED_PER_REVOLUTION = 0.02  # of the diameter
+FEED_PER_REVOLUTION = 0.02  # relative to the diameter
 #: Highest surface speed of carbide drills in circuit boards, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
 BOARD_SPEED = 150_000.0 / 60.0
-#: Maximum ratio between a suitable speed and the speeds of the spindle; beyond it, the tool breaks or burns.
+#: Largest ratio between the speed that suits a tool and the speed of the spindle; beyond it, the tool breaks or burns.
 MAX_SPEED_RATIO = 2.0
 #: Ratio of an assumed speed to the suitable speed above which a warning is issued.
 FAST = 1.5
 
-#: Diameter assumed for bare points, mm.
+#: Assumed diameter of holes that are drawn as points, mm.
 POINT_DIAMETER = 1.0
 
 #: Largest common twist drill, mm: a wider circle is more likely to be milled than drilled.
@@ -37,14 +37,14 @@ LARGEST_COMMON_DRILL = 32.0
 _RESOLUTION = 1e-4
 
 
-#: Tolerance between the angles of a countersink and of the solid, rad.
+#: Largest difference between the point angle of a tool and the angle of its countersink, rad.
 SAME_ANGLE = math.radians(1.0)
 #: Default plunge rate of an end mill or a countersink, relative to its feed.
 PLUNGE_PART = 1.0 / 3.0
 
 
 class Step(NamedTuple):
-    """A tool for holes, for slots, or for the counterbores and countersinks of holes (`wide`)."""
+    """A tool, and whether it cuts holes, slots (`slots`), or counterbores and countersinks (`wide`)."""
 
     tool: Tool
     slots: bool = False
@@ -62,7 +62,7 @@ def _can_countersink(tool: Tool, part: HoleStep) -> bool:
 
 
 class ToolChooser:
-    """Chooses the tools for one drawing, and records all assumptions."""
+    """Chooses the tools for a drawing, and records the assumed data for later issues."""
 
     def __init__(
         self,
@@ -85,11 +85,11 @@ class ToolChooser:
 
     @property
     def sequences(self) -> list[tuple[Step, ...]]:
-        """The distinct sequences of steps that holes need."""
+        """The distinct tool sequences that holes need, for example centre drill, drill, tap."""
         return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
 
     def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
-        """Return the step that makes a counterbore or countersink after the hole's other steps; None without a tool.
+        """Return the step that makes a counterbore or countersink after the hole's other steps; None if no tool fits.
 
         A counterbore needs an end mill of its diameter; a countersink needs a chamfer mill or a V-bit of its angle that
         is wide enough.
@@ -122,7 +122,7 @@ class ToolChooser:
 
     @property
     def point_diameter(self) -> float:
-        """Diameter of holes at bare points, mm: that of the library's only drill, else `POINT_DIAMETER`."""
+        """Diameter of holes that are drawn as points, mm: the library's only drill, else `POINT_DIAMETER`."""
         drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
         return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
 
@@ -210,7 +210,7 @@ class ToolChooser:
         return self._with_data(centre_drills[0])
 
     def _with_data(self, tool: Tool) -> Tool:
-        """Assume feed and speed of a tool if its library has no feeds at all."""
+        """Return the tool, with assumed feed and speed if its library has no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
         if tool.number not in self._with_assumed_feeds:
@@ -268,7 +268,7 @@ class ToolChooser:
         )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
-        """Return the speed of a tool, rpm, assumed if unknown, and its assumed feed, mm/s."""
+        """Return the spindle speed of a tool, rpm, assumed if unknown, and the feed rate to assume for it, mm/s."""
         machine = self.machine
         # A given speed is kept, and refused later if the machine cannot reach it.
         rpm = tool.spindle_rpm or self.job.spindle_speed
@@ -301,7 +301,7 @@ class ToolChooser:
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _speed_advice(self, tool: Tool) -> str:
-        """Return an addition to a message with the suitable speed of a tool that turns much faster; else ""."""
+        """Return a suitable speed as the end of a message if the tool turns much too fast, else ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:

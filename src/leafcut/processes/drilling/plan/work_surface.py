@@ -21,7 +21,7 @@ from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
 
-#: Unevenness of a rim above which it is reported, mm.
+#: Height difference along the rim of a hole that causes a warning, mm.
 UNEVEN = 0.2
 #: Minimum distance of a shank or holder from the surface, mm: twice the mesh tolerance.
 BODY_CLEARANCE = 0.1
@@ -31,6 +31,7 @@ FLUTE_LEVELS = 12
 MAX_LENGTH_RATIO = 50.0
 #: Units often confused with mm, and the factor by which they scale the mesh.
 OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
+#: Smallest ratio between the lengths of drawing and surface that counts as similar.
 _NEARLY = 0.5
 #: Largest plausible thickness of a part, in diameters of its holes.
 DEEPEST = 30.0
@@ -65,23 +66,25 @@ class WorkSurface:
 
     @property
     def triangles(self) -> NDArray[np.float64]:
-        """The surface and the fixtures, float64[n, 3, 3]."""
+        """The surface, the keep-out boxes and the fixture as triangles, float64[n, 3, 3], mm."""
         fixture_triangles = [] if self.fixture is None else [self.fixture.triangles]
         return np.concatenate([self.mesh.triangles, *(_box_triangles(box) for box in self.boxes), *fixture_triangles])
 
     @property
     def shown_boxes(self) -> tuple[FixtureBox, ...]:
-        """The boxes as plain numbers."""
+        """The keep-out boxes as tuples of floats, for display: x, y, z of the lower corner, then of the upper corner,
+        mm.
+        """
         return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.boxes.tolist())
 
     @property
     def highest(self) -> float:
-        """The highest point of the surface and the fixtures, mm."""
+        """Height of the highest point of the surface and the fixtures, mm."""
         fixture_top = [] if self.fixture is None else [float(self.fixture.high[2])]
         return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
-        """Return whether the surface stays at or below height `z` everywhere within a radius of a point."""
+        """Return whether the surface rises nowhere above height `z` within a radius of a point, mm."""
         import shapely  # imported here because most drawings have no surface
 
         corners = self.mesh.triangles
@@ -129,7 +132,7 @@ class WorkSurface:
 def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     """Return the mesh of a fixture, or its bounding box if the mesh is not closed, and issues.
 
-    Raises PlanError if it is far from the surface or its size is implausible: its unit or its zero must differ.
+    Raises PlanError if the fixture is far from the surface or its size is implausible: its unit or zero is then wrong.
     """
     size, corner = fixture.high - fixture.low, fixture.low
     length = float(max((mesh.high - mesh.low)[:2]))
@@ -182,7 +185,7 @@ def _plausible_unit(fixture: Mesh, mesh: Mesh, fixture_length: float, length: fl
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, surface: WorkSurface) -> None:
-    """Refuse a hole where the fixture's mesh is above the tip of the tool within the tool's radius."""
+    """Refuse a hole if the fixture rises above the tip of the tool within the tool's radius."""
     if surface.fixture is None or not len(xy):
         return
     hits = _points_below_mesh(surface.fixture.triangles, xy, tips, radius)
@@ -261,7 +264,7 @@ def check_wide_tool(
 def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
-    """Return the indices of points for which the mesh, within a radius, is above their height."""
+    """Return the indices of the points over which the mesh rises, within a horizontal radius, mm."""
     import shapely  # as above
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
@@ -306,8 +309,7 @@ def tops_of(
     top of each hole, float64[n], mm. If `drawn`, each hole starts at its drawn height, and the surface is only
     compared with it.
 
-    Raises PlanError if a hole is beside the surface or under a fixture, or the surface has another unit than the
-    drawing.
+    Raises PlanError if a hole is beside the surface or on its edge, for example because the units differ.
     """
     xy = part.hole_xy
     heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
@@ -385,10 +387,10 @@ def rims_within(
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     tops: NDArray[np.float64] | None,
 ) -> Rims:
-    """Return, for each hole, the highest point of the surface within the full radius of its tools, and the lowest point
-    and the underside of the material cut.
+    """Return the rim of each hole: the highest point of the surface, the lowest point, and the underside of the part.
 
-    `tops`, float64[n], are the heights of the tops of the holes, mm; None if they start on the surface.
+    The highest point is taken within the full radius of the tools, the others within the radius that is cut. `tops`,
+    float64[n], are the heights of the tops of the holes, mm; None if the holes start on the surface.
     """
     whole = rims_of(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
@@ -413,8 +415,10 @@ def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
 
 
 def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
-    """Return a warning if the surface seems to be in a larger unit than the drawing: all holes fit into one corner of
-    it, and they also span at least half of that corner, or are implausibly deep.
+    """Return a warning if the surface seems to have a larger unit than the drawing.
+
+    In that case, all holes fit into one corner of the surface; they also span at least half of this corner, or are
+    implausibly deep.
     """
     deep = bool((thickness > DEEPEST * 2.0 * radius).any())
     for factor in OTHER_UNITS.values():
