@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from leafcut.material.tool_steps import ToolWay
 
 
-#: Minimum length of an air cut, tool diameters: on shorter ones the machine is hardly faster.
+#: Minimum length of an air cut, tool diameters: on a shorter stretch the machine hardly gains time.
 MIN_AIR_CUT = 0.5
-#: Distance between the material and the start of the higher feed, tool diameters (one step of the measurement).
+#: Distance from the material at which the higher feed starts and ends, tool diameters (one step of the measurement).
 MARGIN = 0.05
 
 
 def with_air(
     pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
-    """Divide each section of a path where the tool enters or leaves the material; parts in air get the kind ``air``.
+    """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
 
-    `path` and `engaged` are the sampled sections and their engagement. Finishing sections and entries are not divided.
-    The result is measured again, because the proof samples the written program at other points: the first measurement
-    may have missed a sliver between two samples.
+    `path` and `engaged` are the sampled path and its engagement. Finishing sections and entries are not divided. The
+    result is measured again, because the first measurement may have missed a sliver between two samples; the proof
+    samples the written program at other points.
     """
     stations, free = np.cumsum(path.step), _air_cuts(path, engaged, rules)
     rows = np.arange(len(pieces))
@@ -43,7 +43,7 @@ def with_air(
             result.append([piece])
             continue
         near = free[(free[:, 1] > start) & (free[:, 0] < end)]
-        share = piece.path.length / (end - start)  # chords of arcs are shorter than these
+        share = piece.path.length / (end - start)  # arcs are longer than their sampled chords
         result.append(_divided_at_air_cuts(piece, (np.clip(near, start, end) - start) * share))
     return _without_false_air_cuts(pieces, result, rules)
 
@@ -81,7 +81,10 @@ def _air_cuts(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
 
 
 def _divided_at_air_cuts(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
-    """Divide a section at its air cuts, whose starts and ends are in mm from the start of the section."""
+    """Divide a section at its air cuts.
+
+    `free` has the start and end of each air cut, mm from the start of the section, float64[n, 2].
+    """
     parts, at = [], 0.0
     for start, end in free.tolist():
         parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]

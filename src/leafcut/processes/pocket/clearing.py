@@ -1,4 +1,4 @@
-"""Choice of a strategy for each pocket: tries all, and takes the one with the fewest retracts among the cheapest."""
+"""Choice of a strategy for each pocket: the strategy with the fewest retracts of those with nearly the least cost."""
 
 from __future__ import annotations
 
@@ -38,15 +38,17 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.strategies import ClearingStrategy, SearchTime
 
-#: Among strategies within this factor of the least cost, the fewest retracts win: each plunge wears the tool and marks
-#: the floor.
+#: Of the strategies with at most this multiple of the least cost, the strategy with the fewest retracts wins, because
+#: each plunge wears the tool and marks the floor.
 NEARLY = 1.05
 
 
 @dataclass(frozen=True, eq=False)
 class ClearedPocket:
-    """A pocket cleared by every strategy. `clearings` maps each successful strategy to its cleared regions. `even` has
-    the same regions at a constant feed; they differ only if the feeds of `clearings` follow the load.
+    """A pocket cleared by every strategy.
+
+    `clearings` maps each successful strategy to the cleared regions of the pocket. `even` has the same regions at a
+    constant feed; they differ from `clearings` only if feeds follow the load.
     """
 
     plan: PocketPlan
@@ -61,19 +63,22 @@ class ClearedPocket:
 
 @dataclass(frozen=True, eq=False)
 class PocketWork:
-    """All pockets of a job with their strategies."""
+    """All pockets of a job, each cleared by every strategy."""
 
     job: PocketJob
     cleared: tuple[ClearedPocket, ...]
 
     @property
     def regions(self) -> list[Clearing]:
-        """All regions, cleared by the chosen strategies."""
+        """The regions of all pockets, cleared by the chosen strategies."""
         return [clearing for pocket in self.cleared for clearing in pocket.clearings[pocket.plan.result.strategy]]
 
 
 def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
-    """Clear a pocket by the requested strategy, or by every strategy, and choose the best."""
+    """Clear a pocket by the requested strategy, or by all strategies, and choose the best result.
+
+    Return the cleared pocket, and issues about areas that the tool cannot reach.
+    """
     from leafcut.processes.pocket.plan.region import centre_regions
     from leafcut.processes.pocket.strategies import STRATEGIES
 
@@ -113,8 +118,9 @@ def _try_strategy(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
-    """Return the result of a strategy, and its cleared regions at a constant feed and at load-dependent feeds. Both
-    lists are empty if the strategy is refused.
+    """Return the result of a strategy, and its cleared regions at a constant feed and at load-dependent feeds.
+
+    Both lists are empty if the strategy is refused.
     """
     from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
@@ -139,9 +145,8 @@ def _try_strategy(
 def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
     """Return the regions with load-dependent feeds, if requested, and the machine time, s.
 
-    Dividing a move can cost time, because some machines stop after each move. So the fastest of three variants is
-    taken: feed changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed
-    down.
+    A divided move can cost time, because some machines stop after each move. So the fastest of three variants is taken:
+    feed changes anywhere, only between moves, or not at all. Cuts beyond the spindle power are always slowed down.
     """
     from leafcut.processes.pocket.feeds import with_feeds
 
@@ -203,8 +208,10 @@ def _clearing(
 
 
 def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
-    """Return the index of the requested strategy, or else of the best strategy that clears the whole pocket. Raises
-    PlanError if the requested strategy is refused or exceeds a limit, or if every strategy gouges or exceeds a limit.
+    """Return the index of the requested strategy, or of the best strategy that clears the whole pocket.
+
+    Raises PlanError if the requested strategy is refused or exceeds a limit, or if every strategy gouges or exceeds a
+    limit.
     """
     options = job.run.settings.of(PocketOptions)
     name = pocket.label
@@ -235,13 +242,13 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
 
 
 def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
-    """Return the time of the program, s, or the length of its path, mm, depending on the objective."""
+    """Return the program time, s, or the path length over one level, mm, depending on the objective."""
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
 def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
-    """Add to each result that is cheaper than the written one the reason why it was rejected."""
+    """Add the reason for its rejection to each result that is cheaper than the written result."""
     best = written.measures
     if best is None:
         return results
@@ -262,7 +269,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
 
 
 def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Describe the exceeded limit of step-over or engagement; "" if both are kept."""
+    """Return a message about an exceeded limit of step-over or engagement; "" if both limits are kept."""
     rules, limit = job.exact, job.exact.max_engagement
     if not rules.keeps(measures.max_step_over):
         return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
@@ -276,7 +283,7 @@ def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Describe the exceeded limit of step-over or engagement with its remedy; "" if both are kept."""
+    """Return a message about an exceeded limit of step-over or engagement, with a remedy; "" if both are kept."""
     excess = _excess(job, strategy, measures)
     if not excess:
         return ""
@@ -288,7 +295,7 @@ def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str
 
 
 def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
-    """Return the routing problem of ordering all regions."""
+    """Return the routing problem of visiting the regions of all pockets in the best order."""
     from leafcut.timing.travel import travel_metric
 
     clearings = [c for regions in pockets for c in regions]
@@ -305,7 +312,7 @@ def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProbl
 
 
 def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
-    """Return the pairs of regions (earlier, later), int32[n, 2]: a pocket comes before the pockets in its floor."""
+    """Return pairs of regions (earlier, later), int32[n, 2]: a pocket is cleared before the pockets in its floor."""
     last = np.cumsum([len(regions) for regions in pockets])
     rows = [list(range(end - len(regions), end)) for regions, end in zip(pockets, last.tolist(), strict=True)]
     pairs = [
@@ -319,7 +326,7 @@ def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int
 
 
 def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
-    """Generate and time the motion that clears the regions in the given order."""
+    """Return the motion that clears the regions in the given order, and its time."""
     from leafcut.processes.pocket.plan.toolpath import pocket_motion
     from leafcut.timing.toolpath import measure
 
@@ -342,8 +349,10 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
 
 
 def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
-    """Return the figures of the written program (named "") and of each strategy that clears every pocket, all in the
-    order `nodes` of the regions; () for a single pocket.
+    """Return the time and rapids of the written program (named "") and of each strategy's own program.
+
+    All programs clear the regions in the order `nodes`. A strategy counts only if it clears every pocket. The result is
+    empty for a single pocket.
     """
     if len(cleared) < 2:
         return ()

@@ -1,4 +1,4 @@
-"""Feeds at depth that follow the engagement: each chip is as thick as the tool data allow."""
+"""Feeds that follow the engagement at depth, so that no chip is thicker than the tool data allow."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
-#: A feed keeps all limits within this distance along the path, tool diameters.
+#: A feed respects the limits of all cuts within this distance along the path, tool diameters.
 AROUND = 0.25
-#: Ratio between two successive values of the feed.
+#: Ratio between two successive steps of the feed.
 STEP = 1.1
-#: Minimum raised feed, as a ratio to the tool's feed; smaller increases are dropped.
+#: Smallest useful increase of the feed, relative to the tool's feed; smaller increases are dropped.
 LEAST = 1.05
 #: Minimum length of a stretch with its own feed, tool diameters.
 SHORTEST = 0.5
-#: Minimum saving of a faster stretch, s.
+#: Minimum time that a faster stretch must save, s.
 MIN_SAVING = 0.05
-#: A feed change moves to a vertex of the path within this distance, tool diameters.
+#: Maximum distance over which a feed change moves to the nearest vertex of the path, tool diameters.
 SNAP = 0.1
-#: Safety margin of the cut width, in path tolerances.
+#: Safety margin for the width of a cut, in path tolerances.
 WIDTH_MARGIN = 2.0
 #: Minimum length of a path section, mm.
 MIN_LENGTH = 1e-3
@@ -37,12 +37,12 @@ MIN_LENGTH = 1e-3
 def with_feeds(
     pieces: Sequence[PocketPiece], limits: FeedLimits, rules: PocketRules, acceleration: float, *, anywhere: bool
 ) -> list[list[PocketPiece]]:
-    """Divide each section of a path where its feed changes; feeds are shares of the tool's feed.
+    """Divide each path section where its feed changes; a section's feed is relative to the tool's feed.
 
     A stretch is faster if its chips are thinner than in a slot and it is long enough to speed up and slow down. It is
-    slower if the cut needs more power than the spindle has. Feeds change in steps of 10 %. Finishing sections get no
-    faster; air cuts and entry loops keep their feeds. `acceleration` is that of the machine in the plane, mm/s². If
-    `anywhere` is false, feeds change only at vertices of the path, so no move is divided.
+    slower if the cut needs more power than the spindle has. Feeds change in steps of 10 %. Finishing sections and entry
+    loops get no faster; air cuts keep their feed. `acceleration` is the acceleration of the machine in the plane,
+    mm/s². If `anywhere` is false, feeds change only at vertices of the path, so no move is divided.
     """
     path, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
     shares = _shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
@@ -60,8 +60,9 @@ def with_feeds(
 
 
 def _widened_by_uncertainty(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Widen each cut by its uncertainty: the proof measures the rounded program, where the direction at a vertex may
-    differ by up to the turn there.
+    """Return the engagement with each cut widened by its uncertainty.
+
+    The proof measures the rounded program, in which the direction at a vertex may differ by up to the turn there.
     """
     cross = np.abs(path.chord[:-1, 0] * path.chord[1:, 1] - path.chord[:-1, 1] * path.chord[1:, 0])
     turn = np.arctan2(cross, (path.chord[:-1] * path.chord[1:]).sum(axis=1))
@@ -77,7 +78,7 @@ def _widened_by_uncertainty(path: ToolWay, engaged: Engaged, rules: PocketRules)
 
 
 def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the allowed feed at each step as a share of the tool's feed, rounded down to a value of the series."""
+    """Return the allowed feed at each step, relative to the tool's feed, rounded down to a step of the feed."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
     allowed[kind == "finish"] = np.minimum(allowed[kind == "finish"], 1.0)
@@ -95,7 +96,7 @@ def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limi
 
 
 def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
-    """Return the runs of consecutive cutting steps, divided at retracts and air cuts."""
+    """Return the indices of consecutive cutting steps, one array per stretch between retracts or air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
     rows = np.split(np.arange(len(path)), np.flatnonzero(new)[1:])
@@ -105,7 +106,7 @@ def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Lower the feed of each stretch that is too short to save time to the feed of its neighbour."""
+    """Lower the feed of each stretch that is too short to save time to the next lower feed beside it."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -146,7 +147,10 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
-    """Divide a path section into parts (start in mm, kind, feed); parts shorter than `MIN_LENGTH` join a neighbour."""
+    """Divide a path section into parts, each given by its start, mm, its kind and its feed.
+
+    Parts shorter than `MIN_LENGTH` are merged with a neighbour.
+    """
     ends = [*(start for start, _, _ in parts[1:]), piece.path.length]
     kept = [part for part, end in zip(parts, ends, strict=True) if end - part[0] > MIN_LENGTH]
     if len(kept) < 2:
@@ -160,8 +164,10 @@ def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> li
 
 
 class _PieceSteps:
-    """The sampled steps of a path section: their rows, the station of each end, mm, and the stations of the vertices of
-    the section, mm. `lifted` is whether the section starts with a descent.
+    """The sampled steps of one path section.
+
+    `steps` are their indices; `ends` and `vertices` are the distances of the step ends and of the section's vertices
+    from its start, mm. `lifted` is true if the section starts with a descent.
     """
 
     def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
@@ -172,7 +178,7 @@ class _PieceSteps:
         first, last = np.searchsorted(path.piece, [number, number + 1])
         ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
-        scale = piece.path.length / whole if whole > 0.0 else 1.0  # chords of arcs are shorter than these
+        scale = piece.path.length / whole if whole > 0.0 else 1.0  # arcs are longer than their sampled chords
         lifted = bool(last > first and np.isnan(path.back[first, 0]))
         return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 

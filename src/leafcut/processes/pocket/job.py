@@ -1,4 +1,4 @@
-"""Data shared by all pockets of a drawing, and their motion."""
+"""Data shared by all pockets of a job, and the motion that clears them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """A solid as read: its surface as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to mill.
+    """The surface of a solid as triangles, float64[n, 3, 3], mm, all its pockets, and the pockets to mill.
+
     `before` is the solid on the machine with all pockets filled.
     """
 
@@ -41,9 +42,11 @@ class PocketSolid:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """Data shared by all strategies. `around` is the index of the pocket in whose floor each pocket lies, or None.
-    `limits` is None for a constant feed. `tops` is the height of the material over each pocket before milling, mm,
-    measured from the highest point of the part.
+    """The pockets of a job, with tool, levels, heights and rules.
+
+    `around` is the index of the pocket in whose floor each pocket lies, or None. `limits` is None for a constant feed.
+    `tops` is the height of the material over each pocket before milling, mm, measured from the highest point of the
+    part.
     """
 
     run: Job
@@ -62,22 +65,22 @@ class PocketJob:
 
     @property
     def exact(self) -> PocketRules:
-        """The rules of the finished pocket: without stock."""
+        """The same rules without stock on the walls, as for the finished pocket."""
         return replace(self.rules, stock=0.0)
 
     @property
     def floor(self) -> float:
-        """Floor of the deepest pocket, mm."""
+        """Height of the floor of the deepest pocket, mm."""
         return min(levels.floor for levels in self.levels)
 
     @property
     def top(self) -> float:
-        """Height of the top of the pockets, mm; planning and proof treat it as 0."""
+        """Height of the top of the pockets, mm; planning and proof count heights from there."""
         return self.part.pockets[0].top or 0.0
 
     @property
     def rounding(self) -> float:
-        """Largest distance of the tool from a corner that it rounds, mm."""
+        """Largest distance between the tool path and a corner that the machine rounds, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
 
         return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
@@ -85,18 +88,18 @@ class PocketJob:
 
 @dataclass(frozen=True, eq=False)
 class PocketMotion:
-    """The motion of an order, and its cost."""
+    """The motion that clears all regions in an order, its entry moves, and its time."""
 
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
-    #: Uncut areas, and the chips if feeds follow the load; set by the proof.
+    #: Issues about uncut areas, and the chips if feeds follow the load; both are results of the proof.
     left: Sequence[Issue] = ()
     chips: MeasuredChips | None = None
 
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:
-    """Return the holes that must be drilled first: position → height of the bottom, mm."""
+    """Return the holes that must be drilled first, as a map from position to height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
         if descent.kind == "predrilled":
@@ -105,7 +108,7 @@ def holes(descents: Sequence[Descent]) -> dict[Point, float]:
 
 
 def raised(path: Toolpath, by: float) -> Toolpath:
-    """Move a toolpath without drilling cycles up by `by` mm; machine positions do not change."""
+    """Return a toolpath without drilling cycles, moved up by `by` mm; machine coordinates do not change."""
     if not by:
         return path
     end = path.end.copy()

@@ -1,4 +1,4 @@
-"""The pocket-specific part of an outcome."""
+"""Results specific to pockets."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from leafcut.model.pocket import PocketPlan, PocketProgram
 
 @dataclass(frozen=True)
 class PocketDetail:
-    """Cleared pockets. `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the
-    material before the first cut if that is a solid with steps instead of a block.
+    """Results of clearing pockets beyond the general outcome.
+
+    `programs` is empty for a single pocket. `pace` is None for a constant feed. `before` is the material before the
+    first cut if it is a solid with steps instead of a block.
     """
 
     plans: tuple[PocketPlan, ...]

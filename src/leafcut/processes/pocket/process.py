@@ -1,4 +1,4 @@
-"""The process of pocket milling: inputs, planning, proof, and form."""
+"""The process of pocket milling: options, planning, proof, and form."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _MAIN = (
     "outline",
     "pixel_size",
 )
-#: Suitability of drawings with layers named for pockets, and without.
+#: Suitability of drawings with layers named for pockets, and of other drawings.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 #: Share of the time limit for ordering several pockets.
 ORDERING = 0.1
@@ -55,7 +55,7 @@ _PLACES = ("clearance_height", "retract_height", "start_point", "end_point", "wo
 
 
 class Pocketing(Process):
-    """Pockets with islands, of a drawing or of a picture."""
+    """Mills pockets with islands, from a drawing, a picture or a solid."""
 
     name = "pocket"
     title = "milling pockets"
@@ -65,7 +65,7 @@ class Pocketing(Process):
     )
     uses |= use(FeedOptions)
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("plan",)) | ORDERED | WRITTEN
-    #: Fireflies may order the grid with any algorithm, since every strategy is tried.
+    #: Options of the fireflies apply with any --algorithm, because every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     helps = {  # noqa: RUF012  # a class attribute of the protocol
         "depth": ("depth of the pockets below Z0", "must be given"),
@@ -127,7 +127,7 @@ class Pocketing(Process):
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Clear each pocket by the best strategy; the plan has one stage with a task for each region."""
+        """Clear each pocket by the best strategy. Return a plan with one stage, which has a task for each region."""
         import numpy as np
 
         from leafcut.model.plan import Stage
@@ -165,7 +165,7 @@ class Pocketing(Process):
         )
 
     def given(self, plan: Plan) -> Candidate:
-        """Return the motion of the strategy that most shops use, for comparison."""
+        """Return the motion of the strategy that most shops use, in its best order, for comparison."""
         from leafcut.model.plan import Order, Stage
         from leafcut.processes.ordering import find_order
         from leafcut.processes.pocket.clearing import order_problem
@@ -180,7 +180,11 @@ class Pocketing(Process):
         return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
-        """Return the motion for an order; region numbers count the chosen strategy's regions, then the usual one's."""
+        """Return the motion for an order of regions.
+
+        Choices are numbered through the regions of the chosen strategies, then through the regions of the usual
+        strategy.
+        """
         from leafcut.model.plan import Candidate
         from leafcut.processes.pocket.clearing import generated
 
@@ -190,7 +194,7 @@ class Pocketing(Process):
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Compare the program with the motion, and simulate it for gouges and uncut areas."""
+        """Compare the program with the planned motion, and simulate it to find gouges and uncut areas."""
         from leafcut.processes.pocket.proving import prove_pockets
 
         text = self.write(plan, given, best)
@@ -198,13 +202,16 @@ class Pocketing(Process):
         return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
-        """Return a header line for each hole that must be drilled first."""
+        """Return a line of the program header for each hole that must be drilled first."""
         from leafcut.processes.pocket.proving import needed_holes
 
         return needed_holes(plan.work.job, best.detail.descents)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the ordered regions; a single region has neither an algorithm nor a lower bound."""
+        """Return the operation of the end mill, with the order of the regions.
+
+        For a single region, it has neither an algorithm nor a lower bound.
+        """
         from leafcut.model.outcome import OperationOutcome
 
         (solution,) = best.order.solutions
@@ -213,13 +220,13 @@ class Pocketing(Process):
         return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return changed entries, required holes, stops, and uncut areas."""
+        """Return issues about changed entries, required holes, stops after each move, and uncut areas."""
         from leafcut.processes.pocket.proving import entry_issues, stops
 
         return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the tried strategies, and the effect of load-dependent feeds."""
+        """Return the results of all strategies, the time saved by load-dependent feeds, and the solid before milling."""
         from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import generated, programs
         from leafcut.processes.pocket.model import PocketDetail
@@ -245,7 +252,7 @@ class Pocketing(Process):
         return PocketReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the placed pockets."""
+        """Return the pockets of a source, moved to the program zero."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_pockets
 

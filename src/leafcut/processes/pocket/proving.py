@@ -1,4 +1,4 @@
-"""The proof of a pocketing program, and the lines of its header that name required holes."""
+"""The proof of a pocketing program, and issues about entries, required holes and uncut areas."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAMED_PLACES = 3
 
 
 def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
-    """Return a header line for each hole that must be drilled before the program runs."""
+    """Return a line of the program header for each hole that must be drilled first."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
         f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
@@ -37,8 +37,10 @@ def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
 def prove_pockets(
     job: PocketJob, motion: PocketMotion, text: str
 ) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
-    """Prove the program by comparison and simulation. Return the toolpath read back, warnings of uncut areas and, with
-    load-dependent feeds, the chips. Raises VerifyError with the first difference, gouge or danger, and their number.
+    """Compare the program with the planned motion, and simulate it.
+
+    Return the toolpath read back, warnings about uncut areas and, with load-dependent feeds, the chips. Raises
+    VerifyError with the first difference, gouge or danger, and their number.
     """
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
@@ -98,7 +100,7 @@ def prove_pockets(
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
-    """Return a warning for each pocket with more uncut area than the tolerance."""
+    """Return a warning for each pocket whose uncut area exceeds the tolerance."""
     from leafcut.geometry.regions import polygons
     from leafcut.report.wording import area_words
 
@@ -118,7 +120,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
 
 
 def stops(job: PocketJob) -> list[Issue]:
-    """Return a note if the tool stops after every move, and stock on the walls would avoid the stops."""
+    """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = (
@@ -129,7 +131,7 @@ def stops(job: PocketJob) -> list[Issue]:
 
 
 def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
-    """Report entries that differ from the request, and holes that must be drilled first."""
+    """Return issues about entries that differ from the request, and about holes that must be drilled first."""
     changed = [d for d in descents if d.kind != d.asked]
     issues = []
     for kind in dict.fromkeys(d.kind for d in changed):

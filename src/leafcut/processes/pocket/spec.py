@@ -1,4 +1,4 @@
-"""Prepares a milling job for planning: pockets of a drawing, a picture or a solid, with tool, levels and rules."""
+"""Preparation of a milling job: pockets of a drawing, a picture or a solid, with tool, levels and rules."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ if TYPE_CHECKING:
 
 
 def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
-    """Read the pockets, and return the milling job with its issues. Raises ReadError, OptionError, PlanError or
-    VerifyError.
+    """Read the pockets, and return the milling job and its issues.
+
+    Raises ReadError, OptionError, PlanError or VerifyError.
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
@@ -120,8 +121,9 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
 
 
 def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
-    """Return the solid and the height of the material over each pocket, mm; None and zeros without --pocket-top
-    surface. Raises OptionError if the input is not a solid.
+    """Return the solid, and the height of the material over each pocket, mm.
+
+    Without --pocket-top surface, these are None and zeros. Raises OptionError if the input is not a solid.
     """
     if run.settings.of(PocketOptions).pocket_top == "highest":
         return None, [0.0] * len(part.pockets)
@@ -154,7 +156,7 @@ def _lower_top_issues(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[
 
 
 def _library_mill(run: Job, depth: float | None) -> Tool | None:
-    """Return the end mill of the tool library; None without a library."""
+    """Return the end mill of the tool library; None without a library. `depth` is the depth that it must reach, mm."""
     from leafcut.processes.pocket.plan.tool import library_mill
 
     tools = library_of(run.settings, run.machine)
@@ -167,7 +169,10 @@ def _library_mill(run: Job, depth: float | None) -> Tool | None:
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
-    """Return the named material; None without a name or a known cutting force. Raises OptionError for a bad file."""
+    """Return the material of the workpiece; None if it is not given or its cutting force is unknown.
+
+    Raises OptionError if the file of a material is invalid.
+    """
     from leafcut.read.work_materials import load_material
 
     named = settings.job.material
@@ -201,7 +206,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
     return raised(builder.build(), job.top)
 
 
-#: Smaller overlaps with a zone are left to the proof, which knows the exact path, mm.
+#: Overlap with a zone that is left to the proof, mm, because the proof knows the exact path.
 ROUNDING = 0.05
 
 
@@ -213,9 +218,10 @@ def refuse_clamps(
     keep_out: Sequence[str],
     clearance: float,
 ) -> None:
-    """Refuse a pocket whose walls cannot be milled without hitting a keep-out zone. `floors` are the heights of the
-    floors, `clearance` is the height of zones without their own, mm. Raises PlanError with the pocket, the zone, and
-    the missing tool length or distance.
+    """Refuse a pocket that cannot be milled without hitting a keep-out zone.
+
+    `floors` are the heights of the floors, mm. `clearance` is the height of zones without a height of their own, mm.
+    Raises PlanError with the pocket, the zone, and the missing tool length or distance.
     """
     zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
     heights = crossing_heights(keep_out, clearance).tolist()

@@ -1,4 +1,4 @@
-"""Strategies that clear a pocket: each has a name and a function that returns the path through a region."""
+"""Strategies for clearing a pocket: each has a name, and a function that returns the path through a region."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.grid import GridContext
     from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Ant algorithms that --algorithm may select; with any other algorithm, the strategy `ants` uses ``auto``.
+#: Ant algorithms that --algorithm may select; for any other algorithm, the strategy `ants` uses ``auto``.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 #: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Ring spacings to try, in step-overs; a smaller spacing closes gaps wider than the step-over in corners.
+#: Spacings of rings to try, step-overs; a smaller spacing avoids gaps in corners that are wider than the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: Grids that one strategy has built and another one will reuse: region → problem and its context.
+#: Grids that the next strategy reuses: problem and context by region.
 Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 
 #: A function that returns the path of the tool's centre over one level of a region.
@@ -39,8 +39,10 @@ def _planned(region: CentreRegion) -> CentreRegion:
 
 
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return a function that finds the points of a path, float64[n, 2], where passes are further apart than the
-    step-over. It measures the path with fitted arcs, as in the program: they shift passes by a few micrometres.
+    """Return a function that computes the points of a path, float64[n, 2], where passes are too far apart.
+
+    Too far means further than the step-over. The function measures the path with fitted arcs, as in the program,
+    because arcs shift passes by a few micrometres.
     """
     from leafcut.material.step_over import TooWide
     from leafcut.processes.pocket.plan.arcs import fitted
@@ -85,7 +87,7 @@ def _adaptive(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 
 
 def check_algorithm(settings: Settings) -> None:
-    """Raise OptionError for an algorithm that the strategy does not use."""
+    """Raise OptionError if the requested algorithm does not apply to the strategy."""
     strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
     taken = OF_GRID.get(strategy, (algorithm,))
     if "algorithm" in settings.asked and algorithm not in taken:
@@ -107,7 +109,7 @@ def _grid(name: str) -> Strategy:
             grids[region] = problem, context
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
         if asked.strategy != name:
-            # A short search is enough for the comparison: its cost is within a few tenths of a percent.
+            # A short search is enough for the comparison: its cost is a few tenths of a percent higher at most.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"
         solution = solve(
@@ -127,7 +129,7 @@ def _grid(name: str) -> Strategy:
 
 @dataclass(frozen=True)
 class ClearingStrategy:
-    """A strategy that --strategy may select."""
+    """A strategy that the option --strategy may select."""
 
     name: str
     path: Strategy
@@ -147,14 +149,17 @@ STRATEGIES = (
 
 
 class SearchTime:
-    """Shares a deadline equally among the `to_come` remaining searches of all pockets, and keeps `grids` for reuse."""
+    """Shares a time limit equally among the remaining searches of all pockets, `to_come` in number.
+
+    `grids` are kept for reuse by another strategy.
+    """
 
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1
         self.grids: Grids = {}
 
     def path(self, strategy: ClearingStrategy, region: CentreRegion, run: Job) -> PocketPath:
-        """Return the path of a strategy through a region; searches get their share of the time."""
+        """Return the path of a strategy through a region. A strategy that searches gets its share of the time."""
         if strategy.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
             self.to_come -= 1

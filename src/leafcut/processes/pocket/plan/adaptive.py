@@ -1,13 +1,13 @@
 """Clearing with limited engagement: arcs along the medial axis.
 
 A helix and a spiral clear the largest disc in the region of tool centres. From there, discs that touch the walls on
-both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front,
-and returns through the cleared area to the start of the next arc. The next disc is the most distant disc whose arc
-keeps the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs (`fronts`).
+both sides follow the medial axis into every branch and corner. The tool clears each disc by an arc along its front, and
+returns through the cleared area to the start of the next arc. The next disc is the most distant disc whose arc keeps
+the engagement limit everywhere. The engagement is exact, because the cleared area is a union of discs (`fronts`).
 
 Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
 Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
-machining of pockets", Computer-Aided Design 37 (2005), for clearing them by arcs.
+machining of pockets", Computer-Aided Design 37 (2005), for clearing the discs by arcs.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 MARGIN = math.radians(0.4)
 #: Radius of the entry helix, tool radii; below 1, so that no core remains.
 HELIX = 0.9
-#: Maximum cusp of arcs along a wall, left for the wall pass, mm, and as a share of the maximum cut width.
+#: Maximum cusp that arcs leave along a wall for the wall pass: in mm, and relative to the maximum cut width.
 CUSP, CUSP_SHARE = 0.05, 0.25
-#: Cuts thinner than this share of the maximum cut width are left for the next arc.
+#: Cuts thinner than this, relative to the maximum cut width, are left for the next arc.
 THIN = 0.03
-#: Maximum film in the tip of a corner, left for the wall pass, share of the tolerance.
+#: Maximum film that remains in the tip of a corner for the wall pass, relative to the path tolerance.
 FILM = 0.6
 #: Number of bisections between a possible disc and a disc that is too far away.
 _HALVINGS = 5
 #: Factor by which a step that turns out slightly too long is shortened.
 _BACK = 0.8
-#: Minimum step to a new disc, mm; below it, the limit cannot be kept.
+#: Minimum step to a new disc, mm; if only shorter steps are possible, the engagement limit cannot be kept.
 _STUCK = 1e-5
 
 
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region within the engagement limit, then a pass along its walls.
 
-    The engagement also stays below that of a straight cut as wide as the step-over. Raises PlanError if no limit is
-    given, or if the region is too narrow to keep it.
+    The engagement also stays below the engagement of a straight cut as wide as the step-over. Raises PlanError if no
+    limit is given, or if the region is too narrow to keep it.
     """
     limit = region.rules.max_engagement
     if limit is None:
@@ -69,7 +69,10 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
 @dataclass(frozen=True, eq=False)
 class _ClearedPoint:
-    """A point of the axis, float64[2], whose disc is cleared, and the index of a cleared disc that contains it."""
+    """A point of the medial axis, float64[2], mm, whose disc is cleared.
+
+    `disc` is the index of a cleared disc that contains it.
+    """
 
     disc: int
     at: Floats
@@ -79,7 +82,7 @@ class _ClearedPoint:
 class _AdaptivePath:
     rules: PocketRules
     limit: float
-    #: Edge of the region, shapely, prepared.
+    #: Boundary of the region, a prepared shapely geometry.
     edge: Any
     pieces: list[PocketPiece] = field(default_factory=list)
     #: Predecessor of each disc.
@@ -95,7 +98,7 @@ class _AdaptivePath:
 
     @property
     def bite(self) -> float:
-        """Radial width of a straight cut at the limit, mm."""
+        """Radial width of a straight cut at the engagement limit, mm."""
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
     def open(self, axis: Axis) -> None:
@@ -152,7 +155,7 @@ class _AdaptivePath:
             stack += [(child, node) for child in reversed(children[node])]
 
     def _clear_along_edge(self, start: Floats, end: Floats, spot: _ClearedPoint, to_end: bool) -> _ClearedPoint:
-        """Clear discs between two neighbouring points of the axis, as few as possible; return the last disc."""
+        """Clear as few discs as possible between two neighbouring points of the axis. Return the last point cleared."""
         good = 0.0
         while not self._can_clear(end, spot, to_end):
             low, high = good, 1.0
@@ -179,8 +182,10 @@ class _AdaptivePath:
         return self._clear(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
-        """Move a point towards the last disc until its own disc can be cleared next. The line lies in the region: a
-        point outside would be nearer to the edge than to the last disc.
+        """Return a point between `at` and the last disc whose own disc can be cleared next.
+
+        The line between the two lies in the region: a point outside would be nearer to the boundary than to the last
+        disc.
         """
         part = 1.0
         while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
@@ -193,7 +198,10 @@ class _AdaptivePath:
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _can_clear(self, at: Floats, spot: _ClearedPoint, sure: bool = False) -> bool:
-        """Return whether the disc at a point can be cleared next within the limit, and without leaving a large cusp."""
+        """Return whether the disc at a point can be cleared next within the limit, and without leaving a large cusp.
+
+        If `sure`, the engagement is sampled more finely.
+        """
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._uncut_arcs(x, y, radius):
             return True
@@ -206,13 +214,13 @@ class _AdaptivePath:
         return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
 
     def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a disc that are still to cut; none if only a film in the tip of a corner remains."""
+        """Return the uncut arcs of a disc as start angle and sweep, rad; none if only a film in a corner remains."""
         if radius < self.fine and self.fronts.holds(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
     def _allowed(self, radius: float) -> float:
-        """Return the engagement limit on a circle, rad; it is lower on small circles, where films count more.
+        """Return the engagement limit on a circle, rad. It is lower on small circles, where films count more.
 
         A film of thickness h in a hole of radius r + ρ has the effect of a film h (1 + r/ρ) at a straight edge.
         """
@@ -235,12 +243,12 @@ class _AdaptivePath:
         return _ClearedPoint(self.disc, at)
 
     def _disc_around(self, place: tuple[float, float], first: int) -> int:
-        """Return the index of a disc that contains a position: `first` if possible."""
+        """Return the index of a disc that contains a position, preferably `first`."""
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
     def _link(self, to: tuple[float, float], disc: int) -> None:
-        """Move through the cleared area to a position in a disc."""
+        """Move through the cleared area to the position `to`, which lies in the given disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
         corners, i = [places[0]], 0
@@ -263,7 +271,7 @@ class _AdaptivePath:
         return up + down[-2::-1]
 
     def _lens_middle(self, a: int, b: int) -> tuple[float, float]:
-        """Return the middle of the overlap of two discs on the line between their centres."""
+        """Return the middle of the overlap of two discs, on the line between their centres."""
         (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
         far = math.dist((ax, ay), (bx, by))
         middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
@@ -278,7 +286,7 @@ class _AdaptivePath:
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
     def _started_at_least_material(self, ring: Points) -> Points:
-        """Return a closed ring that starts where the least material remains, not at a corner."""
+        """Return a closed ring that starts where the least material remains, away from its corners."""
         edges = np.roll(ring, -1, axis=0) - ring
         count = np.maximum(np.hypot(edges[:, 0], edges[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
         row = np.repeat(np.arange(len(ring)), count)

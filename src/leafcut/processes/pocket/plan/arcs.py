@@ -13,14 +13,17 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
-#: Share of the tolerance for arc fitting; the rest covers the chords of walls and rounding.
+#: Share of the tolerance for arc fitting; the rest is for the chords of walls and for rounding.
 FITTED_PART = 0.5
-#: Points within this distance are merged, mm: the decimals of a program hardly distinguish them.
+#: Distance within which points are merged, mm: the decimals of a program hardly distinguish such points.
 NEAREST = 0.005
 
 
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
-    """Fit arcs to the chords of a path within half of `tolerance`, mm; existing arcs and section ends do not change."""
+    """Return a path with arcs fitted to its chords, within half of `tolerance`, mm.
+
+    Existing arcs and the ends of sections do not change.
+    """
     return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
 
 
@@ -44,7 +47,7 @@ def _fit_points(points: Points, tolerance: float) -> Polyline:
 
 
 def _without_repeats(points: Points) -> Points:
-    """Drop repeated points, but keep the first and the last."""
+    """Return the points without repeated points; the first and the last point remain."""
     first, *middle, last = points.tolist()
     kept = [first]
     for point in middle:

@@ -22,13 +22,13 @@ from leafcut.processes.pocket.plan.rings import never, rings
 from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer, fine, shorten
 from leafcut.processes.pocket.plan.spurs import with_spurs
 
-#: Tolerance for the spacing of sample points, step-overs, added to half the step-over.
+#: Tolerance that is added to half the step-over for the spacing of sample points, step-overs.
 LEEWAY = 0.0035
-#: Maximum number of corrections of a path whose passes are too far apart.
+#: Maximum number of attempts to correct a path whose passes are too far apart.
 CORRECTIONS = 4
-#: Safety margin of chamfers for the spacing of sample points, tool radii.
+#: Safety margin of chamfers that allows for the spacing of sample points, tool radii.
 SPARE = 0.03
-#: Maximum distance of a sample point from the path, step-overs.
+#: Maximum distance allowed between a sample point and the path, step-overs.
 LONGEST_LIMIT = 1.25
 #: Maximum length of a segment in the spatial index, step-overs: long segments have large boxes.
 LONGEST_LOOKED = 4.0
@@ -57,9 +57,9 @@ def best(
         Returns whether the search must stop. The path then still clears everything, but it may be longer, or passes may
         be too far apart.
 
-    Raises PlanError for `MOST_LEVELS` or more nested rings.
+    Raises PlanError for more than `MOST_LEVELS` nested rings.
     """
-    # The tolerances of chords and sample points must not add up to more than the step-over.
+    # The planned step-over is smaller, because chords and sample points have tolerances of their own.
     region = replace(region, rules=region.rules.planned)
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
@@ -94,7 +94,7 @@ def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: P
 
 
 def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
-    """Divide a path where it reaches or leaves a wall: without stock, passes along walls are finishing passes."""
+    """Divide a path where it reaches or leaves a wall; without stock, passes along walls are finishing passes."""
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -103,8 +103,9 @@ def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
 
 
 def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
-    """Return sample points of the region; the limit of each is half the step-over, or its present distance from `paths`
-    if that is larger.
+    """Return sample points of the region, each with the maximum distance that it may have from the path.
+
+    This limit is half the step-over, or the present distance from `paths` if that is larger.
     """
     step = region.rules.step_over
     short = [fine(path, LONGEST_LOOKED * step) for path in paths]
@@ -122,5 +123,5 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _cleared(radius: float, points: Points, pitch: float) -> Points:
-    """Return the limit of each sample point, mm: a path this near clears the sample point and the area around it."""
+    """Return the limit of each sample point, mm: a path within this distance clears the point and the area around it."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

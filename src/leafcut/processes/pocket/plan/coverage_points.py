@@ -1,4 +1,4 @@
-"""Sample points of a pocket's area, generated on demand, each with the maximum allowed distance of the path."""
+"""Sample points in the area of a pocket, each with its maximum distance from the tool path."""
 
 from __future__ import annotations
 
@@ -16,19 +16,22 @@ from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.material.bands import pieces_near
 
-#: A function of sample points, float64[n, 2], and their spacing, mm, that returns their limits, float64[n], mm.
+#: A function that returns the maximum distance of each sample point from the path, float64[n], mm. Its arguments are
+#: the points, float64[n, 2], and their spacing, mm.
 Limit = Callable[[Points, float], Points]
 
 #: Maximum number of sample points in use, which bounds time and memory.
 MOST_PLACES = 200_000
-#: Number of grid cells along the largest limit.
+#: Number of grid cells along the largest of the maximum distances.
 CELLS = 2
 
 
 @dataclass(frozen=True, eq=False)
 class CoveragePoints:
-    """Sample points, float64[n, 2], the maximum allowed distance of the path from each, mm (`limits`), and the indices
-    of the path's segments near them (`pieces`).
+    """Sample points, float64[n, 2], and the segments of a path near them.
+
+    `limits` are the maximum distances of the points from the path, float64[n], mm. `pieces` are the indices of the
+    segments.
     """
 
     points: Points
@@ -37,19 +40,20 @@ class CoveragePoints:
 
     @cached_property
     def geoms(self) -> Any:
-        """The sample points as shapely Points."""
+        """The sample points as an array of shapely Points."""
         return shapely.points(self.points)
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
-        """Return the pairs (segment, sample point) that are within the limit, sorted by segment."""
+        """Return the pairs (segment, sample point) with a distance within the limit of the point, sorted by segment."""
         piece, place = pieces_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 
 class CoverageGrid:
-    """A square grid of sample points inside the polygon of tool centres. The spacing is `pitch` mm, or more to keep the
-    number of points bounded. Only requested cells are stored. `limit` returns the limits of points, at most `longest`
-    mm.
+    """A square grid of sample points inside a region of tool centres.
+
+    The spacing is `pitch` mm, or more to bound the number of points. Only requested cells are stored. `limit` computes
+    the maximum distances of points from the path, at most `longest` mm.
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
@@ -66,8 +70,9 @@ class CoverageGrid:
         self.first = np.zeros(1, np.int64)
 
     def points_near(self, path: Points, selected: NDArray[np.bool_]) -> CoveragePoints:
-        """Return the sample points that may be within their limits of the `selected` segments, bool[n − 1]. The
-        segments must be short.
+        """Return the sample points that may be within their limits of the `selected` segments, bool[n − 1].
+
+        The segments of the path must be short.
         """
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)

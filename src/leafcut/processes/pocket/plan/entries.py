@@ -15,9 +15,9 @@ from leafcut.processes.pocket.plan.rules import MillingData
 
 #: Height above the material at which a ramp or helix starts, mm.
 ABOVE = 0.5
-#: Candidate radii of a helix, shares of the tool radius; at 1 or more, a core would remain.
+#: Candidate radii of a helix, tool radii; at 1 or more, a core would remain.
 HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
-#: Number of candidate directions from the start of a path to the centre of a helix.
+#: Number of directions in which the centre of a helix is tried, seen from the start of the path.
 HELIX_DIRECTIONS = 24
 #: Maximum number of legs of a ramp; on shorter paths the tool plunges.
 MOST_LEGS = 24
@@ -27,7 +27,7 @@ MOST_LOOPS = 400
 SHORTEST_ARC = 0.01
 #: Minimum length of a move, mm; shorter moves are omitted.
 SHORTEST = 1e-6
-#: For each requested entry, the entries to try, in order.
+#: Entries to try for each requested entry, in order.
 _FALLBACKS = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
 #: Tolerance of positions on the boundary of a region, mm.
 TOUCH = 1e-6
@@ -35,7 +35,10 @@ TOUCH = 1e-6
 
 @dataclass(frozen=True)
 class Descent:
-    """An entry move from height `top` to `bottom`, mm; its `kind` may differ from the requested kind (`asked`)."""
+    """An entry move at a position, from height `top` to `bottom`, mm.
+
+    Its `kind` may differ from the requested kind (`asked`).
+    """
 
     kind: str
     asked: str
@@ -54,7 +57,7 @@ def enter_level(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool at the start of `path` from at or above `top` (the material, mm) to `bottom`, mm.
+    """Lower the tool at the start of `path` from the top of the material, or above, to `bottom`, mm.
 
     A ramp runs back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
     shorter than the ramp, the tool descends in turns along the ring. A helix turns beside the path, inside `allowed`
@@ -87,8 +90,9 @@ def enter_level(
 def descend_along_loop(
     builder: ToolpathBuilder, loop: Polyline, top: float, bottom: float, data: MillingData, allowed: Any, climb: bool
 ) -> Descent:
-    """Lower the tool along a closed loop in as many turns as needed. If the requested entry is neither ramp nor helix,
-    or the loop is too short, enter like `enter_level`.
+    """Lower the tool along a closed loop in as many turns as needed.
+
+    If the requested entry is neither ramp nor helix, or the loop is too short, enter like `enter_level`.
     """
     turns = _turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
@@ -117,7 +121,7 @@ def _turns(length: float, drop: float, angle: float) -> int:
 
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
-    """Return the number of turns along a ring that is shorter than the ramp; 0 if it is longer, or too short."""
+    """Return the number of turns along a ring shorter than the ramp; 0 if the ring is longer or much too short."""
     turns = _turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
@@ -150,7 +154,7 @@ def _ramp(
 
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
-    """Return centre and radius, mm, of the widest helix through `start` inside the allowed region, or None."""
+    """Return centre and radius of the widest helix through `start` inside the allowed region, mm, or None."""
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
     for part in HELIX_RADII:
@@ -172,7 +176,7 @@ def _helix(
     feed: float,
     climb: bool,
 ) -> None:
-    """Descend in half circles, counter-clockwise for conventional milling: the material is on the tool's right."""
+    """Descend in half circles, counter-clockwise for climb milling: the uncut material is then on the tool's right."""
     (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
@@ -186,7 +190,7 @@ def _helix(
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple[float, float] | None = None) -> None:
-    """Cut along an open path, level or, with `heights` (start, end), at a constant slope."""
+    """Cut along an open path: at the present height, or at a constant slope between two `heights` (start, end), mm."""
     length, gone = path.length, 0.0
     level = builder.position[2]
     for index, s in enumerate(path.segments()):

@@ -1,4 +1,4 @@
-"""Limits of feeds that follow the load of the tool in pockets."""
+"""Limits of feeds that follow the load of the end mill."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Minimum feed as a share of the tool's feed; below it, the tool rubs more than it cuts.
+#: Minimum feed, relative to the tool's feed; at a lower feed, the tool rubs more than it cuts.
 SLOWEST = 0.25
 
 
@@ -32,8 +32,10 @@ def feed_limits(
     mill: Tool | None,
     material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
-    """Return the limits of feeds, and issues about unknown limits. Raises OptionError if the feed or speed of the tool
-    is not given; PlanError if the spindle has much less power than the first cut needs.
+    """Return the limits of feeds, and issues about limits that are unknown.
+
+    Raises OptionError if the feed or speed of the tool is not given, and PlanError if the spindle has much less power
+    than the first cut needs.
     """
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
@@ -65,7 +67,7 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
-    """Refuse a spindle without the power for a full slot at the minimum feed."""
+    """Refuse a spindle that has too little power for a full slot at the minimum feed."""
     from leafcut.material.engagement import slot  # loads kernels, which a refused file does not need
 
     slowest = float(allowed_feed(slot(tool.diameter), limits)[0])
@@ -78,7 +80,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
 
 def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
-    """Refuse a tool whose feed or speed is assumed: its chip thickness is unknown."""
+    """Refuse a tool with an assumed feed or speed, because its chip load is unknown."""
     feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
@@ -99,7 +101,7 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(machine: Machine, tool: Tool) -> float | None:
-    """Return the spindle's power at the tool's speed, W; None if it is unknown."""
+    """Return the power that the spindle has at the tool's speed, W; None if it is unknown."""
     power, torque = machine.spindle_power, machine.spindle_torque
     limits = [power * DRIVE_EFFICIENCY] if power else []
     if torque:

@@ -1,4 +1,4 @@
-"""Cleared area as a union of discs of tool centres, and the exact engagement of the tool on the edge of a new disc."""
+"""The cleared area as a union of discs of tool centres, and the engagement of the tool on the edge of a new disc."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from leafcut.geometry.arrays import Floats
 
 #: Number of nearest discs from which an engagement is computed; the omitted discs could only reduce it.
 _NEAREST = 96
-#: Samples of the engagement on an arc: spacing in tool radii, and maximum number.
+#: Samples of the engagement along an arc: spacing, tool radii, and maximum number.
 _APART, _MOST = 0.1, 160
-#: The same for a safe result: finer, because cusps of earlier arcs cause short peaks.
+#: Finer samples for a safe result, because cusps of earlier arcs cause short peaks of the engagement.
 _APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
 #: Rounding tolerance of points on the edge of a disc, mm.
@@ -20,8 +20,10 @@ _SLACK = 1e-6
 
 
 class Fronts:
-    """Discs cleared so far, in order. `turn` is 1 for counter-clockwise arcs, -1 for clockwise arcs. `fine` and `thin`
-    are the film, mm, and the width of a straight cut, mm, that are not worth cutting.
+    """The discs cleared so far, in order of clearing.
+
+    `turn` is 1 for counter-clockwise arcs, -1 for clockwise arcs. `fine` and `thin` describe material that is not worth
+    cutting: the thickness of a film, mm, and the width of a straight cut, mm.
     """
 
     def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
@@ -33,11 +35,11 @@ class Fronts:
 
     @property
     def discs(self) -> Floats:
-        """Centre and radius of every disc, float64[n, 3]."""
+        """Centres and radii of all discs, float64[n, 3], mm."""
         return self._discs[: self.count]
 
     def add(self, x: float, y: float, radius: float) -> int:
-        """Add a disc and return its number."""
+        """Add a disc and return its index."""
         if self.count == len(self._discs):
             self._discs = np.concatenate([self._discs, np.zeros_like(self._discs)])
         self._discs[self.count] = x, y, radius
@@ -45,13 +47,14 @@ class Fronts:
         return self.count - 1
 
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
-        """Return the arcs of a circle that lie outside all discs, as start angle and sweep, rad, in the direction of
-        `turn`. Arcs within `fine` mm of the discs, or thinner than a straight cut of `thin` mm, are omitted.
+        """Return the arcs of a circle outside all discs, as start angle and sweep, rad, in the direction of `turn`.
+
+        Arcs within `fine` mm of the discs, or thinner than a straight cut of `thin` mm, are omitted.
         """
         return self._arcs(x, y, radius, self.discs)
 
     def holds(self, x: float, y: float, radius: float, but: float) -> bool:
-        """Return whether a cleared disc contains this disc, except for a film of `but` mm."""
+        """Return whether a cleared disc contains the given disc, except for a film of `but` mm."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
 
@@ -85,7 +88,10 @@ class Fronts:
         return float(gaps.min(axis=1).max())
 
     def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
-        """Return the maximum engagement of the tool on the arcs of a circle, rad; 0 in air."""
+        """Return the maximum engagement of the tool along the uncut arcs of a circle, rad; 0 in air.
+
+        If `sure`, the samples are closer together.
+        """
         discs = self.discs
         gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
         if len(discs) > _NEAREST:
@@ -103,7 +109,7 @@ class Fronts:
         return float(self._engaged(x, y, radius, angle, discs).max())
 
     def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
-        """Return the engagement at points of a circle, float64[k], rad: the tool's front edge outside cleared area."""
+        """Return the engagement at points of a circle, float64[k], rad: the tool's front edge in uncut material."""
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
         distance = np.hypot(dx, dy)
@@ -125,7 +131,7 @@ class Fronts:
         return math.pi - np.minimum(covered, math.pi)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the index of the disc that contains a point most deeply, or else of the nearest disc."""
+        """Return the index of the disc in which a point lies deepest; outside all discs, of the nearest disc."""
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
@@ -139,7 +145,7 @@ class Fronts:
         return gaps
 
     def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
-        """Return whether the straight move from `a` to `b` lies in the union of the discs with these indices."""
+        """Return whether the straight move from `a` to `b` lies within the union of the discs with indices `which`."""
         discs = self._discs[which]
         move = np.array(b) - a
         length = float(np.hypot(*move))

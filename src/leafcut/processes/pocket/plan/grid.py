@@ -29,8 +29,8 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 from leafcut.processes.pocket.plan.track import Ring
 
-#: Usual and minimum distance between points, tool diameters; closer points would clear the same area twice. The centre
-#: of four points is 0.71 distances away, so it is cleared if points are less than 0.7 diameters apart.
+#: Usual and minimum spacing of points, tool diameters; closer points would clear the same area twice. The centre of
+#: four points is 0.71 spacings away from each, so it is cleared if the spacing is less than 0.7 diameters.
 USUAL, NEAREST = 0.6, 0.5
 #: Maximum number of points, which bounds memory: the costs of all pairs are stored, 8 bytes each.
 MOST_POINTS = 3000
@@ -40,13 +40,13 @@ OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 @dataclass(frozen=True)
 class Retract:
-    """Cost of a retract in mm of feed: `fixed` for up and down, `per_mm` for each millimetre of the rapid."""
+    """Cost of a retract as a length of feed moves, mm: `fixed` for up and down, `per_mm` per millimetre of rapid."""
 
     fixed: float = 60.0
     per_mm: float = 0.25
 
     def cost(self, distance: float) -> float:
-        """Return the cost of a retract over a distance, mm."""
+        """Return the cost of a retract with a rapid of `distance` mm, as a length of feed moves, mm."""
         return self.fixed + self.per_mm * distance
 
 
@@ -72,13 +72,15 @@ class Grid:
 
     @property
     def bound(self) -> float:
-        """Lower bound of open paths over all points, mm: a step longer than the pitch is at least a diagonal."""
+        """Lower bound on the length of an open path over all points, mm; each step beyond the pitch is a diagonal or
+        more.
+        """
         return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
 
 
 @dataclass(frozen=True, eq=False)
 class GridContext:
-    """Data that `grid_path` needs to convert an order of points into a path."""
+    """Data that `grid_path` needs to turn an order of points into a path."""
 
     region: CentreRegion
     grid: Grid
@@ -87,8 +89,9 @@ class GridContext:
 
 
 def checked_pitch(rules: PocketRules) -> float:
-    """Return the spacing of the points of a grid, mm. Raises PlanError if the step-over requires a spacing of 0.5 tool
-    diameters or less.
+    """Return the spacing of the grid points, mm.
+
+    Raises PlanError if the step-over requires a spacing of 0.5 tool diameters or less.
     """
     pitch = min(rules.step_over, USUAL * rules.tool_diameter)
     if pitch <= NEAREST * rules.tool_diameter:
@@ -102,7 +105,7 @@ def checked_pitch(rules: PocketRules) -> float:
 def grid_points(
     region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
 ) -> Grid:
-    """Return the grid that starts at the corner of the region's box, moved by `offset` mm and rotated by `angle` rad.
+    """Return the grid from the corner of the region's bounding box, moved by `offset`, mm, and rotated by `angle`, rad.
 
     Points outside the region, but within the tolerance, are moved onto its boundary. `grown` is the region grown by the
     tolerance, if known. Raises PlanError if the step-over is too small for a grid, or if the grid has more than
@@ -151,8 +154,9 @@ def _refuse(count: float, rules: PocketRules) -> None:
 
 
 def best_grid(region: CentreRegion) -> Grid:
-    """Try several offsets and angles, and return the grid with the smallest lower bound of its path. A region too small
-    for any grid gets a single point.
+    """Return the grid with the smallest lower bound of its path, of several offsets and angles.
+
+    A region too small for any grid gets a single point.
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
@@ -172,9 +176,10 @@ def grid_problem(
     *,
     grid: Grid | None = None,
 ) -> tuple[RoutingProblem, GridContext]:
-    """Return the routing problem of visiting all points of a grid, and the context for `grid_path`. The cost between
-    two points is the length of the shortest path inside the region, mm, or of a retract if that is cheaper. Raises
-    PlanError like `grid_points`.
+    """Return the routing problem of visiting all points of a grid, and the context for `grid_path`.
+
+    The cost between two points is the length of the shortest path inside the region, mm, or the cost of a retract if
+    that is lower. Raises PlanError like `grid_points`.
     """
     grid, retract = grid or best_grid(region), retract or Retract()
     paths = RegionPaths(region.polygon, region.rings, grid.points, grid.pitch)
@@ -187,8 +192,10 @@ def grid_problem(
 
 
 def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
-    """Return the path over the points in the order int32[n], then along every wall in the milling direction. The order
-    is reversed if that makes the links to the walls cheaper. The tool retracts where that is cheaper than a link.
+    """Return the path over the points in the given order, int32[n], then along every wall in the milling direction.
+
+    The order is reversed if that makes the links to the walls cheaper. The tool retracts if a retract is cheaper than a
+    link.
     """
     nodes = [int(k) for k in order]
     rough = _over_points(context, nodes)
@@ -199,8 +206,10 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
 
 
 def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
-    """Return the path sections over the points. The tool moves straight where possible, and retracts where that is
-    cheaper, but not both before and after a point, because it cuts only while it moves.
+    """Return the path sections over the points in the order of `nodes`.
+
+    The tool moves straight where possible, and retracts where a retract is cheaper. It never retracts both before and
+    after a point, because it cuts only while it moves.
     """
     places, paths, retract = context.paths.places, context.paths, context.retract
     pieces: list[PocketPiece] = []
@@ -225,7 +234,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 
 
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
-    """Return the cost of the links, mm, and the path sections from a node along every wall, each time the nearest."""
+    """Return the cost of all links, mm, and the path sections from a node along every wall, always the nearest next."""
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
     spent, pieces = 0.0, []
@@ -253,7 +262,10 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
-    """Return the nearest wall as a loop, float64[k, 2]; for climb milling, outer walls are counter-clockwise."""
+    """Return the wall nearest to a position as a closed loop from there, float64[k, 2].
+
+    For climb milling, outer walls run counter-clockwise.
+    """
     rings = [Ring.through(wall, 0) for wall in walls]
     ring = min(rings, key=lambda ring: ring.line.distance(shapely.Point(place)))
     start = ring.station_of(place)

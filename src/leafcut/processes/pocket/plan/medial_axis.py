@@ -1,4 +1,4 @@
-"""The medial axis of a region (points with several nearest walls) as a tree rooted at the widest point."""
+"""The medial axis of a region (points with several nearest walls) as a tree whose root is the widest point."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points, segments
 
-#: A branch that ends within this distance of the edge, in samples, leads into a corner.
+#: A branch that ends within this distance of the boundary, in spacings of its samples, leads into a corner.
 _IN_CORNER = 4.0
-#: Maximum number of samples on the edge, which bounds memory.
+#: Maximum number of samples on the boundary, which bounds memory.
 _MOST = 200_000
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """The axis as a tree. Its points, float64[n, 2], start with the root, the widest point; every other point comes
-    after its parent. `width` is the distance from the edge of the region, float64[n], mm. `parent` has the index of
-    each parent, -1 for the root.
+    """The medial axis as a tree of points.
+
+    The points, float64[n, 2], start with the root, the widest point; every other point comes after its parent. `width`
+    is the distance from the boundary of the region, float64[n], mm. `parent` has the index of each parent, -1 for the
+    root.
     """
 
     xy: Points
@@ -44,11 +46,10 @@ class Axis:
 
 
 def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
-    """Return the axis of a polygon: edges of the Voronoi diagram of points on its boundary, `spacing` mm apart.
+    """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
     Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
     whose discs exceed the disc at their fork by less than the tolerance are removed: they lead to vertices of chords.
-
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
     """
@@ -81,8 +82,9 @@ def _sampled(polygon: Any, spacing: float) -> Points:
 
 
 def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return the points in the order in which the widest spanning tree reaches them, and the indices of their parents
-    in this order.
+    """Return the points in the order in which the widest spanning tree reaches them, and the parent of each.
+
+    A parent is an index into this order.
     """
     near: list[list[int]] = [[] for _ in xy]
     for a, b in pairs.tolist():
@@ -107,7 +109,7 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
 
 
 def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
-    """Extend each branch that ends near a corner of the boundary into that corner."""
+    """Return the axis with each branch that ends near a corner of the boundary extended into the corner."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
@@ -127,7 +129,7 @@ def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
 
 
 def _pruned(axis: Axis, tolerance: float) -> Axis:
-    """Remove the branches whose discs lie in the disc at their fork, within the tolerance."""
+    """Return the axis without the branches whose discs lie in the disc at their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
     keep = np.ones(n, dtype=bool)

@@ -1,4 +1,4 @@
-"""Regions of allowed tool centres in a pocket, and the areas that the tool cannot reach."""
+"""Regions of possible tool centres in a pocket, and the areas that the tool cannot reach."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from leafcut.geometry.regions import polygons, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
-#: Unreachable areas below this share of the tool's area are not reported, for example corners of pixels.
+#: Unreachable areas smaller than this, relative to the tool's area, are not reported, for example corners of pixels.
 SMALL = 0.001
-#: Number of unreachable areas that are reported one by one.
+#: Number of unreachable areas that get a message of their own.
 NAMED_PLACES = 4
-#: Films along walls up to this many tolerances come from chords and are ignored.
+#: Maximum thickness of films along walls that are ignored, path tolerances: chords of arcs cause them.
 _THIN = 2.0
-#: An area is a corner, not a passage, if its largest circle is at most this share of the width of its mouth.
+#: An area is a corner, not a passage, if the diameter of its largest circle is at most this share of its mouth's width.
 _AS_WIDE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
 class CentreRegion:
-    """A region of allowed tool centres, away from walls by tool radius and stock: shapely Polygon, mm."""
+    """A region of possible tool centres, at least tool radius and stock away from walls: shapely Polygon, mm."""
 
     polygon: Any
     rules: PocketRules
 
     @property
     def middle(self) -> Points | None:
-        """Centre line of a slot as wide as the tool, float64[n, 2]; None if the region is wider anywhere."""
+        """Centre line of a slot as wide as the tool, float64[n, 2], mm; None if the region is wider anywhere."""
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
         ring = self.rings[0]
@@ -48,8 +48,9 @@ class CentreRegion:
 
     @property
     def rings(self) -> list[Points]:
-        """Outer boundary, counter-clockwise, then boundaries of islands, clockwise: float64[n, 2] without the closing
-        point.
+        """Outer boundary, counter-clockwise, then boundaries of islands, clockwise.
+
+        Each ring is float64[n, 2], mm, without the closing point.
         """
         whole = shapely.geometry.polygon.orient(self.polygon)
         return [np.asarray(ring.coords)[:-1, :2] for ring in (whole.exterior, *whole.interiors)]
@@ -57,7 +58,7 @@ class CentreRegion:
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """An area of a pocket that the tool cannot clear: shapely geometry, its area, mm², and a point in it.
+    """An area of a pocket that the tool cannot clear: shapely geometry, area, mm², and a point inside.
 
     A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: a passage, or an
     area behind an entrance that is too narrow for the tool.
@@ -70,8 +71,9 @@ class Unreached:
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
-    """Return the regions of allowed tool centres, the largest first, and issues about unreachable areas. Raises
-    PlanError if the tool fits nowhere.
+    """Return the regions of possible tool centres, the largest first, and issues about unreachable areas.
+
+    Raises PlanError if the tool fits nowhere.
     """
     shape = pocket.region(rules.tolerance)
     allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
@@ -87,7 +89,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
 
 
 def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
-    """Return the areas of a pocket that the tool cannot clear, without tiny ones, the largest first."""
+    """Return the areas of a pocket that the tool cannot clear, the largest first; tiny areas are omitted."""
     reached, thin = reachable(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(reached), reached.buffer(thin)
     places = []
@@ -152,6 +154,6 @@ def _area_and_place(place: Unreached) -> str:
 
 
 def reachable(shape: Any, rules: PocketRules) -> Any:
-    """Return the part of a pocket's polygon that the tool can clear."""
+    """Return the part of a pocket's area that the tool can clear (shapely geometry)."""
     inner = tool_centres(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)

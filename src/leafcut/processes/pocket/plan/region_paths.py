@@ -1,7 +1,7 @@
 """Straight moves and shortest paths inside a region of tool centres.
 
-The nodes are the points to visit and points on the boundary. Close nodes are connected by straight moves, neighbours on
-the boundary also by the path along it.
+The nodes are the points to visit and points on the boundary. Straight moves connect nodes that are close together;
+paths along the boundary connect its neighbouring nodes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices, Points
 from leafcut.geometry.obstacles import shortest_path
 
-#: Rounding of moves along the boundary, mm.
+#: Rounding tolerance of moves along the boundary, mm.
 ROUNDING = 1e-6
 #: Maximum length of a straight move between two nodes, in grid spacings.
 REACH = 3.0
@@ -29,9 +29,10 @@ SEGMENTS_AT_ONCE = 50_000
 
 
 class RegionPaths:
-    """Allowed moves between points of a region, and the shortest paths along them. `places` has the points to visit,
-    then the nodes on the boundary, float64[n + m, 2], mm. `rings` has the nodes of each boundary ring in order, as
-    indices of `places`.
+    """Allowed moves between points of a region, and the shortest paths along them.
+
+    `places` has the points to visit, then the nodes on the boundary, float64[n + m, 2], mm. `rings` has the nodes of
+    each boundary ring in order, as indices into `places`.
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
@@ -58,7 +59,7 @@ class RegionPaths:
         self._join(links, REACH * pitch)
 
     def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
-        """Find the neighbours of all nodes with their costs, cheapest first."""
+        """Store the neighbours of each node and the lengths of the moves to them, mm."""
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
@@ -74,7 +75,7 @@ class RegionPaths:
         self._target, self._cost = target[order], costs[order]
 
     def straight(self, start: Points, end: Points) -> NDArray[np.bool_]:
-        """Return, for each straight move from `start` to `end`, float64[k, 2], whether it stays inside the region."""
+        """Return whether each straight move from `start` to `end`, float64[k, 2], stays inside the region, bool[k]."""
         inside = np.zeros(len(start), dtype=np.bool_)
         for k in range(0, len(start), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -82,8 +83,9 @@ class RegionPaths:
         return inside
 
     def between_points(self) -> NDArray[np.float64]:
-        """Return the lengths of the shortest paths between all points, float64[n, n], mm; inf without a path. The
-        matrix is relaxed row by row, in sweeps across the plane, until it converges.
+        """Return the lengths of the shortest paths between all points, float64[n, n], mm; inf where no path exists.
+
+        The matrix is relaxed row by row, in sweeps across the plane, until it converges.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)
@@ -107,7 +109,10 @@ class RegionPaths:
         return both
 
     def to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
-        """Return the nearest node of `ends` by path length, and the corners of the straightened path to it, or None."""
+        """Return the node of `ends` with the shortest path from `start`, and the corners of this path, straightened.
+
+        The result is None if no path exists.
+        """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
         return None if nodes is None else (nodes[-1], self._pulled_tight(self._corners(nodes)))
 
@@ -151,5 +156,5 @@ def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
 
 
 def length_of(path: Points) -> float:
-    """Return the length of a path through corners float64[k, 2]."""
+    """Return the length of a path through corners, float64[k, 2], mm."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())

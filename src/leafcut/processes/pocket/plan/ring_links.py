@@ -19,26 +19,28 @@ from leafcut.processes.pocket.plan.track import Ring
 STATION_STEP = 0.25
 #: Two rings are side by side if this share of the smaller ring is near the other ring.
 LONG = 0.3
-#: Maximum number of spines to try.
+#: Maximum number of spines (chains of nested rings) to try.
 MOST_SPINES = 12
-#: Maximum number of further joints of two rings to try after the first possible joint.
+#: Maximum number of further joints between two rings to try after the first possible joint.
 MOST_LOOKS = 60
 #: Share of a gap that may be omitted if only one of two rings has a gap.
 ONE_SIDED = 1.0
-#: Rings within this distance, step-overs, are joined first; if that does not connect all rings, any may be joined.
+#: Maximum distance of rings to join, step-overs; if such joints do not connect all rings, any rings may be joined.
 FAR = 2.5
-#: Minimum length of a ring with a gap, step-overs.
+#: Minimum length of a ring that may have a gap, step-overs.
 TINY = 3.0
 #: Cost of a turn inside the gap of a joint, step-overs per radian; it keeps gaps out of corners.
 TURN_PENALTY = 0.3
-#: Joints within the first distance of avoided positions get the second as a penalty, both in step-overs.
+#: Distance from avoided positions within which joints get a penalty, and this penalty, both in step-overs.
 AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A detour from one ring (`parent`) along another ring (`child`). The path leaves the parent half its gap before
-    the station and returns half the gap after it; the child is left open by its own gap. Lengths in mm.
+    """A detour from one ring (`parent`) along another ring (`child`), in mm.
+
+    The path leaves the parent half its gap before the station and returns half the gap after it. The child is not
+    closed: its own gap remains open.
     """
 
     parent: int
@@ -50,8 +52,9 @@ class Joint:
 
 
 class _JointOptions(NamedTuple):
-    """Candidate joints of two rings, the cheapest first: extra path length, float64[n], and the stations and gaps of
-    parent and child, float64[n, 2], all in mm.
+    """Candidate joints between two rings, the cheapest first.
+
+    The columns are the extra path length, float64[n], and the stations and gaps of parent and child, float64[n, 2], mm.
     """
 
     costs: Points
@@ -70,7 +73,10 @@ def _side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
 
 
 def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
-    """Return chains of rings in the tree, side by side from the inside out, the most promising first."""
+    """Return chains of nested rings that run side by side, from the inside out; the most promising chain comes first.
+
+    `edges` are the pairs of rings that may be joined.
+    """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
         if _side_by_side(cut[a], cut[b], step_over):
@@ -90,7 +96,7 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
 
 
 def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return the children of each ring when the tree is rooted at the rings of the spine."""
+    """Return the children of each of `n` rings if the rings of the spine are the roots of the tree."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
@@ -107,8 +113,10 @@ def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[
 
 
 def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
-    """Return the pairs of rings to join: the minimum spanning tree of joints (Kruskal 1956). The line between the
-    nearest points of two joined groups crosses no wall, because a ring along that wall would be nearer.
+    """Return the pairs of rings to join: the minimum spanning tree of joints (Kruskal 1956).
+
+    The line between the nearest points of two joined groups crosses no wall, because a ring along that wall would be
+    nearer.
     """
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
@@ -143,8 +151,9 @@ def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[
 
 
 class RingLinks:
-    """Joints of all rings, the stretches that they occupy, and the resulting path. Once `stopped` returns true, the
-    first possible joints are taken.
+    """Joints between all rings, the stretches that the joints occupy, and the resulting path.
+
+    Once `stopped` returns true, the first possible joints are taken.
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
@@ -165,12 +174,15 @@ class RingLinks:
         self.links: list[Points] = []
 
     def gap(self, ring: int) -> float:
-        """Return the length of a ring that a joint may leave out, mm: 0 for walls and tiny rings."""
+        """Return the length of a ring that a joint may omit, mm; 0 for walls and tiny rings."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def paths(self, avoided: Points) -> list[Points]:
-        """Return the joined path, float64[n, 2], with joints away from `avoided`, then the rings without a joint."""
+        """Return the joined path, float64[n, 2], mm, then each ring without a joint.
+
+        Joints stay away from `avoided` positions.
+        """
         self._clear()
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.spine, self.spans, strict=True):
@@ -184,7 +196,7 @@ class RingLinks:
         return paths + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine with the largest saving, and the stations at which the path enters and leaves each ring."""
+        """Return the spine with the lowest cost, and the stations where the path enters and leaves each of its rings."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]
@@ -212,7 +224,7 @@ class RingLinks:
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of the cheapest link to the next ring of the spine, mm, and its station on that ring."""
+        """Return the cost of the cheapest link to the next ring of the spine, mm, and its station on that ring, mm."""
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
@@ -280,7 +292,7 @@ class RingLinks:
         return _JointOptions(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(all_gaps)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
-        """Return pairs of stations (parent, child) where two rings are close to each other, float64[n, 2], mm."""
+        """Return pairs of stations (parent, child) at which two rings are close to each other, float64[n, 2], mm."""
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
@@ -293,8 +305,9 @@ class RingLinks:
         return both
 
     def _penalty(self, joint: Joint) -> float:
-        """Return the penalty of a joint for turns in its gaps and for avoided positions, mm; infinite if it is
-        impossible.
+        """Return the penalty of a joint for turns in its gaps and for avoided positions, mm.
+
+        The penalty is infinite if the joint is impossible.
         """
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
@@ -319,7 +332,7 @@ class RingLinks:
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
-        """Return whether no other joint occupies the stretch."""
+        """Return whether a stretch of a ring, `half` mm on each side of the station, is free of other joints."""
         length = self.cut[ring].length
         for start, end in self.taken[ring]:
             middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
@@ -341,7 +354,7 @@ class RingLinks:
 
 
 def _turn(ring: Ring, start: float, length: float) -> float:
-    """Return the total turn of a ring over a stretch, rad."""
+    """Return the total change of direction of a ring over a stretch of the given length, rad."""
     if length <= 0.0:
         return 0.0
     points = ring.stretch(start, start + length)

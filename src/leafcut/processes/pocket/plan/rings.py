@@ -13,15 +13,17 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.spurs import with_spurs
 from leafcut.processes.pocket.plan.track import Ring
 
-#: Maximum distance of neighbouring rings, step-overs.
+#: Maximum distance between neighbouring rings, step-overs.
 NEAR = 1.01
 #: Maximum length of a link at depth, step-overs.
 LINK_STEPS = 2.0
 
 
 def rings(region: CentreRegion) -> list[Ring]:
-    """Return the rings that clear a region, from the walls inwards. Walls are on the right of the tool for climb
-    milling with a clockwise spindle, on its left for conventional milling.
+    """Return the rings that clear a region, from the walls inwards.
+
+    With a clockwise spindle, walls are on the right of the tool for climb milling, on its left for conventional
+    milling.
     """
     cut: list[Ring] = []
     rules, level, inner = region.rules, 0, region.polygon
@@ -41,7 +43,7 @@ def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 
 def contour(region: CentreRegion) -> PocketPath:
-    """Return closed rings from the inside out, each time the nearest, linked at depth where the link is clear."""
+    """Return closed rings from the inside out, always the nearest next, linked at depth where a short link fits."""
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
@@ -63,8 +65,9 @@ def contour(region: CentreRegion) -> PocketPath:
 
 
 class LinkedPath:
-    """A path to which sections are added; each is linked at depth to `end`, float64[2], if the straight link is short
-    and stays in the region.
+    """A path that grows section by section and ends at `end`, float64[2], mm.
+
+    A link at depth leads to each new section if the straight link is short and stays in the region.
     """
 
     def __init__(self, region: CentreRegion, start: Points) -> None:
@@ -72,7 +75,7 @@ class LinkedPath:
         self.pieces: list[PocketPiece] = []
 
     def go(self, path: Points, kind: str) -> None:
-        """Append a path section, with a link to it if that is short and stays in the region."""
+        """Append a path section, with a link at depth if the link is short and stays in the region."""
         link = shapely.LineString([self.end, path[0]])
         if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and is_free(self.region, link):
             self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
@@ -81,12 +84,12 @@ class LinkedPath:
 
 
 def never() -> bool:
-    """Return False: the default for a search that is never stopped."""
+    """Return False: a search with this check is never stopped."""
     return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
-    """Return ``finish`` for a ring along a wall without stock, else ``rough``."""
+    """Return ``finish`` for a ring along a wall if no stock remains there, else ``rough``."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
 
 
@@ -96,5 +99,5 @@ def _first_place(cut: list[Ring]) -> Points:
 
 
 def is_free(region: CentreRegion, line: Any) -> bool:
-    """Return whether a line stays in the region of tool centres, except for rounding at its ends."""
+    """Return whether a line stays in the region of tool centres, apart from rounding errors."""
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

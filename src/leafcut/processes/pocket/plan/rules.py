@@ -1,4 +1,4 @@
-"""Rules, levels, end mill and feeds of the pockets of a job, from its options."""
+"""Rules, levels, end mill and feeds for the pockets of a job, derived from its options."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_moves import check_spindle_heights
 
-#: Path tolerance: maximum, mm, and as a share of the step-over, because close passes need a finer tolerance.
+#: Maximum path tolerance: in mm, and relative to the step-over, because close passes need a finer tolerance.
 TOLERANCE, TOLERANCE_SHARE = 0.01, 0.05
 
-#: Default step-over, share of the diameter.
+#: Default step-over, tool diameters.
 STEP_OVER = 0.6
-#: Plunge rate as a share of the feed: a plunging end mill cuts with its centre, where the speed is 0.
+#: Default plunge rate, relative to the feed: a plunging end mill cuts with its centre, where the cutting speed is 0.
 PLUNGE_PART = 1.0 / 3.0
 #: Maximum number of levels: a larger number indicates a mistake.
 MOST_LEVELS = 2000
-#: Maximum depth of a finishing pass, diameters.
+#: Maximum depth of a finishing pass, tool diameters.
 FINISHING_DEPTH = 2.0
 
 
@@ -54,21 +54,23 @@ class MillingData:
     limits: FeedLimits | None = None
 
     def ramp_feed(self, depth: float) -> float:
-        """Return the feed along a ramp or helix into a level `depth` mm high, mm/s."""
+        """Return the feed along a ramp or helix into material `depth` mm deep, mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
     @property
     def straight_feed(self) -> float:
-        """The plunge rate into material, mm/s, within the power of the spindle."""
+        """The feed of a plunge into material, mm/s, within the power of the spindle."""
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def rules_of(
     options: PocketOptions, step_over: float | None, diameter: float | None, tolerance: float = TOLERANCE
 ) -> PocketRules:
-    """Return the rules for clearing a level; `step_over` is a share of the diameter. Raises OptionError if the tool's
-    diameter is missing, if the stock is wider than the step-over, or if `adaptive` has no engagement limit.
+    """Return the rules for clearing a level; `step_over` is a share of the diameter, the other lengths are in mm.
+
+    Raises OptionError if the tool's diameter is missing, if the stock is wider than the step-over, or if the strategy
+    `adaptive` has no engagement limit.
     """
     if diameter is None:
         raise OptionError(
@@ -102,9 +104,9 @@ def levels_of(
 ) -> PocketLevels:
     """Return the levels of a pocket `depth` mm below the top, in equal steps of at most the step-down.
 
-    `begin` is the height of the material, mm; it is negative in the floor of another pocket. `thickness` is that of the
-    plate, and `beyond` the break-through below it, mm. Raises OptionError if the pocket is deeper than plate and
-    break-through, or if it has too many levels.
+    `begin` is the height of the material, mm; it is negative in the floor of another pocket. `thickness` is the
+    thickness of the plate, and `beyond` the break-through below it, mm. Raises OptionError if the pocket is deeper than
+    plate and break-through, or if it has too many levels.
     """
     if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
@@ -119,7 +121,7 @@ def levels_of(
 
 
 def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
-    """Return the pockets to mill with their depths, and issues about the other pockets.
+    """Return the part with only the pockets to mill, with their depths, and issues about the other pockets.
 
     All pockets of a drawing are `depth` mm deep. Pockets of a solid have their own depths, and `depth` selects the
     pockets to mill. A round pocket no wider than the tool is a hole. Raises OptionError if the pockets of a drawing
@@ -173,13 +175,13 @@ def _opening_issues(part: Part, diameter: float | None) -> list[Issue]:
 
 
 def _depth_summary(pockets: Sequence[Pocket]) -> str:
-    """Return the depths with the number of pockets of each: ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+    """Return the depths with the number of pockets of each, for example ``6 mm (1 pocket), 8 mm (2 pockets)``."""
     counted = Counter(round(pocket.depth or 0.0, 3) for pocket in pockets)
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
 def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
-    """Return, for each pocket, the index of the deepest pocket whose floor contains it, or None."""
+    """Return, for each pocket, the index of the pocket in whose floor it lies, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
     for pocket, shape in zip(pockets, shapes, strict=True):
@@ -213,9 +215,10 @@ def milling_data(
     machine: Machine,
     mill: Tool | None = None,
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill with its feeds, and issues about assumptions. `mill` is from a library; without it, an end
-    mill is assumed. Raises PlanError if the machine has no spindle, if heights contradict each other, or if the speed
-    or feed is out of the machine's range.
+    """Return the end mill with its feeds, and issues about assumptions.
+
+    Without a `mill` from a library, an end mill is assumed. Raises PlanError if the machine has no spindle, if heights
+    contradict each other, or if the speed or feed is out of the machine's range.
     """
     check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)
@@ -226,7 +229,7 @@ def milling_data(
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:
-    """Return the maximum distance of the tool from a corner, mm, if the next move starts while the tool still brakes.
+    """Return the largest distance of the tool from a corner, mm, if the next move starts while the tool still brakes.
 
     With acceleration a and velocity v, braking and speeding up both take v / a. Halfway through, the tool is v² / 8a
     from the corner on each move. It passes a turn by θ at a distance of 2 sin(θ / 2) v² / 8a, at most v² / 4a.

@@ -1,4 +1,4 @@
-"""Shortening of a path over a pocket where its other passes clear the same area."""
+"""Shorten a path over a pocket where its other passes clear the same area."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: First and last point of a stretch of the path, and the curve that replaces it.
+#: A replaced stretch of the path: indices of its first and last point, and the points of the new curve.
 Edit = tuple[int, int, Points]
 
 #: Spacing of the sample points of the area, tool radii.
 SAMPLE_SPACING = 0.11
-#: Maximum length of a segment of the path, tool radii.
+#: Maximum length of a segment of the sampled path, tool radii.
 PIECE = 0.2
 #: Candidate lengths of a replaced stretch on each side of a bend, tool radii.
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Candidate lengths of a chamfer on each side of a corner, tool radii.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
-#: Maximum distance of passes that a chamfer must consider, step-overs.
+#: Distance from a chamfer within which other passes are considered, step-overs.
 PASS_SEARCH_RADIUS = 3.0
-#: Passes run side by side if their directions differ by less than this, rad; other passes meet in a corner.
+#: Maximum difference of the directions of passes side by side, rad; other passes meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Tolerance of the step-over for chords and rounding, as a share.
+#: Tolerance of the step-over for chords and rounding, relative to the step-over.
 SLACK = 0.004
-#: Maximum number of rounds over all bends.
+#: Maximum number of rounds over the bends of a path.
 PASSES = 6
-#: Minimum turn of a bend over a tool radius, rad.
+#: Minimum change of direction at a bend, rad.
 BEND = 0.6
-#: Minimum saving of a replacement, tool radii.
+#: Minimum length that a replacement must save, tool radii.
 MIN_SAVING = 0.01
 #: Number of chords of a replacement curve.
 CURVE = 8
 
 
 def fine(path: Points, longest: float) -> Points:
-    """Add points to a path until no segment is longer than `longest` mm; return float64[n, 2]."""
+    """Return a path with points added until no segment is longer than `longest` mm, float64[n, 2]."""
     step = np.hypot(*np.diff(path, axis=0).T)
     path = path[np.concatenate([[True], step > 1e-9])]
     step = np.hypot(*np.diff(path, axis=0).T)
@@ -58,9 +58,10 @@ def fine(path: Points, longest: float) -> Points:
 def shorten(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Return a path that is at most as long and still keeps the limits of all sample points. It does not change within
-    a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the path is valid, but may be longer
-    than necessary.
+    """Return a path that is at most as long, and still within the maximum distances of all sample points.
+
+    The path does not change within a tool radius of the points `kept`, float64[n, 2]. Once `stopped` returns true, the
+    path is valid, but may be longer than necessary.
     """
     radius, changed = region.rules.radius, None
     for _ in range(PASSES):
@@ -82,7 +83,7 @@ def shorten(
 def chamfer(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
-    """Chamfer the sharp corners of a path, except near the points `links`, float64[n, 2]."""
+    """Return a path with chamfers at its sharp corners, except near the points `links`, float64[n, 2]."""
     if stopped():
         return path
     corners = _Corners(fine(path, PIECE * region.rules.radius), coverage, region.rules, allowed)
@@ -103,7 +104,10 @@ def _length(path: Points) -> float:
 
 
 class _Bends:
-    """One round over the bends of a path: all, or only the bends near the positions `changed`, float64[n, 2]."""
+    """One round of shortening at the bends of a path.
+
+    If `changed`, float64[n, 2], is given, only the bends near these positions are tried.
+    """
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
@@ -116,7 +120,7 @@ class _Bends:
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
         self.bends = self._bends(self.least)
         if changed is not None:
-            # A bend's stretch, nearby sample points, and other passes that may clear them.
+            # The stretch of a bend, the sample points near it, and the other passes that may clear these points.
             reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
             near = _near_any(path[self.bends], changed, reach)
             self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
@@ -138,7 +142,7 @@ class _Bends:
         self.edits: list[Edit] = []
 
     def _selected(self) -> NDArray[np.bool_]:
-        """Return the segments that may be replaced: near bends and at both ends, bool[n − 1]."""
+        """Return whether each segment may be replaced: near bends and at both ends of the path, bool[n − 1]."""
         reach = self.reaches[0] * self.radius
         at = self.station[[0, *self.bends, len(self.path) - 1]]
         change = np.zeros(len(self.path) + 1, np.int64)
@@ -148,14 +152,14 @@ class _Bends:
         return selected
 
     def shorten_all(self, stopped: Callable[[], bool]) -> None:
-        """Shorten the stretch around each bend, until `stopped`."""
+        """Shorten the stretch around each bend, until `stopped` returns true."""
         for i in self.bends:
             if stopped():
                 break
             self._try(i)
 
     def trim(self) -> None:
-        """Drop segments at both ends of the path that clear nothing."""
+        """Remove the segments at both ends of the path that clear nothing on their own."""
         n = len(self.path) - 1
         j = 0
         while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
@@ -182,7 +186,7 @@ class _Bends:
         return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
     def _try(self, i: int) -> None:
-        """Replace the longest possible stretch around a bend."""
+        """Replace the longest stretch around a bend for which that is possible."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
@@ -200,7 +204,7 @@ class _Bends:
                 return
 
     def _curve(self, a: int, i: int, b: int) -> Points | None:
-        """Return the replacement of a stretch: a parabola tangential to the lines to the bend."""
+        """Return the replacement of a stretch: a parabola tangential to the lines from its ends to the bend."""
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
@@ -213,7 +217,7 @@ class _Bends:
         return self.point[self.first[a] : self.first[b]]
 
     def _covered(self, a: int, b: int, curve: Points | None) -> bool:
-        """Return whether all sample points stay within their limits if a curve replaces a stretch."""
+        """Return whether all sample points stay within their maximum distances if a curve replaces a stretch."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -232,7 +236,7 @@ class _Bends:
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
 
     def changed(self) -> Points:
-        """Return positions along all replaced stretches and their replacements, float64[n, 2]."""
+        """Return the points of all replaced stretches and of their replacements, float64[n, 2]."""
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
@@ -251,7 +255,7 @@ def _angle(a: Points, b: Points) -> float:
 
 
 class _Corners(_Bends):
-    """One round over all sharp corners of a path. The step-over applies only to passes side by side."""
+    """A round of chamfering at the sharp corners of a path. The step-over applies only to passes side by side."""
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
@@ -259,7 +263,7 @@ class _Corners(_Bends):
         super().__init__(path, coverage, rules, allowed)
         points: Any = shapely.points(path)
         self.points = shapely.STRtree(points)
-        #: Chamfers by the point of the path at which they start.
+        #: Points of each chamfer, by the index of the path's point at which it starts.
         self.chamfers: dict[int, Points] = {}
         self.gone = np.zeros(len(path), dtype=bool)
 
@@ -281,7 +285,7 @@ class _Corners(_Bends):
     def _next_passes_close(self, a: int, i: int, b: int) -> bool:
         """Return whether the passes next to a chamfer are within the step-over.
 
-        Each neighbour is found as the pass that the largest disc on the chamfer without any other pass inside touches.
+        The neighbouring pass is the first pass that a growing disc touches while it stays tangential to the chamfer.
         Passes that diverge from the chamfer do not count.
         """
         p, q, r = self.path[a], self.path[i], self.path[b]

@@ -13,28 +13,30 @@ from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.track import Track
 
-#: Uncut areas below this share of the tool's area are ignored: they come from the chords of rings.
+#: Uncut areas smaller than this, relative to the tool's area, are ignored: chords of rings cause them.
 SPECK = 1e-5
-#: Extra length of a spur, tool radii; a longer spur clears more, so fewer spurs are needed.
+#: Extra length of a spur, tool radii. A longer spur clears more, so fewer spurs are needed.
 DEEPER = 0.1
 #: Maximum distance between an uncut area and the pass from which its spur starts, tool radii.
 FAR = 4.0
 #: Rounding tolerance of a spur along the edge of the region, mm.
 ROUNDING = 1e-6
-#: Maximum number of spurs for an area.
+#: Maximum number of spurs for an uncut area.
 MOST = 60
 
 
 def uncut(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
-    """Return the polygons of `floor` that are further than the tool radius from all passes (shapely lines)."""
+    """Return the areas of `floor` that are farther than the tool radius from all passes (shapely polygons)."""
     quarters = quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _significant_parts(floor.difference(cleared), rules)
 
 
 def with_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
-    """Add spurs to paths until they clear all of `floor`. A spur runs straight from the nearest pass to an uncut area
-    and back; if it would leave `floor`, it starts from the next nearest pass.
+    """Return the paths with spurs that clear all uncut areas of `floor`.
+
+    A spur runs straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
+    next nearest pass.
     """
     room = floor.buffer(ROUNDING)
     shapely.prepare(room)
@@ -64,7 +66,7 @@ def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
 
 
 def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
-    """Return station and tip of a spur towards the most distant uncut point; None if it leaves `room` (shapely)."""
+    """Return station and tip of a spur towards the most distant uncut point; None if it would leave `room`."""
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))

@@ -11,19 +11,18 @@ from numpy.typing import NDArray
 
 from leafcut.model.pocket import Pocket
 
-#: Triangles with a smaller projected area, mm², are vertical and skipped; a neighbour shares their upper edge.
+#: Maximum projected area of vertical triangles, mm²; they are skipped, because a neighbour shares their upper edge.
 _UPRIGHT = 1e-9
 
 
 def stock_tops(
     pockets: Sequence[Pocket], of_solid: Sequence[Pocket], triangles: NDArray[np.float64], radius: float
 ) -> list[float]:
-    """Return the height of the material over each pocket before milling, mm, relative to the pocket's top and never
-    above it.
+    """Return the height of the material over each pocket before milling, mm, relative to the top of the pocket.
 
-    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius. A pocket inside another
-    pocket counts as filled up to the rim of the outer one, whether that is milled or not. `triangles` is the surface,
-    float64[n, 3, 3], mm.
+    It is the highest point of the solid over the pocket and a rim as wide as the tool's radius, but never above the top
+    of the pocket. A pocket inside another pocket counts as filled up to the rim of the outer pocket, whether that is
+    milled or not. `triangles` is the surface, float64[n, 3, 3], mm.
     """
     filled = [pocket.region(filled=True) for pocket in of_solid]
     tops = []
@@ -36,7 +35,7 @@ def stock_tops(
 
 
 def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
-    """Fill all pockets of a solid up to their `stock_tops`; return the surface, float64[n, 3, 3], mm."""
+    """Return the surface of a solid with all pockets filled up to their `stock_tops`, float64[n, 3, 3], mm."""
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):
         flat = shapely.get_parts(shapely.constrained_delaunay_triangles(pocket.region(filled=True)))
@@ -46,7 +45,7 @@ def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Seq
 
 
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
-    """Return the maximum height of a surface over an area, mm; −∞ if no triangle is over the area."""
+    """Return the maximum height of a surface over an area, mm; −∞ if no triangle lies over the area."""
     x0, y0, x1, y1 = area.bounds
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
@@ -64,7 +63,7 @@ def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
 
 
 def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
-    """Return the corners of a 2D shape with their heights on the plane of a triangle, float64[n, 3]."""
+    """Return the corners of a shape in the plane with their heights on a triangle, float64[n, 3], mm."""
     xy = shapely.get_coordinates(part)
     a, b, c = triangle
     share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)

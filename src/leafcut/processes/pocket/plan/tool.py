@@ -17,9 +17,9 @@ from leafcut.processes.pocket.options import PocketOptions
 #: stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % because end and side cut at once.
 #: Carbide takes three times as much.
 SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
-#: Assumed material if the material is unknown.
+#: Material that is assumed if it is unknown.
 UNKNOWN = "mild_steel"
-#: Other names of materials.
+#: Synonyms of the materials' names.
 _NAMES = {
     "steel": "mild_steel",
     "stainless": "stainless_304",
@@ -27,7 +27,7 @@ _NAMES = {
     "aluminum": "aluminium",
     "plastics": "plastic",
 }
-#: Feed per tooth: share of the diameter, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters, up to
+#: Feed per tooth: in tool diameters, and maximum, mm. Catalogues of end mills give 0.005 to 0.01 diameters, up to
 #: 0.05 mm for a 10 mm mill (Iscar, solid end mills, recommended cutting parameters).
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
 #: A spindle is refused if all its speeds differ from the suitable speed by more than the factor `MOST_OFF`: the tool
@@ -42,9 +42,9 @@ def library_mill(
 ) -> Tool:
     """Return the end mill of a library: by number, else by the diameter `asked`, mm, else the only end mill.
 
-    Raises OptionError if the library lacks the requested number, or has several end mills and none was requested.
-    Raises PlanError if the library has no end mill, or if the tool is of another kind, has another diameter, or is too
-    short.
+    `depth` is the depth of the deepest pocket, mm. Raises OptionError if the library lacks the requested number, or has
+    several end mills and none was requested. Raises PlanError if the library has no end mill, or if the tool is of
+    another kind, has another diameter, or is too short.
     """
     tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
@@ -96,9 +96,9 @@ def with_data(
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and issues about assumptions.
 
-    The data come from options, else from the library, else from tables for high-speed steel mills in the material.
-    Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the spindle cannot
-    turn at a suitable speed.
+    Feed and speed come from options, else from the library, else from tables for high-speed steel mills in the
+    material. Raises PlanError if speed or feed is out of the range of the machine, or if no speed is given and the
+    spindle cannot turn at a suitable speed.
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)

@@ -29,15 +29,16 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Maximum number of moves of a program.
 MOST_MOVES = 3_000_000
-#: Number of significant digits of a feed that differs from the tool's feed, in mm/min.
+#: Number of significant digits of a feed in mm/min, if it differs from the tool's feed.
 DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Clearing:
-    """One region of a pocket with the path that clears one level. `region` has the tool centres that the finished walls
-    allow, `allowed` the tool centres of roughing (shapely geometry). `walls` is the finishing pass if roughing leaves
-    stock, else None.
+    """A region of a pocket, and the path that clears it on one level.
+
+    `region` has the tool centres that the finished walls allow, `allowed` the tool centres of roughing (shapely
+    geometry). `walls` is the finishing pass if roughing leaves stock, else None.
     """
 
     region: CentreRegion
@@ -54,12 +55,12 @@ class Clearing:
 
     @property
     def start(self) -> Point:
-        """Start of the path."""
+        """Position at which the path starts, mm."""
         return self.rough.pieces[0].path.start
 
     @property
     def end(self) -> Point:
-        """End of the path."""
+        """Position at which the path ends, mm."""
         return self.path.pieces[-1].path.end
 
 
@@ -158,8 +159,9 @@ class _PocketMotion:
             top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
-        """Move to the start of a run of feed moves down to height `z`: at height `at` if the move through `allowed` is
-        clear and quicker, else with a retract.
+        """Move to the start of a run of feed moves at height `z`, mm.
+
+        The tool moves straight at height `at` if this move stays in `allowed` and is quicker; otherwise it retracts.
         """
         builder = self.builder
         x, y, now = builder.position
@@ -243,7 +245,7 @@ class _PocketMotion:
 
 @dataclass(frozen=True, eq=False)
 class _FeedRun:
-    """Path sections that the tool follows without a retract, and all of them joined to one open polyline."""
+    """Path sections that the tool follows without a retract, and the polyline that joins them."""
 
     pieces: tuple[PocketPiece, ...]
     path: Polyline
@@ -271,7 +273,7 @@ def _runs(path: PocketPath) -> list[_FeedRun]:
 
 
 def fed(share: float, feed: float) -> float:
-    """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min, as written."""
+    """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
     if share == 1.0:
         return feed
     value = share * feed * SECONDS_PER_MINUTE
@@ -279,14 +281,14 @@ def fed(share: float, feed: float) -> float:
     return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
 
 
-#: Maximum width of material under the tool for a straight descent at feed, tool radii.
+#: Maximum width of the material under the tool for a straight descent at feed, tool radii.
 _SLIVER = 0.02
-#: The same for a descent by rapid, in path tolerances; the proof allows a little more.
+#: Maximum width of the material under the tool for a descent by rapid, path tolerances; the proof allows a bit more.
 _FILM = 0.5
 
 
 class Opened(IntEnum):
-    """Whether a position is cleared for a descent: not, all but a sliver, or completely."""
+    """How far the area under the tool is cleared before a descent: not, all but a sliver, or completely."""
 
     NO = 0
     NEARLY = 1
@@ -294,13 +296,13 @@ class Opened(IntEnum):
 
 
 class ClearedArea:
-    """The area that successive runs clear."""
+    """The area that successive runs of feed moves clear."""
 
     def __init__(self, rules: PocketRules) -> None:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def add_run(self, run: Polyline) -> Opened:
-        """Return whether the start of a run was cleared before; add the area that the run clears."""
+        """Add the area that a run clears. Return the state of its start before that."""
         opened = self._opened(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in the proof, a plunge clears nothing.
@@ -308,7 +310,7 @@ class ClearedArea:
         return opened
 
     def area(self) -> Any:
-        """Return the area that all runs clear (shapely geometry)."""
+        """Return the area that all runs together clear (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 
     def _opened(self, start: Point) -> Opened:

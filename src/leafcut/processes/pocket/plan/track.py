@@ -1,4 +1,4 @@
-"""Paths with stations: positions along a path, and the nearest point of a path to a position."""
+"""Paths with stations: positions along a path, and the point of a path nearest to a position."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from leafcut.geometry.arrays import Points, segments
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A path through points, float64[n, 2], mm; a station is the path length from the first point."""
+    """A path through points, float64[n, 2], mm. A station is the path length from the first point, mm."""
 
     points: Points
 
     @cached_property
     def stations(self) -> Points:
-        """The station of each point, float64[n], mm."""
+        """The station of each point of the path, float64[n], mm."""
         stations: Points = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))])
         return stations
 
     def places(self, stations: Points) -> Points:
-        """Return the positions at stations, float64[m, 2]."""
+        """Return the positions at the given stations, float64[m, 2], mm."""
         return np.column_stack([np.interp(stations, self.stations, self.points[:, k]) for k in range(2)])
 
     @cached_property
@@ -35,7 +35,7 @@ class Track:
         return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
-        """Return the distance of each position, float64[m, 2], from the path, and the station of its nearest point."""
+        """Return the distances of positions, float64[m, 2], from the path, and the stations of the nearest points."""
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)
@@ -45,13 +45,13 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Ring(Track):
-    """A closed path of the tool's centre, `level` step-overs from the wall; its last point is the first."""
+    """A closed path of the tool's centre, `level` step-overs from the wall. Its last point repeats the first."""
 
     level: int
 
     @classmethod
     def through(cls, points: Points, level: int) -> Ring:
-        """Return the ring through points without the closing point."""
+        """Return the ring through points, float64[n, 2], given without the closing point."""
         return cls(np.vstack([points, points[:1]]), level)
 
     @cached_property
@@ -65,16 +65,16 @@ class Ring(Track):
         return float(self.stations[-1])
 
     def at(self, station: float) -> Points:
-        """Return the position at a station, float64[2]; the station may exceed the length of the ring."""
+        """Return the position at a station, float64[2], mm; the station may exceed the length of the ring."""
         place: Points = self.places(np.array([station]))[0]
         return place
 
     def places(self, stations: Points) -> Points:
-        """Return the positions at stations, float64[n, 2]; a station may exceed the length of the ring."""
+        """Return the positions at stations, float64[n, 2], mm; a station may exceed the length of the ring."""
         return super().places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
-        """Return the points of the ring from one station to another (end ≥ start), float64[m, 2]."""
+        """Return the points of the ring between two stations (end ≥ start), with both ends, float64[m, 2], mm."""
         points, own = self.points[:-1], self.stations[:-1]
         lap, last = math.floor(start / self.length), math.floor(end / self.length)
         parts = [self.at(start)[None]]
@@ -85,5 +85,5 @@ class Ring(Track):
         return np.vstack([*parts, self.at(end)[None]])
 
     def station_of(self, place: Points) -> float:
-        """Return the station of the point nearest to a position."""
+        """Return the station of the ring's point that is nearest to a position, mm."""
         return float(self.nearest(np.asarray(place)[None, :2])[1][0])

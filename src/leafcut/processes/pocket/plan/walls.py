@@ -1,4 +1,4 @@
-"""The finishing pass along every wall, which removes the stock of roughing."""
+"""The finishing pass along every wall, which removes the stock that roughing leaves."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from leafcut.processes.pocket.plan.region import CentreRegion
 
 #: Candidate radii of lead-in and lead-out arcs, tool radii.
 LEADS = (0.8, 0.5, 0.3, 0.15)
-#: Maximum number of positions of a wall where leads are tried.
+#: Maximum number of positions along a wall at which leads are tried.
 MOST_PLACES = 60
 #: Maximum overlap of a lead with the chords of a wall, as a share of the path tolerance.
 TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
-    """Return a pass along every wall of a region, from the cleared area and back.
+    """Return a pass along every wall of a region, each starting and ending in the cleared area.
 
     Lead-in and lead-out are quarter circles; where they do not fit, the pass starts on the wall. `roughed` is the
     shapely geometry of the tool centres of roughing.
@@ -44,7 +44,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
 
 
 def _in_order(rings: list[Points]) -> list[Points]:
-    """Return the outer wall, then the walls of islands, each time the nearest."""
+    """Return the outer wall, then the walls of the islands, always the nearest next."""
     rest, order = rings[1:], rings[:1]
     while rest:
         here = order[-1][0]
@@ -73,14 +73,14 @@ def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> 
 
 
 def _with_middles(ring: Points, least: float) -> Points:
-    """Add the middle of each edge longer than `least`, mm."""
+    """Return a ring with the midpoint added to each edge longer than `least`, mm."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
 def _places(ring: Points) -> list[int]:
-    """Return the points where a ring hardly turns; points between long edges come first."""
+    """Return the indices of points where a ring hardly turns; points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
     turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
@@ -93,7 +93,7 @@ def _places(ring: Points) -> list[int]:
 
 
 def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
-    """Return the quarter circles to and from a point of a ring, on the inner side of the wall."""
+    """Return the lead-in and lead-out at a point of a ring: quarter circles on the inner side of the wall."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
     tangent /= math.hypot(*tangent)

@@ -19,10 +19,10 @@ from leafcut.processes.pocket.plan.spurs import with_spurs
 
 #: Number of angles to try.
 ANGLES = 12
-#: Distances of line ends from the finishing pass, step-overs. The second is tried if the first leaves gaps, for example
-#: along a wall nearly parallel to the lines.
+#: Distances between the ends of lines and the finishing pass, step-overs. The second distance is tried if the first
+#: leaves gaps, for example along a wall nearly parallel to the lines.
 MARGINS = (0.5, 0.0)
-#: Spacing of samples along a wall, step-overs; maximum angle between a wall and a line that runs beside it, rad.
+#: Spacing of samples along a wall, step-overs, and maximum angle between a wall and a line along it, rad.
 SAMPLE_SPACING, SIDE_BY_SIDE = 0.1, math.radians(30.0)
 #: Minimum length of a line that can start with an entry ramp of the usual depth, tool diameters.
 ENTRY_ROOM = 1.0
@@ -34,7 +34,7 @@ def zigzag(
     stopped: Callable[[], bool] = never,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
-    """Return zigzag lines at an angle, rad (None: the best of twelve), then passes along the walls.
+    """Return zigzag lines at an angle, rad (None for the best of twelve angles), then passes along the walls.
 
     Neighbouring lines form a run as long as straight links between their ends stay in the region. The nearest run comes
     next. Spurs clear any remaining material. The shortest path without gaps between passes is chosen. `too_wide`
@@ -57,7 +57,10 @@ def zigzag(
 
 
 def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple[PocketPath, int]:
-    """Return the path at an angle, with line ends `margin` mm from the walls, and its number of gaps at walls."""
+    """Return the zigzag path at an angle, rad, and its number of gaps along walls.
+
+    Lines end `margin` mm from the walls.
+    """
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
@@ -79,7 +82,7 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
 
 
 def _count_gaps_at_walls(runs: list[Points], walls: list[Points], step_over: float) -> int:
-    """Return the number of sample points on wall passes whose nearest line is one to two step-overs away."""
+    """Return the number of sample points on wall passes whose nearest parallel line is one to two step-overs away."""
     if not runs or not walls:
         return 0
     lines = np.concatenate([segments(run) for run in runs])
@@ -121,7 +124,10 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
-    """Join lines, one from each row, as long as a straight link to the next row stays in the region."""
+    """Return the first line of a row joined with lines of the next rows.
+
+    A link to the next row must be short and stay in the region. The lines used are removed from `rows`.
+    """
     lines = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
@@ -139,7 +145,7 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
 
 
 def _nearest(path: LinkedPath, lines: list[Points]) -> Points:
-    """Return the line that starts nearest to the tool; the first line must be long enough for an entry ramp."""
+    """Return the line that starts nearest to the tool. The first line must be long enough for an entry ramp."""
     if path.pieces:
         return min(lines, key=lambda line: math.dist(path.end, line[0]))
     lengths = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines]

@@ -28,17 +28,17 @@ from leafcut.processes.pocket.proof.pocket import (
 from leafcut.proof.difference import place, shorten
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Relative tolerance of all limits, for rounded numbers.
+#: Relative tolerance of all limits, because numbers in the program are rounded.
 _PART = 1e-4
-#: Tolerance of equal heights, mm.
+#: Largest difference between equal heights, mm.
 _SAME = 1e-6
-#: Maximum width of material under a plunging tool that is ignored, tool radii.
+#: Maximum width of the material under a plunging tool that is ignored, tool radii.
 _SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredChips:
-    """Load of the mill: figures of the tool, number of cuts with a changed feed, and differences from the limits."""
+    """Load of the end mill: chips and feeds, number of cuts with a changed feed, and differences from the limits."""
 
     tool: ToolPace
     changed: int
@@ -124,7 +124,7 @@ def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
 
 
 def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield the maximum power before and after the change of feeds, if power is limited."""
+    """Yield the maximum power at a constant feed and at the feeds of the program, if power is limited."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -174,7 +174,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
 
 
 def _worst(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
-    """Yield the moves that exceed their limit (a share above 1), each with the index of its worst sample."""
+    """Yield the moves that exceed their limit (`share` above 1), each with the index of its worst sample."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
@@ -184,8 +184,9 @@ def _worst(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int
 def _ramps(
     cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
 ) -> Iterator[_Ramp]:
-    """Yield the ramps with the power they need, W. Consecutive moves with the same feed are one ramp, because rounded
-    heights give each move a different slope.
+    """Yield each ramp with the power that it needs, W.
+
+    Consecutive moves with the same feed are one ramp, because rounded heights give each move a different slope.
     """
     descents: list[list[PocketCut]] = []
     for cut in cuts:
@@ -206,7 +207,7 @@ def _ramps(
 
 
 def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
-    """Yield the plunges into uncleared material with the power they need, W."""
+    """Yield each plunge into uncleared material with the power that it needs, W."""
     if limits.material is None:
         return
     earlier = EarlierCuts(cuts, rules)

@@ -30,13 +30,13 @@ from leafcut.proof.surface import meets_area
 HEIGHT_TOLERANCE = 0.002
 #: Minimum height above the cleared floor at which a rapid may end, mm.
 OVER = 0.4
-#: Maximum width of a film that is not counted as material, share of the diameter.
+#: Maximum width of a film that does not count as material, tool diameters.
 AIR_FILM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class PocketCut:
-    """One feed move: its row of the toolpath, its line of the program, and the path of the tool tip, float64[n, 3], mm.
+    """A feed move: its row of the toolpath, its line of the program, and the path of the tool tip, float64[n, 3], mm.
 
     `bulge` is the bulge (`geometry.polyline`) of an arc of at most half a turn, 0 for all other moves.
     """
@@ -95,8 +95,10 @@ def simulated_levels(
     levels: Sequence[Sequence[float]],
     finishing: Sequence[Sequence[float]] = (),
 ) -> list[SimulatedLevel]:
-    """Simulate each pocket at its `levels` and at the heights of its finishing passes. The step-over of a finishing
-    pass is measured to the passes of the next lower level. Levels with equal paths are simulated once.
+    """Simulate each pocket at its `levels` and at the heights of its finishing passes, mm.
+
+    The step-over of a finishing pass is measured to the passes of the next lower level. Levels with equal paths are
+    simulated once.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
@@ -157,15 +159,16 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
 
 
 def thinnest(rules: PocketRules) -> float:
-    """Return the maximum width of a film that is not counted as material, mm."""
+    """Return the maximum width of a film that does not count as material, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
 
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
 ) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
-    """For each height at which one of the rows ends, yield its moves, their sampled path, and the engagement. Ends of
-    descents have no engagement.
+    """Yield the moves at each height at which one of the `rows` ends, their sampled path, and its engagement.
+
+    The ends of descents have no engagement.
     """
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
     for z in sorted({round(float(cut.path[-1, 2]), 3) for cut in cuts if cut.row in rows}):
@@ -180,12 +183,12 @@ def engaged_levels(
 
 
 def as_path(pieces: Sequence[Points]) -> PocketPath:
-    """Return a path with one section for each polyline, given as vertices, float64[n, 3]."""
+    """Return a path with one section for each polyline, given by its vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
-    """Return the area inside full circles no wider than the tool, such as helices: the tool clears it."""
+    """Return the area inside full circles no wider than the tool, such as helices. The tool clears this area."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -204,7 +207,7 @@ def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) ->
 
 
 def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
-    """Return a difference for each simulated level with a gouge."""
+    """Return a difference for each simulated level at which the tool cuts into a wall."""
     wrong = []
     for level in simulated:
         gouges = level.removal.gouges
@@ -235,7 +238,7 @@ def step_over_differences(
 def depth_differences(
     written: Toolpath, rules: PocketRules, step: float, pockets: Sequence[Pocket] = (), tops: Sequence[float] = ()
 ) -> list[Difference]:
-    """Return the levels that cut more than `step` mm below earlier levels, which is more than one level at once.
+    """Return the levels at which the tool cuts more than `step` mm below earlier levels.
 
     Strips narrower than `FILM` diameters are allowed, because a finishing pass removes the stock over its whole depth.
     `tops` are the heights of the material over the pockets before milling, mm; if empty, all are 0.
@@ -268,7 +271,7 @@ def depth_differences(
 
 @dataclass
 class _Level:
-    """Consecutive cuts at one height: their segments, and the program line of the first cut."""
+    """Consecutive cuts at the same height: their segments, and the program line of the first cut."""
 
     z: float
     line: int
@@ -280,7 +283,7 @@ class _Level:
 
 
 def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
-    """Return the levels in the order of cutting, without descents."""
+    """Return the levels in the order of cutting; descents are left out."""
     levels: list[_Level] = []
     for cut in cuts:
         if np.ptp(cut.path[:, 2]) > HEIGHT_TOLERANCE:
@@ -293,7 +296,7 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
 
 
 def _undirected_keys(steps: NDArray[np.float64]) -> NDArray[Any]:
-    """Return a comparable key for each segment, equal for both directions."""
+    """Return a key for each segment that is the same for both directions."""
     rounded = np.round(steps, 3) + 0.0
     turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
         (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
@@ -310,7 +313,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 
 def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
-    """Yield the feed moves that reach below the surface, arcs as fine chords."""
+    """Yield the feed moves that reach below the surface; chords replace arcs."""
     moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
     turns = turns_of(path)
     bulges = {
@@ -327,7 +330,7 @@ def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
 
 
 def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
-    """Yield the connected paths at height `z`, as vertices of polylines, float64[n, 3]."""
+    """Yield each connected path at height `z` as the vertices of a polyline, float64[n, 3]."""
     run: list[Points] = []
     for cut in cuts:
         there = np.abs(cut.path[:, 2] - z) <= HEIGHT_TOLERANCE
@@ -348,7 +351,7 @@ def _joined(run: Sequence[Points]) -> Points:
 
 
 def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
-    """Return height, mm, and shape of each pocket whose material starts below 0."""
+    """Return height, mm, and area of each pocket whose material starts below 0."""
     if not tops:
         return []
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
@@ -374,7 +377,7 @@ def _unknown_places(path: Toolpath) -> list[Difference]:
 def _rapids(
     path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, lower: Sequence[tuple[float, Any]]
 ) -> list[Difference]:
-    """Return the rapids below the R plane that move sideways, or down to an area that is not cleared."""
+    """Return the rapids below the R plane that move sideways, or go down to an area that is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
@@ -404,8 +407,10 @@ def _uncleared(
     rules: PocketRules,
     lower: Sequence[tuple[float, Any]],
 ) -> list[int]:
-    """Return the vertical rapids that end less than `OVER` mm above uncleared material. Earlier feed moves must have
-    cleared a disc of the tool's radius less the tolerance. `lower` are the pockets whose material starts below 0.
+    """Return the rows of vertical rapids that end less than `OVER` mm above uncleared material.
+
+    Earlier feed moves must have cleared a disc of the tool's radius less the tolerance. `lower` are the pockets whose
+    material starts below 0.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
     chords = quarter(rules.radius, FINE * rules.tolerance)
@@ -424,7 +429,7 @@ def _uncleared(
 
 
 class EarlierCuts:
-    """Feed moves without plunges, in order; used to find the cleared area around a position."""
+    """Feed moves without plunges, in order, for finding the area that is cleared around a position."""
 
     def __init__(self, cuts: Sequence[PocketCut], rules: PocketRules) -> None:
         self.rules, moving = rules, [cut for cut in cuts if np.ptp(cut.path[:, :2], axis=0).any()]
@@ -434,11 +439,11 @@ class EarlierCuts:
         self._tree = shapely.STRtree([shapely.LineString(cut.path[:, :2]) for cut in moving])
 
     def passed(self, place: Floats, row: int, height: float) -> bool:
-        """Return whether the tool's centre passed a position before a row, at this height, mm, or lower."""
+        """Return whether the tool's centre passed a position before a row of the toolpath, at `height` mm or lower."""
         return len(self._near(place, row, height, 0.1 * self.rules.tolerance)) > 0
 
     def cleared(self, place: Floats, row: int, height: float) -> Any:
-        """Return the area around a position that moves before a row cleared down to a height, mm."""
+        """Return the area around a position that moves before a row of the toolpath cleared down to `height` mm."""
         near = self._near(place, row, height, self.rules.tool_diameter)
         steps = steps_near(np.concatenate([np.zeros((0, 2, 2)), *(self._steps[k] for k in near)]), place, self.rules)
         return cleared_area(steps[(steps[:, 0] != steps[:, 1]).any(axis=1)], self.rules)
@@ -476,7 +481,7 @@ def _beyond_walls(
     return wrong
 
 
-#: Tolerance for arcs approximated by chords and triangles, mm.
+#: Tolerance for chords and triangles that approximate arcs, mm.
 _CHORD_TOLERANCE = 0.06
 
 

@@ -20,11 +20,11 @@ from leafcut.report.marks import end_marks, head
 from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.svg import element, in_steps, lines_data, short, title
 
-#: Tolerance of chords of arcs, user units.
+#: Tolerance for chords that approximate arcs, user units of the drawing.
 _CHORDS = 0.06
 #: Tolerance of uncut and unreachable areas in the drawing, mm; coarser than the tolerance of the path.
 _SEEN = 0.02
-#: Arrow heads: spacing along a path and half length, user units; maximum number.
+#: Arrow heads: spacing along a path and half length, user units of the drawing, and maximum number.
 _ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
 _HATCH = 4.0
 _WIDE_FROM = 1.9
@@ -34,7 +34,7 @@ _KINDS = ("rough", "link", "entry", "finish")
 
 @dataclass(frozen=True, eq=False)
 class PocketShapes:
-    """The area of a pocket that the tool cannot reach, and the reachable area that stays uncut (shapely geometry)."""
+    """The area of a pocket that the tool cannot reach, and the reachable area that remains uncut (shapely geometry)."""
 
     unreachable: Any
     uncovered: Any
@@ -59,7 +59,7 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
-    """Return the unreachable and uncut areas of a pocket, without films as thin as the tolerance."""
+    """Return the unreachable and the uncut area of a pocket; films as thin as the tolerance are omitted."""
     whole = pocket.region(_SEEN)
     reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
@@ -82,7 +82,10 @@ def pocket_drawing(
     tool_diameter: float = 0.0,
     size: bool = False,
 ) -> str:
-    """Draw the pockets with a path in each, as an SVG element titled `words`; `name` must be unique on the page."""
+    """Return an SVG element with the pockets and a path in each.
+
+    Its title is `words`; `name` must be unique on the page.
+    """
     frame, window = scene.frame, f"window-{name}"
     parts = (
         *(_pocket(frame, pocket) for pocket in scene.pockets),
@@ -96,7 +99,7 @@ def pocket_drawing(
 
 
 def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
-    """Return a drawing without axes and marks, for the row of small drawings."""
+    """Return a small SVG drawing of the pockets and paths, without axes and marks."""
     frame = scene.frame
     parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
     box = f"0 0 {short(frame.width)} {short(frame.height)}"
@@ -126,7 +129,7 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
-    """Return the outline of an area for a clip path, which needs its own scale."""
+    """Return the outline of an area as the shape of a clip path, with the scale of the drawing."""
     return element("path", d=_areas(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 

@@ -1,4 +1,4 @@
-"""Facts and page of pockets: the chosen strategy, compared with the others."""
+"""Facts and report page of pockets: the chosen strategy, compared with the others."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ from leafcut.report.wording import (
     time_words,
 )
 
-#: Maximum number of segments of a path for which uncut areas are drawn.
+#: Maximum number of path segments for which uncut areas are drawn.
 MOST_PIECES = 200_000
-#: Uncut areas count as less work if they exceed those of the usual strategy by this, percentage points.
+#: Additional uncut area, compared with the usual strategy, that counts as less work, percentage points.
 LESS_WORK = 0.1
-#: Minimum share of air cutting to report.
+#: Minimum share of air cuts in the path for a fact about them.
 _AIR = 0.01
-#: Height above the work for moves between the sections of a path, mm.
+#: Height above the material for moves between the sections of a path, mm.
 _ABOVE = 2.0
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 #: Columns of the table of strategies, and those that the summary leaves out.
@@ -70,7 +70,7 @@ _WIDE = ("step-over mm", "air")
 
 
 class PocketReport(PathReport[PocketDetail]):
-    """Facts and pictures of a pocketing outcome."""
+    """Facts, table, page and pictures of cleared pockets."""
 
     proof = "read back and simulated"
     found = "read back and simulated: it does the work that was planned"
@@ -89,11 +89,11 @@ class PocketReport(PathReport[PocketDetail]):
 
     @cached_property
     def strategies(self) -> list[StrategyFigures]:
-        """All strategies with their measures."""
+        """The measures of all strategies."""
         return strategy_figures(self.outcome)
 
     def orders(self) -> list[tuple[str, Measure]]:
-        """Return the measures of the usual strategy (if different) and of the written strategy."""
+        """Return the measures of the usual strategy, if it differs, and of the written strategy."""
         usual = [(self.usual.capitalize(), self.outcome.before)] if self.compared else []
         return [*usual, (f"{views.OURS}: {self.chosen}", self.outcome.after)]
 
@@ -109,7 +109,7 @@ class PocketReport(PathReport[PocketDetail]):
         return [*self.counts(), *self._times(), *self._path_facts(), *self._tool_facts(), *self.savings(), *reasons]
 
     def counts(self) -> list[Fact]:
-        """Return the numbers of pockets, islands, levels and tools: ``1 pocket of 180 × 140 mm · 3 islands``."""
+        """Return the numbers of pockets, islands, levels and tools, such as ``1 pocket of 180 × 140 mm · 3 islands``."""
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
         largest = max((plan.pocket.outline for plan in plans), key=lambda outline: abs(outline.area))
         x0, y0, x1, y1 = largest.extents
@@ -129,7 +129,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def savings(self) -> list[Fact]:
-        """Return the savings by load-dependent feeds, if requested."""
+        """Return the time saved by load-dependent feeds, if requested."""
         return pace_facts(self.outcome.detail.pace)
 
     def _times(self) -> list[Fact]:
@@ -207,7 +207,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
-        """Return the figures of the written path over one level for the JSON answer."""
+        """Return measures and levels of the written path for the JSON answer."""
         plans = self.outcome.detail.plans
         rules = plans[0].rules
         return {
@@ -221,13 +221,16 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the table of all possible strategies, measured over one level; a row is bold if it was chosen."""
+        """Return the rows of the table of all possible strategies, over one level.
+
+        The chosen strategy is marked true.
+        """
         keep = [k for k, title in enumerate(_TITLES) if title not in _WIDE]
         rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]
         return [(("one level", *(_TITLES[k] for k in keep)), False), *rows]
 
     def page(self) -> dict[str, Any]:
-        """Return the drawing, and the strategies side by side."""
+        """Return the data of the report page: the drawing, and all strategies side by side."""
         outcome, plans = self.outcome, self.outcome.detail.plans
         scene = build_pocket_scene(plans, outcome.missing)
         paths = [plan.result.path for plan in plans if plan.result.path is not None]
@@ -256,7 +259,7 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure and its text: the saved time, or the program time without a comparison."""
+        """Return the headline figure and its text: the saved time, or the program time if nothing is compared."""
         outcome = self.outcome
         if not self.compared:
             alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -274,7 +277,10 @@ class PocketReport(PathReport[PocketDetail]):
         return {**row, "words": compared, "percent": row["percent"] + less, "gap": _length_change(now, usual)}
 
     def drawing(self, which: Which) -> str:
-        """Draw the paths over one level of the usual strategy (``before``) or of the written strategy (``after``)."""
+        """Return a drawing of the paths over one level.
+
+        It shows the usual strategy (``before``) or the written strategy (``after``).
+        """
         plans = self.outcome.detail.plans
         chosen = [plan.usual if which == "before" else plan.result for plan in plans]
         paths = [result.path for result in chosen if result.path is not None]
@@ -283,7 +289,7 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the path of each strategy over one level of all pockets."""
+        """Yield the toolpath of each strategy over one level of all pockets."""
         outcome = self.outcome
         for row in self.strategies:
             paths = self._paths(row.name)
@@ -302,7 +308,7 @@ class PocketReport(PathReport[PocketDetail]):
         return f"Tool path over one level of {clean(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
-        """Return the size of the box around several pockets; "" for a single pocket, whose counts give its size."""
+        """Return the size of the box around several pockets; "" for a single pocket, whose size is a fact already."""
         boxes = [plan.pocket.outline.extents for plan in self.outcome.detail.plans]
         if len(boxes) == 1:
             return ""
@@ -328,7 +334,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def _small(self, scene: PocketScene) -> list[views.PageRow]:
-        """Return a drawing of every strategy that has a path in all pockets."""
+        """Return a small drawing of each strategy that clears all pockets, with its path length."""
         return [
             {
                 "name": row.name,
@@ -348,7 +354,7 @@ def _strategy(row: StrategyFigures) -> dict[str, Any]:
 
 
 def _cells(row: StrategyFigures) -> tuple[str, ...]:
-    """Return the figures of a strategy in the order of `_TITLES`; empty if it is refused."""
+    """Return the measures of a strategy as texts, in the order of `_TITLES`; empty if it is refused."""
     m = row.measures
     if m is None:
         return ()

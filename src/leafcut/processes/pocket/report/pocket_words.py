@@ -1,4 +1,4 @@
-"""Measures of pockets and their strategies, as plain values and in words."""
+"""Measures of pockets and their strategies, as plain values and as text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.report.wording import (
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """Measures of a strategy over one level of all pockets: sums and maxima; None if it is refused.
+    """Measures of a strategy over one level of all pockets (sums and maxima); None if it is refused.
 
     `program_s` is the time of a program that clears all pockets by this strategy. `passed_over` is the reason why a
     cheaper strategy was rejected, from the first pocket with a reason. `usual` is whether the written program is
@@ -39,8 +39,9 @@ class StrategyFigures:
 
 
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
-    """Return the figures of all strategies over all pockets. A strategy that is written in every pocket, or usual in
-    every pocket, gets the machine time of that program.
+    """Return the measures of each strategy over all pockets.
+
+    A strategy that is written in every pocket, or usual in every pocket, gets the machine time of that program.
     """
     detail = outcome.detail
     whole = {
@@ -52,8 +53,9 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return the figures of all strategies over all pockets. A strategy refused in one pocket is refused. `programs`
-    has the figures of programs over several pockets.
+    """Return the measures of each strategy over all pockets. A strategy is refused if it is refused in any pocket.
+
+    `programs` has the times and rapids of programs over several pockets.
     """
     rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
@@ -70,15 +72,16 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
 
 
 def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Return the measures with the rapids and retracts of the whole program, if it has several pockets."""
+    """Return the measures with the rapids and retracts of the whole program, if it clears several pockets."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
 def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
-    """Combine the measures of several pockets: sums of lengths and areas, the weighted mean of the mean engagement, and
-    maxima of all else.
+    """Return the combined measures of several pockets.
+
+    Lengths and areas are added, the mean engagement is weighted by path length, and all other values are maxima.
     """
     feed = sum(m.feed_mm for m in every)
     return PocketMeasures(
@@ -101,14 +104,14 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
 
 
 def written(outcome: Outcome[PocketDetail]) -> PocketMeasures:
-    """Return the measures of the written path: one level of each pocket, with the moves between pockets."""
+    """Return the measures of the written path over one level of each pocket, with the moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
     return _with_moves_between(added(known), program)
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
-    """Return measures over one level for the JSON answer; angles in degrees."""
+    """Return the measures over one level as plain numbers for the JSON answer; angles in degrees."""
     return {
         "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
@@ -133,12 +136,14 @@ def plain_measures(m: PocketMeasures) -> dict[str, Any]:
 
 
 def several_depths(plans: Sequence[PocketPlan]) -> bool:
-    """Return whether pockets have levels at different heights."""
+    """Return whether some pockets have levels at other heights than others."""
     return len({plan.heights for plan in plans}) > 1
 
 
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
-    """Return ``3 × 2 mm to Z-6`` for each set of levels, with the number of pockets if they differ."""
+    """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels, with its number of pockets if there are
+    several sets.
+    """
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
     for begin, levels, heights, in_floor in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
@@ -152,7 +157,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
-    """Return a sentence on cuts much wider than the step-over: their share of the path, and the widest cut."""
+    """Return a sentence about cuts much wider than the step-over: their share of the path, and the widest cut."""
     full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
