@@ -146,7 +146,6 @@ def _placed_paths(nest: Nest, placement: Placement) -> list[Polyline]:
 
 
 def _has_arcs(nest: Nest, placement: Placement) -> tuple[bool, bool]:
-    """Return whether the outline of a part has arcs, and whether any of its holes has arcs."""
     outline, *holes = _placed_paths(nest, placement)
     return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)
 

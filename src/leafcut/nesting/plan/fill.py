@@ -79,7 +79,7 @@ class NestTask:
 
     @property
     def spacing(self) -> float:
-        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as a single edge."""
+        """Distance between two parts, mm; at least `TOUCHING`, because touching edges would be read as one edge."""
         return max(self.kerf + self.options.gap, TOUCHING)
 
 

@@ -192,8 +192,9 @@ def _shift(placed: PlacedPiece, x: float) -> PlacedPiece:
 
 
 def _limit_total(counts: Counter[int], limit: int) -> Counter[int]:
-    """Return about `limit` pieces in total, the same share of each kind; if there are more kinds, only the first
-    `limit`.
+    """Return about `limit` pieces in total, the same share of each kind.
+
+    If the number of kinds exceeds the limit, only the first `limit` kinds remain.
     """
     if counts.total() <= limit:
         return counts

@@ -32,7 +32,7 @@ def plan_of_nest(nest: Nest) -> FillPlan:
 
 
 def cheapest_nest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
-    """Return the cheapest nest on any combination of sheets; `late` ends the trials."""
+    """Return the cheapest nest on any combination of sheets. The trials end when `late` returns true."""
     if len(packers) == 1:
         return fill_sheets(task, packers, single_kind_plan(task), method, seed)
     best = _greedy(task, packers).nest(method, seed)
@@ -157,7 +157,10 @@ def _free_count(counts: Sequence[int], costs: Sequence[float]) -> int:
 
 
 def _filling_orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
-    """Yield two filling orders: largest sheets first, then smallest first. Sheets without cost always come first."""
+    """Yield the filling orders to try: largest sheets first, then smallest first.
+
+    Sheets without cost come first in both.
+    """
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].sheet_area, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
     plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)

@@ -53,7 +53,7 @@ _FOREIGN_KINDS = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIG
 
 
 class _Cut(NamedTuple):
-    """A plunge that a hole needs: position, lowest height of the tool tip, mm, tool, and index of the hole."""
+    """A plunge that a hole needs: position and lowest height of the tip (mm), tool, and index of the hole."""
 
     x: float
     y: float
@@ -72,7 +72,7 @@ class _SlotCut(NamedTuple):
 
 
 class _Plunge(NamedTuple):
-    """A plunge at feed in the program: position, lowest height of the tool tip, mm, tool, and line of the program."""
+    """A plunge at feed in the program: position and lowest height of the tip (mm), tool, and program line."""
 
     x: float
     y: float
@@ -82,7 +82,7 @@ class _Plunge(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A straight horizontal or sloping cut in the program: start, end, mm, tool, and line of the program."""
+    """A straight horizontal or sloping cut in the program: start and end (mm), tool, and program line."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -165,7 +165,10 @@ class DrillingRequest:
 
 
 def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
-    """Return the differences between a program and the request; `rounding` is the rounding of written numbers, mm."""
+    """Return the differences between a program and the request.
+
+    `rounding` is the rounding of the numbers in the program, mm.
+    """
     tolerance = rounding + _ARITHMETIC
     names = None if request.library is not None else _assumed_tools(text)
     plunges, passes, differences = _read_motions(path, names)
@@ -300,7 +303,7 @@ def _assumed_tool(kind: ToolKind, diameter: float) -> Tool:
 
 
 class _ToolsUsed:
-    """The assumed tools of a program, found by the positions where they cut."""
+    """The assumed tools of a program, indexed by the positions where they cut."""
 
     def __init__(self, request: DrillingRequest, cuts: Sequence[tuple[float, float, str]]) -> None:
         # A drill file of a board specifies its drills exactly.
@@ -311,7 +314,7 @@ class _ToolsUsed:
         self._tools = [name for _, _, name in known]
 
     def assumed(self, kind: ToolKind, diameter: float, *points: tuple[float, float]) -> Tool:
-        """Return the assumed tool for a hole or slot of a diameter, mm.
+        """Return the assumed tool for a hole or a slot of the given diameter or width, mm.
 
         This is the tool that cuts at one of the positions, if its diameter is within the tolerance; otherwise a tool of
         exactly this diameter.
@@ -366,8 +369,9 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
 
 
 def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
-    """Return the tool for a counterbore or countersink; None if no tool fits or if it would hit material around the
-    top.
+    """Return the tool for a counterbore or countersink.
+
+    The result is None if no tool fits, or if the tool would hit material around the top of the hole.
     """
     if request.library is None or not wide.open:
         return None

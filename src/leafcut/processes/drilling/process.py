@@ -105,7 +105,7 @@ class Drilling(Process):
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *masks)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a plan with one stage for each tool; a hole has one choice, a slot has two (its directions)."""
+        """Return a plan with one stage for each tool. A hole has one choice; a slot has two, one per direction."""
         from leafcut.gcode.dialects import dialect
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
         from leafcut.processes.drilling.spec import check_tool_changes, nodes_to_visit_first, prepare_drilling

@@ -130,11 +130,10 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
 
 def nodes_to_visit_first(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return, for each operation of an order file, the nodes of its routing problem to visit first, in order. Without a
-    file, the result is empty.
+    """Return the nodes to visit first, in order, for each operation of an order file; empty without a file.
 
-    Raises ReadError if the file is no order file; PlanError if it is for another drawing, or if it names an unknown
-    hole or a hole twice.
+    The nodes belong to the routing problem of the operation. Raises ReadError if the file is not an order file, and
+    PlanError if it is for another drawing, or names an unknown hole or a hole twice.
     """
     if path is None:
         return {}

@@ -226,7 +226,7 @@ class Pocketing(Process):
         return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
-        """Return the results of all strategies, the time saved by load-dependent feeds, and the solid before milling."""
+        """Return the results of all strategies, the saving by load-dependent feeds, and the solid before milling."""
         from leafcut.model.pace_change import PaceChange
         from leafcut.processes.pocket.clearing import generated, programs
         from leafcut.processes.pocket.model import PocketDetail

@@ -1,4 +1,4 @@
-"""Result of cutting a sheet: its cuts in up to three orders, with times and costs."""
+"""Results of cutting a sheet: its cuts in up to three orders, with times and costs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 
 @dataclass(frozen=True)
 class SheetDetail:
-    """The cuts of a sheet: in the given order, in the nearest-neighbour order (or None), and in the written order."""
+    """The cuts of a sheet in the given order, in the nearest-neighbour order (or None), and in the written order."""
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
@@ -20,6 +20,6 @@ class SheetDetail:
 
     @property
     def norms(self) -> tuple[CutMeasures, CutMeasures | None, CutMeasures]:
-        """The measures of `plans`."""
+        """Times, lengths and costs of the three plans."""
         before, nearest, after = self.plans
         return before.measures, None if nearest is None else nearest.measures, after.measures

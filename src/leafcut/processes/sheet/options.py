@@ -12,7 +12,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class CutOptions(OptionGroup):
-    """How a nested sheet is cut by plasma, laser, flame or water.
+    """Options for cutting a nested sheet by plasma, laser, flame or water.
 
     `JobOptions` has the sheet's thickness, the safe height, clamps, and start and end points. `CutDataOptions` has the
     cutting data.

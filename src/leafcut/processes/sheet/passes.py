@@ -1,6 +1,6 @@
 """Passes that adapt an order of cuts to effects between cuts, which the search treats as independent.
 
-`PASSES` lists the passes in sequence. Each does a bounded amount of work, stops at the time limit of the job, and
+`PASSES` lists the passes in sequence. Each pass does a bounded amount of work, stops at the time limit of the job, and
 returns a valid order (`CutSequence`).
 """
 
@@ -35,25 +35,25 @@ if TYPE_CHECKING:
     from leafcut.processes.plan import Pass, Plan
     from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Maximum number of repeated searches for an order in which no leads meet, and maximum number of cuts for them.
+#: Maximum number of further searches for an order without meeting leads, and maximum number of cuts for such a search.
 MAX_SEARCHES, MAX_CUTS_OF_SEARCH = 2, 1000
 
-#: Share of the remaining time for the search; the rest is for moving the starts.
+#: Share of the remaining time for a search; the rest is for moving the starts.
 SEARCH_SHARE = 0.9
 
-#: Maximum number of orders whose motion is cached for comparisons.
+#: Maximum number of orders whose motion is cached.
 MAX_CACHED_MOTIONS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class SheetWork:
-    """Data of a sheet, independent of the order of its cuts.
+    """Data of a sheet that do not depend on the order of its cuts.
 
-    `drawn` is the sheet before holes and notches were divided, for the judge. `cutting` includes chains; `given` (the
-    order of the drawing or of the plan file) and `nearest` do not. `planned` is the plan file, if all its choices fit.
-    `order_fixed`: the given order is not used even if it is faster, because of heat, or of bands with a plan file.
-    `parts` are the parts that the head may hit if it stays down between cuts; None if it retracts. `motions` caches the
-    motion of recent orders.
+    `drawn` is the sheet before holes and notches were divided, for the judge. `cutting` includes chains, and `nearest`
+    does not; `given` (the order of the drawing or of the plan file) has only the chains of the plan file. `planned` is
+    the plan file, if all its choices fit. If `order_fixed`, neither the given nor the nearest-neighbour order may
+    replace the order of the search, because of heat, or of bands with a plan file. `parts` are the parts that the head
+    may hit if it stays down between cuts; None if the head retracts. `motions` caches the motion of recent orders.
     """
 
     drawn: Sheet
@@ -82,7 +82,7 @@ def slide(plan: Plan, order: Order) -> Order:
 
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
-    """Change the starts or the order of cuts that would start close to the previous start, in hot metal."""
+    """Change the start or the position of cuts that would start in hot metal, close to the previous start."""
     cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return order
@@ -92,12 +92,12 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
-    """Move pierces out of the kerfs of earlier cuts."""
+    """Move starts whose pierce lies in the kerf of an earlier cut."""
     return _with_cuts(order, clear_pierces(cuts_of(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
-    """Move starts whose leads meet, or search again without such starts; return the faster order."""
+    """Move starts whose leads meet, or search again without such starts. Return the faster order."""
     before, best = cuts_of(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
@@ -128,7 +128,7 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
 def detach_later(plan: Plan, order: Order) -> Order:
     """Cut outlines after the travel moves over their parts, for a head that stays down.
 
-    Orders are compared by the moves across detached parts, then by moves close to them, then by time.
+    Orders are compared by the number of moves across detached parts, then of moves close to them, then by time.
     """
     work, cuts, objective = plan.work, cuts_of(plan, order), plan.job.settings.solve.objective
     if work.parts is None or work.order_fixed or work.planned is not None:
@@ -149,14 +149,17 @@ def detach_later(plan: Plan, order: Order) -> Order:
 
 
 def keep_nearest(plan: Plan, order: Order) -> Order:
-    """Use the nearest-neighbour order if it is faster; the search uses a simpler time model than the comparison."""
+    """Return the order, or the nearest-neighbour order if that is faster.
+
+    The search uses a simpler time model than this comparison.
+    """
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
     same = searches and work.planned is None and work.nearest.cutting is work.cutting
     return _faster_of(plan, work.nearest, order) if same else order
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Use the order of the drawing or of the plan file if it is faster."""
+    """Return the order, or the order of the drawing or of the plan file if that is faster."""
     return _faster_of(plan, plan.work.given, order)
 
 
@@ -181,9 +184,9 @@ PASSES: tuple[Pass, ...] = (
 
 
 def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutStart]) -> tuple[Stage, ...]:
-    """Return a stage for each band of the sweep; each starts where the previous band ends.
+    """Return a stage for each band of the sweep; each stage starts where the previous band ends.
 
-    `known` is an order of all cuts, which becomes the given order of each stage.
+    `known` is an order of all cuts, from which each stage takes its given order.
     """
     groups = bands(cutting, job.settings.of(CutOptions))
     stages = []
@@ -198,14 +201,14 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
 
 
 def cuts_of(plan: Plan, order: Order) -> CutSequence:
-    """Return the cuts of an order that the search or a pass has returned."""
+    """Return the cuts of an order, which may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
     return sequence_of(plan.job, plan.work.cutting, order.choices)
 
 
 def sequence_of(job: Job, cutting: Cutting, choices: Sequence[Sequence[int]]) -> CutSequence:
-    """Return the cuts of a search result, which has the chosen starts of each band."""
+    """Return the cuts of a search result. `choices` has the chosen starts of each band, in order."""
     groups = bands(cutting, job.settings.of(CutOptions))
     starts = [
         own[int(node)]
@@ -221,7 +224,10 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
 
 
 def motion(plan: Plan, order: Order) -> Candidate:
-    """Return the motion of an order; its detail is (`CutPlan`, `HeadRoutes` or None for a head that retracts)."""
+    """Return the motion of an order, cached. Its detail is a pair of the `CutPlan` and the `HeadRoutes`.
+
+    The routes are None for a head that retracts.
+    """
     cuts, known = cuts_of(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)
     known[cuts] = made
@@ -258,7 +264,7 @@ def _cut_seconds(path: Toolpath, rows: Sequence[slice], machine: Machine) -> lis
 
 
 def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return the issues of an order: starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
+    """Return issues about starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
         issues.append(heat_issue(cuts_of(plan, best.order).starts, apart))

@@ -1,4 +1,4 @@
-"""Writes cutting programs for a torch or a beam, with the commands in table ``[torch]`` of the dialect."""
+"""Write cutting programs for a torch or a beam, with the commands in table ``[torch]`` of the dialect."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ _SAME_FEED = 1e-3
 def write_cut_program(
     plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
 ) -> str:
-    """Return the program of a cut sheet; `PostError` if the controller lacks a command that the toolpath needs.
+    """Return the program of a cut sheet.
 
-    The program passes the cutting data of the plan to the controller, and omits actions that the controller takes
-    itself (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle.
+    The program passes the cutting data of the plan to the controller, and omits actions that the controller performs
+    itself (`gcode.torch`). In a dialect without a table for torches, M3 and M5 switch the torch like a spindle. Raises
+    PostError if the controller lacks a command that the toolpath needs.
     """
     lines = header if options.header else ()
     marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())
@@ -38,7 +39,7 @@ def write_cut_program(
 
 
 def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
-    """Raise `PostError` for work that the dialect cannot express: marks, kerf compensation, or a material number."""
+    """Raise PostError for work that the dialect cannot express: marks, kerf compensation, or a material number."""
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
@@ -130,7 +131,7 @@ class _TorchWriter(Writer):
         super()._arc(row)
 
     def _set_feed_share(self, row: Motion) -> None:
-        """Set the feed of a row as a percentage of the chart's feed (M67), if it changes."""
+        """Write the feed of a row as a percentage of the chart's feed (M67), if it changes."""
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._feed_share(row)
@@ -142,7 +143,7 @@ class _TorchWriter(Writer):
         self.percent = percent
 
     def _feed_share(self, row: Motion) -> float:
-        """Return the share of the chart's feed for a row, percent; 100 if F states the feed."""
+        """Return the feed of a row relative to the chart's feed, percent; 100 if the F word gives the feed."""
         percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
         assert self.lit is not None
         marks = self.lit.ref != 0
@@ -184,7 +185,7 @@ class _TorchWriter(Writer):
         self.out.write(f"T{row.ref}", "M6")
 
     def _activate_offset(self, row: Motion) -> None:
-        """Activate the tool offset; the next move must have both X and Y."""
+        """Write the tool offset, and force both X and Y in the next move."""
         self.out.write("G43", f"H{row.ref}")
         self.out.forget(["motion", *"XY"])
         for axis in range(2):
@@ -221,7 +222,7 @@ class _TorchWriter(Writer):
         self._forget_height()
 
     def _shift(self, row: Motion) -> None:
-        """Set Z to the height at which the probe tripped, or cancel that shift."""
+        """Write the height at which the probe tripped as the new Z, or cancel this shift."""
         self._forget_height()
         if math.isnan(row.end[2]):
             self.out.write("G92.1")

@@ -1,4 +1,4 @@
-"""The process of sheet cutting: inputs, planning, files, and form."""
+"""The process of sheet cutting: options, planning, files, and form."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
 
 class SheetCutting(Process):
-    """Contours of a drawing, cut from sheet by plasma, laser, flame or water."""
+    """Cuts the contours of a drawing from sheet by plasma, laser, flame or water."""
 
     name = "cut"
     title = "cutting a sheet"
@@ -87,11 +87,11 @@ class SheetCutting(Process):
     )
 
     def usual(self, settings: Settings) -> Settings:
-        """Return the settings, with a machine that cuts unless the user chose a machine."""
+        """Return the settings with a cutting machine, unless the user chose a machine."""
         return for_cutting(settings)
 
     def suits(self, drawing: WholeDrawing) -> Suitability | None:
-        """Return the suitability of cutting, from the share of outlines and the layers with the name of a sheet."""
+        """Return the suitability of cutting: high if layers have the name of a sheet, else by the share of outlines."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
         works = drawing.worked, drawing.part.diameters > 0.0
@@ -104,14 +104,14 @@ class SheetCutting(Process):
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return the plan: a stage for each band of the sweep; each start and direction of a cut is a choice."""
+        """Return the plan: a stage for each band of the sweep, and a choice for each start and direction of a cut."""
         from leafcut.processes.sheet.spec import plan_sheet
 
         return plan_sheet(job, sources[0])
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """Return the passes that adapt the order found by the search (`passes.PASSES`)."""
+        """The passes that adapt the order of the search (`passes.PASSES`)."""
         from leafcut.processes.sheet.passes import PASSES
 
         return PASSES
@@ -159,7 +159,7 @@ class SheetCutting(Process):
         return written, problems
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the outcome of each search: all cuts, or the cuts of each band."""
+        """Return the result of each search, for all cuts or for the cuts of each band."""
         from leafcut.model.outcome import OperationOutcome
         from leafcut.model.tool import Tool, ToolKind
 
@@ -168,7 +168,7 @@ class SheetCutting(Process):
         return tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in best.order.solutions)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return the issues of the order: starts in hot metal or beyond the sheet, and parts that the head may hit."""
+        """Return issues about starts in hot metal or beyond the sheet, and about parts that the head may hit."""
         from leafcut.processes.sheet.passes import order_issues
 
         return order_issues(plan, best)
@@ -180,12 +180,12 @@ class SheetCutting(Process):
         return SheetDetail((given.detail[0], None if nearest is None else nearest.detail[0], best.detail[0]))
 
     def other_outputs(self, settings: Settings) -> list[Path]:
-        """Return the path of the plan file to write, if requested."""
+        """Return the path of the plan file to write, if the user requested one."""
         plan = settings.of(CutOptions).save_plan
         return [plan] if plan else []
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the text of the plan file by path, if requested."""
+        """Return the text of the plan file by its path, if the user requested one."""
         from leafcut.read.plan_file import plan_text
 
         plan = settings.of(CutOptions).save_plan
@@ -198,7 +198,7 @@ class SheetCutting(Process):
         return SheetReport(outcome)
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
-        """Return the contours of the drawing, placed relative to the program's zero."""
+        """Return the contours of the drawing, moved to the program zero."""
         from leafcut.processes.placing import placed
         from leafcut.read import read_contours
 

@@ -1,4 +1,4 @@
-"""Prepares a sheet for ordering: resolves the rules, builds the cuts, and searches for chains."""
+"""Preparation of a sheet for ordering: resolve the rules, build the cuts, and search for chains."""
 
 from __future__ import annotations
 
@@ -61,15 +61,15 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.starts import CutStart
     from leafcut.read.format import Source
 
-#: Share of the remaining time for the search for chains; the rest is for the order of all cuts.
+#: Share of the remaining time for the search for chains; the order of all cuts gets the rest.
 CHAIN_SHARE = 0.4
-#: Tolerance of corners that the torch rounds to keep speed, mm (G64 P).
+#: Tolerance within which the torch rounds corners to keep its speed, mm (G64 P).
 PATH_TOLERANCE = 0.1
-#: Thicknesses that differ by at most this are equal, mm, because inches are rounded.
+#: Largest difference between equal thicknesses, mm, because inches are rounded.
 _SAME_THICKNESS = 0.001
-#: Tolerance of the height of a solid, mm: gauges and inches are rounded in drawings.
+#: Tolerance of the height of a solid, mm, because drawings round gauges and inches.
 _HEIGHT_TOLERANCE = 0.1
-#: Maximum difference of a common substitute, mm, and as a share of the thickness (3 mm or 11 gauge for 1/8 in).
+#: Largest difference of a common substitute: in mm, and relative to the thickness (3 mm or 11 gauge for 1/8 in).
 _SUBSTITUTE, _SUBSTITUTE_SHARE = 0.5, 0.1
 #: Maximum thickness that a beam safely pierces in motion, mm. Estimate: up to this thickness, the pierce delay is a few
 #: tenths of a second.
@@ -77,7 +77,7 @@ _MAX_MOVING_PIERCE = 3.0
 
 
 def plan_sheet(job: Job, source: Source) -> Plan:
-    """Return the plan of a sheet: its cuts with all starts, and chains of cuts where they save time."""
+    """Return the plan of a sheet: its cuts with all starts, and chains of cuts where these save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report("reading")
@@ -185,8 +185,8 @@ def _given_order(
 ) -> tuple[list[CutStart], CutSequence, bool]:
     """Return the given order of the cuts, the sequence for comparison, and whether it follows the whole plan file.
 
-    The given order is that of the plan file or of the drawing. The sequence for comparison has all choices of the plan
-    file if they fit, and otherwise the given order.
+    The given order comes from the plan file or from the drawing. The sequence for comparison has all choices of the
+    plan file if they fit, and otherwise the given order.
     """
     known = sorted_by_band(cutting, plan_order(cutting, file) if file else drawing_order(cutting), options)
     given, fits = clear_pierces(CutSequence(cutting, tuple(known)), replace(head, start=None, end=None)), False
@@ -204,9 +204,9 @@ def _given_order(
 
 
 def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhead: float) -> Cutting:
-    """Return the cutting with the chains of the plan file, and with further chains that save time if requested.
+    """Return the cutting with the chains of the plan file and, if requested, with further chains that save time.
 
-    `PlanError` if a chain of the plan file does not fit.
+    Raises PlanError if a chain of the plan file does not fit.
     """
     from leafcut.order.solve import solve
 
@@ -244,7 +244,7 @@ def _obstacles(job: Job, moves_z: bool) -> Obstacles | None:
 
 
 def _bounding_move(sheet: Sheet) -> Toolpath:
-    """Return a move between opposite corners of the contours' bounding box, for checking the machine's travel."""
+    """Return a move between opposite corners of the contours' bounding box, for the check of the machine's travel."""
     builder = ToolpathBuilder()
     x0, y0, x1, y1 = _bounding_box(sheet)
     builder.rapid(x0, y0)
@@ -271,9 +271,9 @@ def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
 
 
 def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
-    """Compare the height of a solid with the thickness of the sheet, mm.
+    """Return a warning (L413) if a common substitute replaces the thickness of the solid.
 
-    Return a warning (L413) for a common substitute; raise `OptionError` for a larger difference.
+    `thickness` is the thickness of the sheet, mm. Raises OptionError if the height of the solid differs more from it.
     """
     if part.height is None or thickness is None:
         return []
@@ -323,9 +323,9 @@ def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
 
 
 def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
-    """Return the process in the cut chart, with a warning if it has another power than the machine.
+    """Return the process in the cut chart, with a warning if its power differs from the machine's power.
 
-    `OptionError` if the machine cuts by another method.
+    Raises OptionError if the machine cuts by another method.
     """
     from leafcut.read.cutchart import is_process
 
@@ -368,7 +368,7 @@ def _check_dialect(words: Dialect, process: str) -> None:
 
 
 def probe_for(machine: Machine, words: Dialect) -> Probe | None:
-    """Return the probe for touching off before each pierce, or None if the machine or its programs have none."""
+    """Return the probe for touching off before each pierce; None if the machine or its programs have none."""
     return machine.probe if words.torch is not None and words.torch.probe else None
 
 
@@ -385,7 +385,7 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
 
 
 def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
-    """Return a warning about a plan file for other cutting data, whose leads and starts suit another kerf."""
+    """Return a warning about a plan file for other cutting data, because its leads and starts suit another kerf."""
     differs = []
     if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
         differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
@@ -403,7 +403,7 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
 
 
 def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
-    """Return a warning if the controller takes the kerf from a register, because leafcut cannot set it."""
+    """Return a warning if the controller takes the kerf from a register, because the program does not set it."""
     from leafcut.gcode.torch import KERF_REGISTER
 
     if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":

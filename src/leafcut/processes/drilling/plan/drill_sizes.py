@@ -27,7 +27,7 @@ _NUMBERED = np.array([*_NUMBERS, *_LETTERS]) * 1e-3 * MM_PER_INCH
 
 
 def catalogue_size(diameter: float, tolerance: float) -> float:
-    """Return the drill size for a hole of a diameter, mm.
+    """Return the size of the drill for a hole, mm.
 
     This is the catalogue size equal to the diameter; otherwise the nearest within `tolerance`, mm; otherwise the
     diameter itself. Number and letter drills are only used for holes of exactly their size, because they are close to

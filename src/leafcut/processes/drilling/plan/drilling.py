@@ -124,8 +124,9 @@ class DrillPlan:
         return widened(self.zones, self.reach(tool, tip))
 
     def reach(self, tool: Tool, tip: float) -> NDArray[np.float64]:
-        """Return the largest radius of tool, shank and holder below each zone's height, float64[k], mm, for a tip
-        height.
+        """Return the largest radius of tool, shank and holder below each zone's height, float64[k], mm.
+
+        `tip` is the height of the tool tip, mm.
         """
         radius, cone = flutes_of(tool)
         return widest_below(radius, [*cone, *bodies_of(tool)], tip, self.zone_heights)
@@ -290,7 +291,6 @@ def _work_surface(
 
 
 def _widest_radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
-    """Return the radius of the widest tool of each hole, mm."""
     radii = np.zeros(len(part.holes))
     for step, targets in work.items():
         if not step.slots:
@@ -486,9 +486,7 @@ def _stroke_issues(
     part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
     underside: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning for each drill that cuts deeper than `LONGEST_STROKE` without a retract; none for circuit
-    boards.
-    """
+    """Return a warning for each drill whose stroke is longer than `LONGEST_STROKE`; none for circuit boards."""
     issues: list[Issue] = []
     for operation in operations if part.format != "excellon" else ():
         if operation.slots or operation.tips is not None or operation.tool.kind is not ToolKind.DRILL:

@@ -72,9 +72,7 @@ class WorkSurface:
 
     @property
     def shown_boxes(self) -> tuple[FixtureBox, ...]:
-        """The keep-out boxes as tuples of floats, for display: x, y, z of the lower corner, then of the upper corner,
-        mm.
-        """
+        """The keep-out boxes for display, mm: x, y, z of the lower corner, then of the upper corner."""
         return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.boxes.tolist())
 
     @property
@@ -84,7 +82,7 @@ class WorkSurface:
         return float(max([float(self.mesh.high[2]), *self.boxes[:, 5].tolist(), *fixture_top]))
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
-        """Return whether the surface rises nowhere above height `z` within a radius of a point, mm."""
+        """Return whether the surface stays at or below height `z` everywhere within a radius of a point, mm."""
         import shapely  # imported here because most drawings have no surface
 
         corners = self.mesh.triangles
@@ -305,9 +303,9 @@ def tops_of(
     """Measure the top of each hole, and the underside of the part there.
 
     `radius`, float64[n], is the radius of the widest tool of each hole, mm; the highest point within it is the top.
-    `cut_radius` computes the widest radius cut, mm, which the part must cover, from the height of the surface above the
-    top of each hole, float64[n], mm. If `drawn`, each hole starts at its drawn height, and the surface is only
-    compared with it.
+    `cut_radius` computes the widest radius cut, mm, from the height of the surface above the top of each hole,
+    float64[n], mm; the part must cover this radius. If `drawn`, each hole starts at its drawn height, and the surface
+    is only compared with it.
 
     Raises PlanError if a hole is beside the surface or on its edge, for example because the units differ.
     """

@@ -47,7 +47,6 @@ def _fit_points(points: Points, tolerance: float) -> Polyline:
 
 
 def _without_repeats(points: Points) -> Points:
-    """Return the points without repeated points; the first and the last point remain."""
     first, *middle, last = points.tolist()
     kept = [first]
     for point in middle:

@@ -123,5 +123,5 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
 
 
 def _cleared(radius: float, points: Points, pitch: float) -> Points:
-    """Return the limit of each sample point, mm: a path within this distance clears the point and the area around it."""
+    """Return the limit of each sample point, mm: a path this close clears the point and the area around it."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

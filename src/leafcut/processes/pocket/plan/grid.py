@@ -72,8 +72,9 @@ class Grid:
 
     @property
     def bound(self) -> float:
-        """Lower bound on the length of an open path over all points, mm; each step beyond the pitch is a diagonal or
-        more.
+        """Lower bound on the length of an open path over all points, mm.
+
+        A step longer than the pitch is at least a diagonal.
         """
         return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
 

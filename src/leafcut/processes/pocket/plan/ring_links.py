@@ -196,7 +196,7 @@ class RingLinks:
         return paths + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the spine with the lowest cost, and the stations where the path enters and leaves each of its rings."""
+        """Return the spine with the lowest cost, and the stations where the path enters and leaves its rings."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
         for spine in spines(self.cut, self.edges, self.step):
             first = self.cut[spine[0]]

@@ -186,7 +186,7 @@ class _Bends:
         return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
     def _try(self, i: int) -> None:
-        """Replace the longest stretch around a bend for which that is possible."""
+        """Replace the longest stretch around a bend that can be replaced."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
             b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1

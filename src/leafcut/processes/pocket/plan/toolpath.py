@@ -302,7 +302,7 @@ class ClearedArea:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
     def add_run(self, run: Polyline) -> Opened:
-        """Add the area that a run clears. Return the state of its start before that."""
+        """Add the area that a run clears, and return whether its start was already cleared (`Opened`)."""
         opened = self._opened(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in the proof, a plunge clears nothing.

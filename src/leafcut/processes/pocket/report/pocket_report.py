@@ -109,7 +109,10 @@ class PocketReport(PathReport[PocketDetail]):
         return [*self.counts(), *self._times(), *self._path_facts(), *self._tool_facts(), *self.savings(), *reasons]
 
     def counts(self) -> list[Fact]:
-        """Return the numbers of pockets, islands, levels and tools, such as ``1 pocket of 180 × 140 mm · 3 islands``."""
+        """Return the numbers of pockets, islands, levels and tools.
+
+        For example: ``1 pocket of 180 × 140 mm · 3 islands``.
+        """
         plans, tool = self.outcome.detail.plans, self.outcome.operations[0].tool
         largest = max((plan.pocket.outline for plan in plans), key=lambda outline: abs(outline.area))
         x0, y0, x1, y1 = largest.extents
@@ -223,7 +226,7 @@ class PocketReport(PathReport[PocketDetail]):
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
         """Return the rows of the table of all possible strategies, over one level.
 
-        The chosen strategy is marked true.
+        Each row has a flag that is true for the chosen strategy.
         """
         keep = [k for k, title in enumerate(_TITLES) if title not in _WIDE]
         rows = [((row.name, *(_cells(row)[k] for k in keep)), row.chosen) for row in self.strategies if row.measures]

@@ -136,13 +136,14 @@ def plain_measures(m: PocketMeasures) -> dict[str, Any]:
 
 
 def several_depths(plans: Sequence[PocketPlan]) -> bool:
-    """Return whether some pockets have levels at other heights than others."""
+    """Return whether the pockets differ in the heights of their levels."""
     return len({plan.heights for plan in plans}) > 1
 
 
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
-    """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels, with its number of pockets if there are
-    several sets.
+    """Return a text such as ``3 × 2 mm to Z-6`` for each set of levels.
+
+    If there are several sets, each text has the number of pockets.
     """
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []

@@ -6,7 +6,7 @@ no kerf of a third contour.
 
 The search for chains is a routing problem: clusters are contours, nodes are positions on them, and a move costs either
 a bridge, or the time to retract, travel and pierce again. The positions are then chosen again for the best order. If
-two bridges cross, the better bridge stays.
+two bridges cross, the bridge that saves more time is kept.
 """
 
 from __future__ import annotations
@@ -38,36 +38,37 @@ from leafcut.processes.sheet.plan.starts import (
     starts_with_leads,
 )
 
-#: Number of samples along a contour, and number of nearest neighbours to try.
+#: Number of samples along a contour, and number of nearest contours to try for bridges.
 SAMPLES, NEIGHBOURS = 160, 8
-#: Maximum number of positions per contour and in total; positions closer than the last value are merged, mm.
+#: Maximum number of positions per contour and in total, and distance below which two positions are merged, mm.
 PLACES, MOST_PLACES, SAME_PLACE = 16, 3000, 1.0
-#: A bridge leaves the kerf of its contour within this distance, in kerfs.
+#: Distance from its contour within which a bridge must leave the kerf, in kerf widths.
 LEAVES_WITHIN = 3.0
-#: Minimum angle between two bridges at the same point of a contour, rad: the sliver between them must not melt.
+#: Minimum angle between two bridges at the same point of a contour, rad; otherwise the sliver between them would melt.
 LEAST_ANGLE = math.radians(40.0)
-#: Maximum number of contours in a chain, and in a search.
+#: Maximum number of contours in a chain, and in a block that one search handles.
 MOST_CONTOURS, BLOCK = 12, 400
-#: Positions along a contour closer than this are equal, mm.
+#: Distance along a contour within which two positions are equal, mm.
 SAME = 0.01
 #: Maximum number of starts of a chain.
 MOST_STARTS = 4
-#: Number of new positions to try if the free space around a contour has changed.
+#: Number of new start positions to try for a contour whose leads would hit a bridge.
 NEW_PLACES = 16
 
-#: Steps of a chain: each bridge ends at the entry of a step, and the next bridge starts at its exit.
+#: A chain as steps, one per contour: each bridge ends at the entry of a step, and the next starts at its exit.
 Chain = tuple[CutStart, ...]
 Bridge = tuple[Point, Point]
 
 
 @dataclass(frozen=True, eq=False)
 class Bridges:
-    """Positions on contours, and the bridges between them, in columns.
+    """Positions on contours, and the bridges between them, as columns.
 
     For each position: `contour`, int64[n], is the index of its contour, `at`, float64[n], its distance along the
     contour, mm. `arrive` and `leave`, float64[n, 2], mm, are the end of the arriving bridge and the start of the next.
-    For each bridge: `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` has the time saved,
-    s, by pair of positions, only for bridges that save time.
+
+    For each bridge: `begin` and `end`, int64[m], are its positions, and `length` is in mm. `saving` maps a pair of
+    positions to the time saved by a bridge, s; it contains only bridges that save time.
     """
 
     contour: Indices
@@ -80,7 +81,7 @@ class Bridges:
     saving: dict[tuple[int, int], float] = field(default_factory=dict)
 
     def step(self, cutting: Cutting, n: int) -> CutStart:
-        """Return the n-th position as a step of a chain."""
+        """Return position `n` as a step of a chain."""
         return chain_step(cutting, int(self.contour[n]), float(self.at[n]))
 
 
@@ -88,10 +89,10 @@ class Bridges:
 
 
 def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
-    """Return the contours eligible for chains, in blocks of neighbours small enough for one search.
+    """Return the contours that may form chains, in blocks of neighbours small enough for one search.
 
-    All closed contours are eligible, except small holes, contours of the existing chains `taken`, and contours fixed by
-    a plan file. Each block lies within one of `bands` (`cutting.bands`).
+    All closed contours qualify, except small holes, contours of the existing chains `taken`, and contours fixed by a
+    plan file. Each block lies within one of `bands` (`cutting.bands`).
     """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {step.contour for chain in taken for step in chain}
@@ -136,9 +137,9 @@ def chain_problem(
 
 
 def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: Sequence[Chain] = ()) -> list[Chain]:
-    """Return the chains of a solution, whose positions are `nodes` in order.
+    """Return the chains of a solution of `chain_problem`, whose positions are `nodes` in order.
 
-    Bridges that conflict with better bridges or with the chains `before` are left out.
+    Bridges that conflict with better bridges or with the chains `before` are omitted.
     """
     nodes = _best_positions(bridges, [int(bridges.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in bridges.saving]
@@ -155,14 +156,17 @@ def chains_of(cutting: Cutting, bridges: Bridges, nodes: Sequence[int], before: 
 
 
 def chain_step(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> CutStart:
-    """Return the step of a chain that starts at a position on a contour, by default in the direction of the rules."""
+    """Return the step of a chain at a position on a contour, mm along its path.
+
+    Unless `clockwise` is given, the step runs in the direction of the rules.
+    """
     c = cutting.contours[contour]
     way = c.directions[0] if clockwise is None else clockwise
     return CutStart(contour, at, way, c.path.point_at(at), c.path.point_at(exit_position(c, at, way)))
 
 
 def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
-    """Return the positions, one per contour in `order`, whose bridges save the most time, by dynamic programming.
+    """Return one position for each contour in `order` so that the bridges save the most time (dynamic programming).
 
     The angle between two bridges at a position is at least `LEAST_ANGLE`.
     """
@@ -194,14 +198,14 @@ def _best_positions(bridges: Bridges, order: Sequence[int]) -> list[int]:
 
 
 def _bridges_spread(bridges: Bridges, before: int, place: int, after: int) -> bool:
-    """Return whether the angle between the bridges to and from a position is large enough."""
+    """Return whether the bridges to and from a position form an angle of at least `LEAST_ANGLE`."""
     came = _unit_vector(bridges.arrive[place].tolist(), bridges.leave[before].tolist())
     goes = _unit_vector(bridges.leave[place].tolist(), bridges.arrive[after].tolist())
     return _angle(came, goes) >= LEAST_ANGLE
 
 
 def _stay_apart(one: Bridge, other: Bridge, kerf: float) -> bool:
-    """Return whether the kerfs of two bridges stay apart, or meet only at their ends on a contour."""
+    """Return whether the kerfs of two bridges do not touch, or meet only at their ends on a contour."""
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
         return _angle(_unit_vector(meet, p), _unit_vector(meet, q)) >= LEAST_ANGLE
@@ -219,7 +223,7 @@ def _angle(a: Point, b: Point) -> float:
 
 
 def _connected_runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int]]:
-    """Yield the stretches of a path connected by bridges."""
+    """Yield the runs of positions that bridges connect."""
     run = [nodes[0]]
     for a, b in itertools.pairwise(nodes):
         if (a, b) not in kept:
@@ -240,7 +244,7 @@ def _split_long_run(run: list[int]) -> Iterable[list[int]]:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return a number for the scrap next to a contour.
+    """Return a number that identifies the scrap next to a contour.
 
     It is the index of the hole that contains the scrap, -1 for the sheet, or -2 minus the index of the outline for the
     scrap in a closed notch.
@@ -251,12 +255,15 @@ def scrap_of(contour: CutContour) -> int:
 
 
 def exit_position(contour: CutContour, at: float, clockwise: bool) -> float:
-    """Return the position at which a chain leaves a contour, mm along its path: the start, or a joint before it."""
+    """Return the position at which a chain leaves a contour, mm along its path.
+
+    This is the start, or a joint before the start.
+    """
     return at + (contour.closing_joint if clockwise else -contour.closing_joint)
 
 
 def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge, scrap: Scrap) -> bool:
-    """Return whether two contours border on the same scrap and a bridge between `ends` fits."""
+    """Return whether two contours border on the same scrap and a bridge between `ends` fits into it."""
     one, other = (contours[k] for k in pair)
     if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
         return False
@@ -264,7 +271,7 @@ def bridge_fits(contours: list[CutContour], pair: tuple[int, int], ends: Bridge,
 
 
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
-    """Return all bridges shorter than `reach` mm between the contours `members`, given as indices."""
+    """Return all bridges shorter than `reach` mm between the contours with the indices `members`."""
     pairs = _neighbours(contours, members, reach)
     places = _candidate_positions(contours, pairs, reach)
     begin, end = _close_pairs(places, pairs, reach)
@@ -281,7 +288,7 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
 
 
 def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
-    """Return which bridges from one contour to another (float64[n, 2, 2]) lie in scrap, bool[n]."""
+    """Return, for each bridge from one contour to another (float64[n, 2, 2]), whether it lies in scrap, bool[n]."""
     ok = leaves_at_once(lines, one.line, scrap.rules.kerf)
     ok &= leaves_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
@@ -290,7 +297,10 @@ def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour,
 
 
 def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
-    """Return which lines (float64[n, 2, 2]) leave a kerf (centreline `kerf_line`) at once and stay away, bool[n]."""
+    """Return, for each line (float64[n, 2, 2]), whether it leaves a kerf at once and stays outside, bool[n].
+
+    `kerf_line` is the centreline of the kerf, `kerf` its width, mm.
+    """
     step = lines[:, 1] - lines[:, 0]
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
@@ -304,7 +314,7 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> M
 
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
-    """Return pairs of close contours that border on the same scrap, in both orders, but never from a hole."""
+    """Return pairs of neighbouring contours that border on the same scrap, in both orders, but never from a hole."""
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
         return []
@@ -325,7 +335,7 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 
 def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float) -> Bridges:
-    """Return positions for bridges: those closest to one or two neighbouring contours, and the points opposite them."""
+    """Return positions for bridges: close to one or two neighbouring contours, and the points opposite to them."""
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -358,8 +368,8 @@ def _candidate_positions(contours: list[CutContour], pairs: Sequence[tuple[int, 
 def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float) -> set[tuple[int, float]]:
     """Return the best samples of a contour for bridges to two neighbours, each with the sum of both distances, mm.
 
-    These are the sample with the least sum of both distances, and the sample with the least larger distance. `one` and
-    `other` are the distances of all samples to the two neighbours, mm.
+    These are the sample with the smallest sum, and the sample whose larger distance is smallest. `one` and `other` are
+    the distances of all samples from the two neighbours, mm.
     """
     total, farther = one + other, np.maximum(one, other)
     if not (farther < reach).any():
@@ -370,7 +380,7 @@ def _positions_between(one: NDArray[np.float64], other: NDArray[np.float64], rea
 
 
 def _samples(contour: CutContour) -> NDArray[np.float64]:
-    """Return evenly spaced positions along a contour, and the ends of its segments, mm."""
+    """Return positions along a contour, mm: evenly spaced positions, and the ends of its segments."""
     length = contour.path.length
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
     meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
@@ -384,7 +394,10 @@ def _add_position(wanted: dict[float, float], at: float, away: float) -> None:
 
 
 def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
-    """Return at most `most` positions along a contour, closest to neighbours first, with a minimum spacing, sorted."""
+    """Return up to `most` positions along a contour, mm, sorted, with a minimum spacing.
+
+    Positions close to neighbouring contours are preferred.
+    """
     kept: list[float] = []
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
         if contour.in_loop(at) or any(apart_along(at, b, contour.path.length) < SAME_PLACE for b in kept):
@@ -396,7 +409,7 @@ def _spaced_positions(contour: CutContour, wanted: dict[float, float], most: int
 
 
 def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
-    """Return the pairs of positions on neighbouring contours that are closer than `reach` mm."""
+    """Return the pairs of positions on neighbouring contours that are less than `reach` mm apart."""
     of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for one, other in pairs:
@@ -414,9 +427,9 @@ def _close_pairs(places: Bridges, pairs: Sequence[tuple[int, int]], reach: float
 
 
 def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
-    """Return the chains that a plan file fixes, or with `everything` all its chains.
+    """Return the chains that a plan file fixes; if `everything`, all its chains.
 
-    `PlanError` if a bridge does not fit.
+    Raises PlanError if a bridge does not fit.
     """
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[CutStart]] = []
@@ -455,9 +468,9 @@ def _planned_step(cutting: Cutting, position: dict[int, int], choice: CutChoice)
 
 
 def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
-    """Return the cutting with the chains as starts of their first contours; other cuts stay clear of the bridges.
+    """Return the cutting with the chains as starts of their first contours; the leads of other cuts avoid the bridges.
 
-    Bridges that leave no room for the lead of another cut are removed.
+    A bridge that leaves no space for the lead of another cut is removed.
     """
     chains = list(chains)
     while chains:
@@ -486,7 +499,10 @@ def _scrap_with_bridges(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
 
 
 def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
-    """Return a chain reversed, or unchanged if it ends with a hole, or if the entry and exit of a step differ."""
+    """Return a chain reversed.
+
+    It stays unchanged if it ends with a hole, or if the entry and the exit of a step differ.
+    """
     if cutting.contours[chain[-1].contour].hole or any(step.entry != step.exit for step in chain):
         return chain
     return chain[::-1]
@@ -495,7 +511,7 @@ def _reversed_chain(cutting: Cutting, chain: Chain) -> Chain:
 def _add_single_starts(
     cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int, list[CutStart]]
 ) -> int | None:
-    """Add the starts of contours outside chains to `starts`; return the first contour that has none, or None."""
+    """Add the starts of contours outside chains to `starts`. Return the first contour without a start, or None."""
     for k in range(len(cutting.contours)):
         if k not in members:
             starts[k] = _starts_clear_of_bridges(cutting, k, scrap)
@@ -505,7 +521,7 @@ def _add_single_starts(
 
 
 def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour outside chains whose leads stay clear of all bridges."""
+    """Return the starts of a contour outside chains whose leads do not touch any bridge."""
     contour, own = cutting.contours[number], cutting.starts_of([number])
     if contour.kind != "cut":
         return own
@@ -518,7 +534,7 @@ def _starts_clear_of_bridges(cutting: Cutting, number: int, scrap: Scrap) -> lis
 
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
-    """Return the chains without the bridge that is nearest to the contour `stuck`."""
+    """Return the chains without the bridge nearest to the contour `stuck`."""
     line = cutting.contours[stuck].line
     at = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].exit, chains[n][i + 1].entry])) for n, i in at]
@@ -528,7 +544,7 @@ def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> l
 
 
 def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a chain whose lead-ins are clear of its bridges; may be empty."""
+    """Return the starts of a chain whose lead-ins do not touch its bridges. The list may be empty."""
     contours, kerf = cutting.contours, cutting.rules.kerf
     bridges = [shapely.LineString([a.exit, b.entry]) for a, b in itertools.pairwise(chain)]
     head, last = chain[0], _last_step(contours[chain[-1].contour], chain[-1], scrap, bridges[-1])
@@ -544,7 +560,7 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
 
 
 def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[CutStart]:
-    """Return the starts of a contour at the position of a step, with every lead that fits there."""
+    """Return the starts of a contour at the position of a step, with each lead that fits there."""
     rules = contour.rules
     if rules.edge_start:
         return [s for s in edge_starts(step.contour, contour, scrap, [step.at]) if s.clockwise == step.clockwise]
@@ -560,7 +576,7 @@ def _first_starts(contour: CutContour, step: CutStart, scrap: Scrap) -> list[Cut
 
 
 def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -> CutStart:
-    """Return the last step of a chain with the longest lead-out that fits next to its bridge, or without a lead-out."""
+    """Return the last step of a chain with the longest lead-out that avoids the bridge to it, or without a lead-out."""
     end, wanted = contour.end_of(step.at, step.clockwise), contour.lead_out
     for share in (1.0, 0.5, 0.25) if wanted.style != "none" else ():
         lead = replace(wanted, length=share * wanted.length)
@@ -572,7 +588,7 @@ def _last_step(contour: CutContour, step: CutStart, scrap: Scrap, bridge: Any) -
 
 
 def lead_leaves_bridge(lead: Points, bridge: Any, kerf: float) -> bool:
-    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge for good."""
+    """Return whether a lead, float64[k, 2] from its contour outwards, leaves the kerf of a bridge and stays outside."""
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
     points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))

@@ -1,4 +1,4 @@
-"""Edges of two parts that can share a cut: one kerf apart, or coincident without kerf compensation."""
+"""Edges that two parts can share in a single cut: one kerf apart, or coincident without kerf compensation."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from leafcut.processes.sheet.plan.contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: Tolerance of the distance between edges a kerf apart, mm; each part takes half.
+#: Tolerance of the distance between edges one kerf apart, mm; half of it falls on each part.
 GAP = 0.02
-#: Minimum overlap of facing edges for a common line, in kerfs and in mm.
+#: Minimum overlap of facing edges for a common line, in kerf widths and in mm.
 LEAST_KERFS, LEAST = 4.0, 2.0
-#: Tolerance of coincident edges, mm: chords of the same arc differ by less.
+#: Largest distance between coincident edges, mm; different chords of the same arc are closer than this.
 SAME_EDGE = 0.01
-#: Points of a curved edge that are closer to its ends are rounding errors, mm.
+#: Distance from the ends of a curved edge within which further points are rounding errors, mm.
 LEAST_STEP = 0.02
-#: Edges that coincide over a shorter length merely cross or touch, mm.
+#: Minimum length of coincidence, mm; edges that coincide over a shorter length merely cross or touch.
 CROSSING = 0.2
-#: A contour counts as cut twice if another cut follows this share of its length.
+#: Share of its length above which a contour counts as cut twice if another cut follows it.
 MOST = 0.5
 
 
 @dataclass(frozen=True)
 class EdgeGap:
-    """The gap between the edges of two contours (`parts`, in ascending order).
+    """The gap between the edges of two contours (`parts`, indices in ascending order).
 
     `begin` and `end` are the ends of its centreline, mm; between them the edges face each other. `width` is in mm, and
-    `normal` is the unit vector across the gap. `between` has further points of the centreline along coincident curved
-    edges, whose `width` is 0, and which have no `normal`.
+    `normal` is the unit vector across the gap. Coincident curved edges have `width` 0 and no `normal`; `between` has
+    the further points of their centreline.
     """
 
     parts: tuple[int, int]
@@ -64,8 +64,8 @@ class EdgeGap:
 def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
     """Return the gaps between straight edges of outlines that are one compensated kerf apart.
 
-    Both outlines lie on the sheet, or in the same hole. Without compensation, coincident curved edges are included:
-    arcs of the same circle, and polylines with the same corners.
+    Both outlines lie directly on the sheet, or in the same hole. Without compensation, coincident curved edges are
+    included: arcs of the same circle, and polylines with the same corners.
     """
     owner, ends = [], []
     for k, c in enumerate(contours):
@@ -94,7 +94,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
 
 
 def _with_curved_edges(straight: list[EdgeGap], contours: Sequence[CutContour]) -> list[EdgeGap]:
-    """Return the straight gaps, plus a gap for each coincident edge that they do not cover."""
+    """Return the given gaps of straight edges, and a gap for each coincident edge that they do not cover."""
     own = [k for k, c in enumerate(contours) if c.has_leads and not c.hole]
     lines: Any = np.array([contours[k].line for k in own], dtype=object)
     found = list(straight)
@@ -140,9 +140,10 @@ def least_length(rules: CutRules) -> float:
 
 
 def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
-    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at distance `gap`.
+    """Return the gap between two edges, float64[2, 2] each; None if they do not face each other at distance `gap`, mm.
 
-    Outlines run counter-clockwise: the scrap is to the right of an edge, and facing edges run in opposite directions.
+    `least` is the minimum overlap, mm. Outlines run counter-clockwise: the scrap is to the right of an edge, and facing
+    edges run in opposite directions.
     """
     length = float(np.hypot(*(one[1] - one[0])))
     along = (one[1] - one[0]) / length
@@ -170,7 +171,7 @@ def _edge_gap(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: f
 def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue]:
     """Return a warning about coincident edges that are cut twice, if kerfs are not compensated.
 
-    `PlanError` if a contour shares more than half of its path with another contour.
+    Raises PlanError if a contour shares more than half of its path with another contour.
     """
     cut = [c for c in contours if c.has_leads]
     lines: Any = np.array([c.line for c in cut], dtype=object)
@@ -199,9 +200,10 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
 def pierced_first(
     contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
 ) -> list[tuple[int, int]]:
-    """Return precedence pairs (before, after) for contours whose starts all lie on other contours.
+    """Return precedence pairs (before, after) for contours whose pierces all lie on other contours.
 
-    These contours must be cut first, while there is still metal to pierce. `pairs` is the existing precedence.
+    Such a contour must be cut before these other contours, while there is still metal to pierce. `pairs` is the
+    existing precedence.
     """
     burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
     pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
@@ -227,7 +229,7 @@ def pierced_first(
 
 
 def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
-    """Return whether the precedence pairs (before, after) have no cycle."""
+    """Return whether the precedence pairs (before, after) are free of cycles."""
     sorter: TopologicalSorter[int] = TopologicalSorter()
     for before, after in pairs:
         sorter.add(after, before)

@@ -1,7 +1,7 @@
 """Common lines: one cut between straight edges a kerf apart, or along coincident edges.
 
-The common lines of a group of parts are cut first: open cuts that start in the scrap next to the group and end in
-another of its kerfs. The cut around the whole group comes last and detaches all parts.
+The common lines of a group of parts are cut first. They are open cuts that start in the scrap next to the group and end
+in another kerf of the group. The cut around the whole group comes last and detaches all its parts.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS, LEAST_KERFS, LEAST_LEAD, lead_shape, placed_leads
 from leafcut.processes.sheet.plan.scrap import PART_SHRINKAGE, Scrap
 
-#: Ends and paths closer than this meet, mm.
+#: Largest distance between ends or paths that meet, mm.
 MEET = 0.01
-#: Lines closer than this coincide, mm: slightly above the tolerance of the proof.
+#: Largest distance between coincident lines, mm: slightly above the tolerance of the proof.
 BESIDE = 0.04
-#: Maximum extension of a common line to another kerf, in half kerfs: about a corner of 20 degrees.
+#: Maximum extension of a common line to another kerf, in half kerf widths; it suffices for a corner of 20 degrees.
 REACH = 6.0
-#: Methods whose cuts may cross kerfs: a beam and a water jet do not go out without metal.
+#: Methods whose cuts may cross kerfs, because a beam or a water jet does not go out without metal.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
-#: Shorter uncut stretches of a path are rounding errors, mm; a drawn corner turns by more than this, rad.
+#: Minimum length of an uncut stretch of a path that is no rounding error, mm, and minimum turn of a drawn corner, rad.
 SHORT, SHARP = 0.1, math.radians(3.0)
-#: Metal within this distance beyond the end of an edge indicates a bend, in half kerfs; a right angle gives 1.41.
+#: Distance beyond the end of an edge within which metal indicates a bend, in half kerf widths (1.41 at a right angle).
 BEND = 1.3
-#: Lines are collinear if they turn by less than this, rad.
+#: Largest angle between collinear lines, rad.
 STRAIGHT = 1e-3
-#: Fitted arcs with a larger radius become lines, mm.
+#: Maximum radius of fitted arcs, mm; arcs with a larger radius become lines.
 ROUNDEST = 1e5
-#: Lead-ins to try: lengths as shares of the requested length, and angles to the line, rad.
+#: Lead-ins to try: lengths, relative to the requested length, and angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
 
@@ -63,8 +63,8 @@ def with_common_lines(
 ) -> tuple[list[CutContour], list[tuple[int, int]], list[Issue]]:
     """Return the contours with common lines, precedence pairs (before, after) of contours, and issues.
 
-    One contour around a group, and its common lines, replace the outlines of the group. Edges are still cut twice if
-    their line cannot start in the scrap, as in a grid of three or more rows cut by plasma.
+    The outlines of a group are replaced by one contour around the group and by its common lines. Edges are still cut
+    twice if their line cannot start in the scrap, as in a grid of three or more rows cut by plasma.
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
@@ -179,7 +179,7 @@ def _line_contour(contours: list[CutContour], group: CommonCutGroup, number: int
 def _group_precedence(
     others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
 ) -> Iterable[tuple[int, int]]:
-    """Yield precedence pairs (before, after): inner contours and marks, then the lines in order, then the outer cut."""
+    """Yield precedence pairs (before, after): inner contours and marks, the lines in order, the outer cut."""
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
     for k, c in enumerate(others):
@@ -190,7 +190,7 @@ def _group_precedence(
 
 
 def _no_line_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note on why there are no common lines, if they were requested."""
+    """Return a note with the reason why there are no common lines, if they were requested."""
     if not rules.common_lines:
         return []
     if slots:
@@ -210,7 +210,7 @@ def _no_common_lines(least: float, rules: CutRules) -> str:
 
 
 def _separate_edge_issues(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
-    """Return a note on edges one kerf apart that are cut separately."""
+    """Return a note about edges that are one kerf apart but are cut separately."""
     if not slots or rules.half <= 0.0:  # `doubled_edges` reports coincident edges
         return []
     (x, y), (u, v) = slots[0].begin, slots[0].end
@@ -235,10 +235,10 @@ def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rul
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line through `points`; both ends lie on the centreline of other kerfs.
+    """A common line through `points`, mm; both ends lie on the centrelines of other kerfs.
 
-    `shared` is the length that lies between two parts, mm. `inlets` has the lead-in at each end; None if the line
-    cannot start there. `parts` are indices of contours.
+    `shared` is the length between two parts, mm. `inlets` has the lead-in at each end; None if the line cannot start
+    there. `parts` are indices of contours.
     """
 
     points: tuple[Point, ...]
@@ -248,15 +248,15 @@ class CommonLine:
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """First and last point."""
+        """The first and the last point."""
         return self.points[0], self.points[-1]
 
 
 @dataclass(frozen=True, eq=False)
 class CommonCutGroup:
-    """Parts with common lines.
+    """A group of parts with common lines.
 
-    `members` are the indices of the outlines, and `parts` the numbers of the parts. `shape` is the edge of the parts
+    `members` are the indices of the outlines, and `parts` the numbers of the parts. `shape` is the outline of the parts
     including the gaps between them, and `path` the torch path around it. `order` has precedence pairs (before, after)
     of `lines`.
     """
@@ -270,7 +270,7 @@ class CommonCutGroup:
 
 
 class Grouper:
-    """Builds groups of parts."""
+    """Builds groups of parts with common lines."""
 
     def __init__(self, contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> None:
         self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, scrap.rules
@@ -282,7 +282,7 @@ class Grouper:
         self.follows = list(self._collinear_gaps())
 
     def group(self, members: frozenset[int]) -> CommonCutGroup | None:
-        """Return the group of the outlines `members`; None if not all of its lines can be cut."""
+        """Return the group of the outlines `members`, or None if some of its lines cannot be cut."""
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
         shape = self._outer_shape(members, inside)
         if shape is None:
@@ -314,7 +314,7 @@ class Grouper:
     # -- the path around ---------------------------------------------------------------------------------------------
 
     def _outer_shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
-        """Return the edge of the parts including the gaps between them; None if the parts enclose scrap."""
+        """Return the outline of the parts including the gaps between them; None if the parts enclose scrap."""
         whole: Any = shapely.union_all(
             [*(self.metal[k] for k in sorted(members)), *(self.gap_areas[n] for n in inside)]
         )
@@ -340,7 +340,7 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether the lines cut the path of each part, except arcs at sharp corners, and gouge no part."""
+        """Return whether the lines follow the torch path of each part, except at sharp corners, and gouge no part."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -353,9 +353,9 @@ class Grouper:
         return True
 
     def _shortened_at_bends(self, slot: EdgeGap) -> EdgeGap:
-        """Return a gap shortened by half a kerf at each end where both edges bend.
+        """Return a gap that is half a kerf shorter at each end where both edges bend.
 
-        The path around the group then meets the paths of both parts.
+        The path around the group then meets the torch paths of both parts.
         """
         half = self.rules.half
         along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
@@ -370,7 +370,7 @@ class Grouper:
     # -- the lines between -------------------------------------------------------------------------------------------
 
     def _collinear_gaps(self) -> Iterator[tuple[int, int]]:
-        """Yield pairs of collinear gaps with at most a kerf between them."""
+        """Yield pairs of collinear gaps that are at most one kerf apart."""
         if not len(self.middles):
             return
         reach = 2.0 * self.rules.half + 2.0 * GAP
@@ -383,7 +383,7 @@ class Grouper:
                     yield int(i), int(j)
 
     def _continuous_gaps(self, inside: Sequence[int]) -> list[list[int]]:
-        """Return the gaps `inside` a group of parts, grouped into continuous lines."""
+        """Return the gaps with the indices `inside`, grouped into continuous lines."""
         own = set(inside)
         lists = {n: [n] for n in inside}
         for i, j in self.follows:
@@ -404,7 +404,7 @@ class Grouper:
         )
 
     def _extended_to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
-        """Return lines extended to the centreline of the next kerf at both ends; None if an end meets no kerf."""
+        """Return the lines extended at both ends to the centreline of the next kerf; None if an end meets no kerf."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, line in enumerate(lines):
@@ -419,7 +419,7 @@ class Grouper:
         return found
 
     def _kerf_on_extension(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
-        """Return the point at which the extension of a line meets the centreline of a kerf."""
+        """Return the point at which the extension of a line meets the centreline of a kerf, or None."""
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
         hits = ray.intersection(kerfs)
@@ -429,7 +429,7 @@ class Grouper:
         return x, y
 
     def _inner_corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
-        """Return the point in an inner corner of a part at which the extension of a line meets another line."""
+        """Return the point in an inner corner of a part at which the extensions of two lines meet, or None."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
@@ -486,7 +486,7 @@ class Grouper:
         return first, self._inlet(points[-1], points[-2], members, around, True)
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
-        """Return the lead-in of a line at one end; None if it cannot start there."""
+        """Return the lead-in of a line at one of its ends; None if the line cannot start there."""
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
         wanted = self.rules.lead_in
@@ -505,9 +505,9 @@ class Grouper:
         return None
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
-        """Return whether a straight lead-in, float64[2, 2], lies outside the group in free scrap.
+        """Return whether a straight lead-in, float64[2, 2], lies in the scrap outside the group.
 
-        `splash` is the radius around the pierce that must be free of parts, mm.
+        `splash` is the radius around the pierce that must contain no part, mm.
         """
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
@@ -526,7 +526,7 @@ class Grouper:
 
 
 def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
-    """Return whether a piece of a path is the arc around a sharp drawn corner."""
+    """Return whether a stretch of a path is the arc around a sharp corner of the drawing."""
     drawn = contour.source.path
     corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
     points: Any = shapely.points(shapely.get_coordinates(piece))
@@ -534,7 +534,7 @@ def _is_corner_arc(piece: Any, contour: CutContour, half: float) -> bool:
 
 
 def _straightened(path: Polyline) -> Polyline:
-    """Return a path with lines instead of nearly straight arcs, whose large radius no controller accepts."""
+    """Return a path with lines instead of nearly straight arcs, because no controller accepts their large radius."""
     rows = path.vertices.copy()
     chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
     bulge = np.abs(rows[:, 2])
@@ -543,7 +543,7 @@ def _straightened(path: Polyline) -> Polyline:
 
 
 def _gap_area(slot: EdgeGap) -> Any:
-    """Return the gap between two edges as a shapely polygon that slightly overlaps both parts."""
+    """Return the area of the gap between two edges as a shapely polygon that slightly overlaps both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     if slot.between:
         return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
@@ -553,7 +553,7 @@ def _gap_area(slot: EdgeGap) -> Any:
 
 
 def _split_at_crossings(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
-    """Return the lines split so that they do not cross: shorter lines are split at longer lines."""
+    """Return the lines split so that none cross; shorter lines are split at longer lines."""
     placed: list[tuple[Point, ...]] = []
     for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
         whole = shapely.LineString(line)
@@ -591,13 +591,13 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
 
 
 def _coincide(lines: Sequence[Any], least: float) -> bool:
-    """Return whether two lines coincide over more than `least` mm, as where a curved edge ends along another edge."""
+    """Return whether two lines coincide over more than `least` mm, as where a curved edge runs into another edge."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
 def _pierce_point(line: CommonLine, at: int) -> Any:
-    """Return the pierce point for a start at the first (0) or last (1) end of a line; None if it cannot start there."""
+    """Return the pierce point for a start at the first (0) or last (1) end of a line, or None."""
     lead, points = line.inlets[at], line.points if not at else line.points[::-1]
     if lead is None:
         return None
@@ -606,7 +606,7 @@ def _pierce_point(line: CommonLine, at: int) -> Any:
 
 
 def _end_precedence(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
-    """Yield precedence pairs (before, after): a line, and a line that ends at it."""
+    """Yield precedence pairs (before, after) of a line and a line that ends at it."""
     drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):
@@ -618,7 +618,7 @@ def _is_at_end(point: Point, ends: Sequence[Point]) -> bool:
 
 
 def _continues(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
-    """Return whether two lines share an end that no other line touches."""
+    """Return whether two lines share an end that no third line touches."""
     end = next((end for end in a.ends if _is_at_end(end, b.ends)), None)
     others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
     return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

@@ -26,14 +26,13 @@ from leafcut.processes.sheet.plan.leads import FLATNESS, NO_LEAD, lead_path, lea
 OFFSET_TOLERANCE = 0.01
 #: Tolerance of distances, mm.
 ROUNDING = 0.03
-#: Smaller uncut areas are rounding errors, mm².
+#: Minimum uncut area that is no rounding error, mm².
 SMALL = 0.01
-#: A drawn corner turns by more than this, rad.
+#: Minimum turn of a drawn corner, rad.
 CORNER = math.radians(30.0)
 #: Minimum distance between a start and a corner loop, mm.
 BESIDE_LOOP = 1.0
-#: The direction at a point is the mean of the directions at this distance before and after it, mm: at a corner, the
-#: bisector.
+#: Distance before and after a point at which directions are averaged, mm; at a corner, the result is the bisector.
 AROUND = 0.01
 
 
@@ -44,7 +43,7 @@ class CutContour:
     Attributes
     ----------
     index
-        Index in `Sheet.contours`.
+        Index of the contour in `Sheet.contours`.
     path
         Centreline of the kerf, counter-clockwise if closed.
     line
@@ -54,13 +53,13 @@ class CutContour:
     diameter
         Diameter of the circle of equal area, mm; 0 for an open contour.
     rules
-        Rules of the sheet; with compensation by the program where the controller cannot compensate.
+        Rules of the sheet, adapted to compensation by the program where the controller cannot compensate.
     corners
         Positions of the drawn corners along the path, mm.
     loops
         Corner loops as (from, to) along the path, mm.
     covers
-        With common lines, indices of the outlines that this contour cuts in whole or in part; else empty.
+        With common lines, indices of the outlines that this contour cuts, completely or in part; else empty.
     group
         Number of the group of parts with common lines, from 1; 0 for none.
     common
@@ -116,26 +115,26 @@ class CutContour:
 
     @property
     def joints(self) -> int:
-        """Wanted number of micro-joints."""
+        """Requested number of micro-joints."""
         return self.rules.joints if self.has_leads and not self.hole and not self.is_small else 0
 
     @property
     def closing_joint(self) -> float:
-        """Length of the path left uncut for a joint at the end, mm, including half a kerf at each side."""
+        """Length that stays uncut for a joint at the end of the path, mm, including half a kerf on each side."""
         if not self.joints or self.rules.kind == CutMethod.LASER:
             return 0.0
         return min(self.rules.joint_width + self.rules.kerf, 0.25 * self.path.length)
 
     @property
     def overcut(self) -> float:
-        """Length of the cut past its start, mm."""
+        """Length by which the cut continues past its start, mm."""
         if not self.has_leads or (self.joints and self.rules.kind != CutMethod.LASER):
             return 0.0
         return self.rules.hole_overcut if self.hole else self.rules.overcut
 
     @property
     def lead_out(self) -> Lead:
-        """The requested lead-out."""
+        """The requested lead-out; none if the rules exclude a lead-out for this contour."""
         ends_on_contour = self.rules.torch_off_in_overcut and self.overcut > 0.0
         ends_at_joint = self.joints and self.rules.kind != CutMethod.LASER
         if ends_on_contour or ends_at_joint or self.is_small or (self.hole and not self.rules.hole_lead_out):
@@ -144,12 +143,12 @@ class CutContour:
 
     @property
     def directions(self) -> tuple[bool, ...]:
-        """The allowed directions: true for clockwise."""
+        """The allowed directions of the cut; true means clockwise."""
         wanted = self.rules.direction_of(self.hole)
         return {"clockwise": (True,), "counter-clockwise": (False,), "free": (False, True)}[wanted]
 
     def name(self) -> str:
-        """Return the name for messages."""
+        """Return a name for messages, with the part and the position."""
         x, y = self.source.path.start
         if self.common:
             return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
@@ -164,7 +163,7 @@ class CutContour:
         return self.hole != clockwise
 
     def travel_at(self, at: float, clockwise: bool) -> Point:
-        """Return the unit vector of travel at a position; at a corner, the bisector."""
+        """Return the unit vector of travel at a position; at a corner, the bisector of both directions."""
         (x0, y0), (x1, y1) = self.path.direction_at(at - AROUND), self.path.direction_at(at + AROUND)
         x, y = x0 + x1, y0 + y1
         length = math.hypot(x, y)
@@ -174,28 +173,29 @@ class CutContour:
         return sign * x / length, sign * y / length
 
     def end_of(self, at: float, clockwise: bool) -> float:
-        """Return the position along the path, mm, at which a cut that starts at `at` ends."""
+        """Return the position at which a cut that starts at `at` ends, mm along the path."""
         past = self.overcut - self.closing_joint
         return at - past if clockwise else at + past
 
     def is_smooth(self, at: float) -> bool:
-        """Return whether a position is away from corners, so that a compensating controller may start there."""
+        """Return whether a position is away from corners, as a start with compensation by the controller requires."""
         return all(apart_along(at, corner, self.path.length) > 2.0 * self.rules.kerf for corner in self.corners)
 
     def in_loop(self, at: float) -> bool:
-        """Return whether a position is in a corner loop, or so close that the closing joint would be in the loop.
+        """Return whether a position lies in a corner loop, or so close that the closing joint would lie in the loop.
 
-        A joint must lie on the edge of the part. In a loop, the arc of the corner would stay uncut too.
+        A joint must lie on the edge of the part. If the joint lay in a loop, the arc of the corner would remain uncut
+        too.
         """
         length, room = self.path.length, BESIDE_LOOP + self.closing_joint
         return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in self.loops)
 
     def may_start(self, at: float) -> bool:
-        """Return whether a cut may start at a position of the path, if its lead fits."""
+        """Return whether a cut may start at a position of the path, provided that its lead fits."""
         return not self.in_loop(at) and (self.rules.compensation != "controller" or self.is_smooth(at))
 
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
-        """Return the points of a lead at a position, in the direction of travel, float64[k, 2]."""
+        """Return the points of a lead at a position, in the direction of travel, float64[k, 2], mm."""
         here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
         points: Points = placed_leads(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
         return points
@@ -212,7 +212,7 @@ def apart_along(a: float, b: float, length: float) -> float:
 
 
 def flat_line(path: Polyline) -> Any:
-    """Return a path as a shapely line of chords, prepared for distances."""
+    """Return a path as a shapely line of chords that is prepared for distances."""
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)
@@ -230,7 +230,7 @@ def names_of(contours: Sequence[CutContour]) -> str:
 
 
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours that can be cut, in the order of the sheet, and issues about what stays uncut.
+    """Return the contours that can be cut, in the order of the sheet, and issues about areas that remain uncut.
 
     Holes too small for the kerf or the pierce, and notches with mouths narrower than the kerf, are not cut.
     """
@@ -253,7 +253,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
 
 
 def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour | None:
-    """Return a contour with its torch path; None if the kerf is too wide for it."""
+    """Return a contour with its torch path; None if it is too narrow for the kerf."""
     drawn = source.path
     if source.kind != "cut" or not drawn.closed:
         return CutContour(index, source, drawn, flat_line(drawn), False, 0.0, rules)
@@ -274,7 +274,10 @@ def _prepare_contour(index: int, source: Contour, rules: CutRules) -> CutContour
 
 
 def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
-    """Return the contours with `notch_of` set; the kerfs on both sides close a mouth narrower than two kerfs."""
+    """Return the contours with `notch_of` set for contours in a closed notch.
+
+    The kerf on both sides closes a mouth that is narrower than two kerfs.
+    """
     reach = 0.5 * rules.kerf + ROUNDING
     tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
     areas = [shapely.Polygon(c.line.coords).area if c.path.closed else 0.0 for c in contours]
@@ -294,14 +297,14 @@ def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour
 
 
 def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
-    """Return whether a hole has room for a pierce half a kerf inside its path."""
+    """Return whether a pierce fits into a hole, half a kerf inside its torch path."""
     if path.area > 2.0 * rules.kerf * path.length:
         return True
     return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
 
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
-    """Return the positions of the drawn corners along the path, mm."""
+    """Return the positions of the drawn corners, mm along the torch path."""
     turns = corner_turns(drawn)
     places = drawn.vertices[np.abs(turns) > CORNER, :2]
     share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
@@ -309,7 +312,7 @@ def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ..
 
 
 def corner_turns(path: Polyline) -> Points:
-    """Return the turning angle of a closed path at the start of each segment, rad, positive to the left."""
+    """Return the change of direction at the start of each segment of a closed path, rad, positive to the left."""
     turns = np.zeros(path.n_segments)
     ends = [_tangents(path, i) for i in range(path.n_segments)]
     for i, (begin, _) in enumerate(ends):
@@ -320,7 +323,7 @@ def corner_turns(path: Polyline) -> Points:
 
 
 def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
-    """Return the unit vectors of travel at both ends of a segment: its chord turned by half of the arc's angle."""
+    """Return the unit vectors of travel at both ends of a segment: its chord rotated by half the angle of the arc."""
     s = path.segment(index)
     angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
     half = 2.0 * math.atan(s.bulge)
@@ -331,7 +334,7 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 
 
 def _remark(code: str, one: str, several: str, place: str, missing: MissingWork | None = None) -> tuple[str, Issue]:
-    """Return a remark: the text for several contours (with {n} for their number), and the issue of one contour."""
+    """Return a remark: the text for several contours (with {n} for their number), and the issue for one contour."""
     return several, Issue(code, one, place, missing=missing)
 
 
@@ -375,7 +378,7 @@ def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
 
 
 def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the remarks on the uncut notches of an outline; `chambers` are cut as holes, and not reported."""
+    """Return the remarks about uncut notches of an outline. The areas `chambers` are cut as holes, and not reported."""
     source, rules = contour.source, contour.rules
     drawn = shapely.Polygon(source.path.flattened(FLATNESS))
     closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
@@ -398,7 +401,7 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, 
 
 
 def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
-    """Return the remarks on a contour: areas that the kerf cannot reach, and holes too small for a good cut."""
+    """Return the remarks about areas of a contour that the kerf cannot reach, and about very small holes."""
     source, rules, found = contour.source, contour.rules, []
     if contour.pinched:
         found += _notch_remarks(contour, chambers)

@@ -1,4 +1,4 @@
-"""Cycle time, cost and consumption by part, sheet and batch."""
+"""Cycle time, cost and consumption of each part, of the sheet and of the batch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.processes.sheet.options import CutOptions
 
 #: Seconds per hour, and joules per kilowatt-hour.
 _HOUR, _JOULES = 3600.0, 3.6e6
-#: Times and lengths of `CutTimes`, s and mm.
+#: Fields of `CutTimes` that are times, s, or lengths, mm.
 _SUMS = ("cut_s", "pierce_s", "rapid_s", "cut_mm", "rapid_mm", "perimeter_mm", "common_mm")
 
 
@@ -31,8 +31,8 @@ def measure_cuts(
 
     `seconds` has the times of each cut, s: cutting, piercing, and rapids including the retract. `whole` is the time of
     the program, s; moves before the first and after the last cut count as rapids of the sheet. `corners` has the
-    corners of the travel move before each cut, by its position. `shop_rate` is the cost of machine and operator per
-    hour.
+    corners of the travel move before each cut, by the index of the cut. `shop_rate` is the cost of machine and operator
+    per hour.
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
@@ -83,13 +83,16 @@ def _times_of_cut(
 
 
 def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
-    """Return the drawn length of the contours of a cut, mm, optionally of one `part`; outlines include chambers."""
+    """Return the drawn length of the contours of a cut, mm, optionally for one `part` only.
+
+    Chambers of notches are not added, because they are part of an outline.
+    """
     contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
     return sum(c.path.length for c in contours if not c.chamber and part in (None, c.part))
 
 
 def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return a part's share of the times of a cut, by the lengths of its contours; empty if it has none.
+    """Return a part's share of the times of a cut, by the length of its contours; empty if the cut has none of them.
 
     The pierce of a chain counts for its first part.
     """
@@ -127,7 +130,7 @@ def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
 
 
 def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumption:
-    """Return the consumption during the given times; figures that the chart lacks stay unknown.
+    """Return the consumption during the given times; amounts for which the chart has no data remain unknown.
 
     Gas, power and abrasive are used while the torch is on: cutting and piercing. If the chart has no power, it is the
     power of the arc: current times voltage. Nozzles and electrodes wear by cutting time or by pierces, whichever limits

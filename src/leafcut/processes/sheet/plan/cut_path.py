@@ -1,4 +1,4 @@
-"""The path of a cut from its chosen start: lead-in, contours, bridges, overcut, lead-out, and its speeds.
+"""The path of a cut from its chosen start (lead-in, contours, bridges, overcut, lead-out) and its speeds.
 
 For a controller with kerf compensation (G41, G42), the program contains the drawn contour, and lead arcs whose radius
 is larger by half a kerf. Compensation starts on the straight run-in: LinuxCNC moves along the tangent to the circle of
@@ -26,21 +26,21 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.scrap import Scrap
 from leafcut.processes.sheet.plan.starts import FEWEST_PLACES, CutStart, starts_of
 
-#: Points closer than this coincide, mm.
+#: Largest distance between coincident points, mm.
 SAME_PLACE = 1e-6
-#: Minimum length of segments at a concave corner, in kerfs: otherwise the compensated path crosses itself.
+#: Minimum length of segments at a concave corner, in kerf widths; with shorter ones, the offset path crosses itself.
 SHORTEST_KERFS = 2.0
-#: Minimum radius of concave arcs, in half kerfs: a controller cannot compensate tighter arcs.
+#: Minimum radius of concave arcs, in half kerf widths; a controller cannot compensate tighter arcs.
 TIGHTEST = 1.05
 
-#: A stretch of a path: distances of its ends from the start, mm.
+#: A stretch of a path: distances of its two ends from the start of the path, mm.
 Span = tuple[float, float]
-#: Choices fixed by a plan file, by index of the contour.
+#: Names of the choices that a plan file fixes, by index of the contour.
 Fixed = Mapping[int, tuple[str, ...]]
 
 
 def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
-    """Return the cut of a single contour from a start."""
+    """Return the cut of a single contour that starts as chosen."""
     contour = contours[start.contour]
     rules, choice = contour.rules, choice_of(contour, start, fixed.get(start.contour, ()))
     if rules.compensation == "controller" and contour.has_leads:
@@ -88,7 +88,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
 def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> Cut:
     """Return the cut of a chain: several contours with one pierce, connected by bridges through the scrap.
 
-    Only the last contour has an overcut. The others end where they close, or a joint earlier.
+    Only the last contour has an overcut. The other contours end where they close, or a joint earlier.
     """
     steps = [start, *start.then]
     first, last = contours[start.contour], contours[steps[-1].contour]
@@ -137,7 +137,7 @@ def make_chain(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) ->
 
 
 def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
-    """Return the length of the path of a chain, mm, joints included."""
+    """Return the length of the path of a chain, mm, including joints."""
     steps = [start, *start.then]
     places = [contours[s.contour].path.point_at(s.at) for s in steps]
     bridges = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
@@ -147,7 +147,7 @@ def chain_length(contours: Sequence[CutContour], start: CutStart) -> float:
 
 
 def body_of(contour: CutContour, start: CutStart, *, overcut: bool = True) -> tuple[Polyline, float]:
-    """Return the path of a contour from its start, and its overlap past the start, mm (negative for a joint)."""
+    """Return the path of a contour from its start, and its overlap past the start, mm; negative for a joint."""
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
@@ -162,7 +162,7 @@ def _path_from(path: Polyline, at: float, length: float, clockwise: bool) -> Pol
 
 
 def without_tiny_segments(piece: Polyline) -> Polyline:
-    """Return an open path without the tiny segments that rounding causes."""
+    """Return an open path without the tiny segments that rounding errors cause."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
     keep = np.append(step > SAME_PLACE, True)
@@ -170,7 +170,7 @@ def without_tiny_segments(piece: Polyline) -> Polyline:
 
 
 def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
-    """Return the entry of a start in a plan file."""
+    """Return the entry of a plan file for a start."""
     x, y = contour.path.point_at(start.at)
     words = ("clockwise", "counter-clockwise") if contour.path.closed else ("backward", "forward")
     return CutChoice(
@@ -184,12 +184,11 @@ def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ())
 
 
 def _distance_along_cut(contour: CutContour, start: CutStart, at: float) -> float:
-    """Return the distance from the start to position `at` along the cut, mm."""
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
 def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the corner loops of a cut as stretches of its path; the contour starts `begin` mm along the path."""
+    """Return the corner loops of a cut as stretches of its path; the contour starts `begin` mm along this path."""
     spans = []
     for low, high in contour.loops:
         first = _distance_along_cut(contour, start, high if start.clockwise else low)
@@ -198,10 +197,10 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, 
 
 
 def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span, ...]:
-    """Return the micro-joints of a laser cut, evenly spaced; the beam is off for the length of a joint plus a kerf.
+    """Return the micro-joints of a laser cut as stretches of its path, evenly spaced.
 
-    Joints keep away from corners, where they are hard to break and grind off, and from the start and end of the cut,
-    where the kerf would sever them.
+    The beam is off for the length of a joint plus a kerf. Joints keep away from corners, where they are hard to break
+    and grind off, and from the start and end of the cut, where the kerf would sever them.
     """
     rules = contour.rules
     wanted = contour.joints if rules.kind == CutMethod.LASER else 0
@@ -229,7 +228,7 @@ def joints_of(contour: CutContour, start: CutStart, begin: float) -> tuple[Span,
 
 
 def compensate_where_needed(contours: list[CutContour], scrap: Scrap) -> tuple[list[CutContour], list[Issue]]:
-    """Return the contours, with kerf compensation by the program where the controller cannot compensate, and a note.
+    """Return the contours, adapted to compensation by the program where the controller cannot compensate, and a note.
 
     The controller cannot compensate where run-in and arc do not fit, as in small holes, and where a concave arc is
     tighter, or a notch narrower, than the kerf.
@@ -267,9 +266,9 @@ def _drawn_path(contour: CutContour) -> Polyline:
 
 
 def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, float]:
-    """Return the programmed path for a controller that compensates, and the length of its lead-in, mm.
+    """Return the programmed path for a controller that compensates the kerf, and the length of its lead-in, mm.
 
-    `PlanError` if the compensation cannot start there.
+    Raises PlanError if the compensation cannot start there.
     """
     half, here, travel = (
         contour.rules.half,
@@ -294,7 +293,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
 
 
 def _widened_lead(lead: Polyline, center: Point, radius: float, on: Point) -> Polyline:
-    """Return the programmed run-in and arc: a lead with the same centre and first point, but another radius."""
+    """Return a lead with the same centre and first point, but another radius, for a controller with compensation."""
     x, y = lead.vertices[1, :2].tolist()
     scale = radius / math.hypot(x - center[0], y - center[1])
     corner = (center[0] + scale * (x - center[0]), center[1] + scale * (y - center[1]))

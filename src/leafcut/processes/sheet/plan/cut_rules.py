@@ -1,4 +1,4 @@
-"""The rules of a sheet: its options, with defaults by process."""
+"""The cutting rules of a sheet, from its options with defaults by cutting process."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ SHORTEST_LEAD_IN: dict[str, float] = {
     CutMethod.LASER: 2.0,
     CutMethod.WATERJET: 2.0,
 }
-#: Length of a lead-in in kerfs (LightBurn forum: 1.5 to 3 for a laser). For the methods `THICK_LEAD_IN`, it is the
-#: thickness instead (Hypertherm's note).
+#: Length of a lead-in, in kerf widths (LightBurn forum: 1.5 to 3 for a laser). For the methods `THICK_LEAD_IN`, the
+#: length is the thickness instead (Hypertherm's note).
 KERFS_OF_LEAD_IN = 3.0
 THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Minimum length of a lead-out, mm: 6 to 12 outside (MultiCAM).
+#: Minimum length of a lead-out, mm (MultiCAM: 6 to 12 mm for outlines).
 SHORTEST_LEAD_OUT = 6.0
-#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, and the diameter below which a hole is cut slower, mm.
+#: Defaults of LinuxCNC QtPlasmaC for holes: overcut, mm, and diameter below which a hole is cut slower, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
 #: Speed in small holes, percent of the cutting speed (QtPlasmaC's default).
 SMALL_HOLE_SPEED = 60.0
-#: Angle of a straight lead to the contour, or swept by an arc, rad.
+#: Angle between a straight lead and the contour, or angle of an arc, rad.
 LEAD_ANGLE = 0.5 * math.pi
-#: Corners sharper than this get a loop, rad.
+#: Largest angle of a corner that gets a loop, rad.
 LOOP_ANGLE = math.radians(100.0)
 #: Marking speed, mm/s (2500 mm/min): an estimate for scribes, and for lasers at a fifth of their power. Cutting speeds
 #: of the chart are too fast for a scribe on thin sheets, and too slow for a beam on thick sheets.
@@ -42,12 +42,12 @@ NARROWEST_HOLE = 1.5
 
 @dataclass(frozen=True)
 class CutRules:
-    """Rules of a sheet for planning: mm, s, mm/s, rad.
+    """Rules for cutting a sheet: mm, s, mm/s, rad.
 
     `kind` is a `CutMethod`, `data` a row of the chart. `half` is the distance between path and part: half a kerf, or 0
     without compensation. `outline_direction` is ``clockwise``, ``counter-clockwise`` or ``free``; holes run in the
-    opposite direction. The leads may be shortened for a contour. `once`: without compensation, coincident edges are cut
-    once even without the option for common lines.
+    opposite direction. The leads may be shortened for a contour. If `once`, there is no compensation, and coincident
+    edges are cut once even without the option for common lines.
     """
 
     kind: str
@@ -73,13 +73,13 @@ class CutRules:
     once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
-        """Return the speed for the kind of contour ``cut`` or ``mark``, mm/s."""
+        """Return the speed for a contour of the kind ``cut`` or ``mark``, mm/s; lower for a small hole."""
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
 
     def compensated_by_program(self) -> CutRules:
-        """Return the rules for a contour whose kerf the program compensates, not the controller."""
+        """Return the rules for a contour whose kerf the program compensates instead of the controller."""
         return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
@@ -88,7 +88,7 @@ class CutRules:
         return self.data.kerf
 
     def direction_of(self, hole: bool) -> str:
-        """Return the direction of holes or outlines, or ``free``."""
+        """Return the direction of holes or of outlines: ``clockwise``, ``counter-clockwise`` or ``free``."""
         if self.outline_direction == "free" or not hole:
             return self.outline_direction
         return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"
@@ -97,11 +97,11 @@ class CutRules:
 def resolve_rules(
     data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf, planned: bool = False
 ) -> CutRules:
-    """Return the rules of a sheet; `OptionError` if two options exclude each other.
+    """Return the rules of a sheet. Raises OptionError if two options exclude each other.
 
-    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches`: whether the
-    controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
-    `planned`: whether a plan file is given.
+    `max_feed` is the maximum feed of the machine, mm/s, which limits the default marking speed. `switches` is true if
+    the controller can switch the torch off in motion; otherwise plasma cuts end where they close, without an overcut.
+    `planned` is true if a plan file is given.
     """
     kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
@@ -182,7 +182,7 @@ def _check_options(kind: str, options: CutOptions, data: CutData, planned: bool)
 
 
 def options_against_common_lines(options: CutOptions, data: CutData, planned: bool) -> list[str]:
-    """Return the names of the active options that exclude common lines."""
+    """Return the names of the active options and settings that exclude common lines."""
     given = {
         "--chains": options.chains,
         "--plan": planned,

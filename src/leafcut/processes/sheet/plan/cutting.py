@@ -35,7 +35,7 @@ from leafcut.timing.travel import travel_cost
 
 @dataclass(frozen=True)
 class HeadTravel:
-    """Travel of the head: cost of rapids, time to lower and raise it at each cut (s), and its start and end points."""
+    """Travel of the head: cost of rapids, time to lower and raise the head at each cut (s), start and end point."""
 
     metric: Metric
     overhead: float = 0.0
@@ -43,11 +43,11 @@ class HeadTravel:
     end: Point | None = None
 
     def cost(self, a: Point, b: Point) -> float:
-        """Return the cost of a rapid."""
+        """Return the cost of a rapid, in seconds or mm."""
         return travel_cost(self.metric, a, b)
 
     def neighbours(self, order: Sequence[CutStart], k: int) -> tuple[Point | None, Point | None]:
-        """Return the positions of the head before and after the k-th cut of an order."""
+        """Return the positions of the head before and after cut number `k` of an order."""
         return order[k - 1].exit if k else self.start, order[k + 1].entry if k + 1 < len(order) else self.end
 
     def detour(self, around: tuple[Point | None, Point | None], start: CutStart) -> float:
@@ -59,7 +59,7 @@ class HeadTravel:
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """The contours of a sheet with all possible starts of their cuts, and their precedence.
+    """The contours of a sheet, all possible starts of their cuts, and their precedence.
 
     `starts` are grouped by contour; the starts of a chain belong to its first contour. `order` has additional
     precedence pairs (before, after) of contours. `fixed` has the names of the choices that a plan file fixes, by
@@ -78,41 +78,41 @@ class Cutting:
 
     @cached_property
     def heads(self) -> list[int]:
-        """Indices of contours that can start a cut: all but the later contours of chains."""
+        """Indices of the contours that start a cut: all except the later contours of chains."""
         return [k for k, own in enumerate(self.by_contour) if own]
 
     @cached_property
     def head_pairs(self) -> list[tuple[int, int]]:
-        """Precedence pairs (before, after) of cuts, as indices of their first contours."""
+        """Precedence pairs (before, after) of cuts, each given by the index of its first contour."""
         head = {k: s.contour for s in self.starts for k in s.contours}
         return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
 
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
-        """Precedence pairs (before, after), as indices into `contours`."""
+        """Precedence pairs (before, after) of contours, as indices into `contours`."""
         return sorted({*process_pairs(self.sheet, self.contours), *self.order})
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
-        """The starts of each contour, as indices into `starts`."""
+        """Indices into `starts` of the starts of each contour."""
         found: list[list[int]] = [[] for _ in self.contours]
         for number, start in enumerate(self.starts):
             found[start.contour].append(number)
         return found
 
     def starts_of(self, members: Iterable[int]) -> list[CutStart]:
-        """Return the starts of the contours `members`."""
+        """Return the starts of the contours with the indices `members`."""
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut from a start; cuts are cached."""
+        """Return the cut that begins with a start; cuts are cached."""
         if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
             self._cut_cache[start] = make(self.contours, start, self.fixed)
         return self._cut_cache[start]
 
     def seconds(self, start: CutStart) -> float:
-        """Return the time of a cut without travel, s: the pierce plus the path at its feed rate."""
+        """Return the time of a cut without travel, s: the pierce, and the path at its feed rate."""
         contour, data = self.contours[start.contour], self.rules.data
         if start.then:
             length = chain_length(self.contours, start)
@@ -134,14 +134,14 @@ class Cutting:
 class CutSequence:
     """The cuts of a sheet in order, each with its start.
 
-    `PlanError` if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
+    Raises PlanError if a contour is cut twice or not at all, or a part is detached before a contour inside it is cut.
     """
 
     cutting: Cutting
     starts: tuple[CutStart, ...]
 
     def with_starts(self, starts: Sequence[CutStart]) -> CutSequence:
-        """Return a sequence of the same cutting with the given starts in order."""
+        """Return a sequence of the same cutting with other starts, in order."""
         return CutSequence(self.cutting, tuple(starts))
 
     def __post_init__(self) -> None:
@@ -164,7 +164,7 @@ class CutSequence:
 
 
 def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
-    """Return the cuts of a sheet with all their starts; `PlanError` if a kerf or a lead does not fit."""
+    """Return the cuts of a sheet with all their starts. Raises PlanError if a kerf or a lead does not fit."""
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_kerfs(contours, scrap)
@@ -186,7 +186,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
-    """Raise `PlanError` for kerfs that touch another part or a clamp, or whose centreline is off the sheet."""
+    """Raise PlanError for kerfs that touch another part or a clamp, or whose centreline leaves the sheet."""
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
@@ -218,7 +218,7 @@ def check_kerfs(contours: list[CutContour], scrap: Scrap) -> None:
 
 
 def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutRules) -> Iterable[Issue]:
-    """Yield a note on the contours where the requested lead-in fits nowhere, and one on those without a lead-out."""
+    """Yield notes about contours where the requested lead-in fits nowhere, and about contours without a lead-out."""
     wanted, lesser, without = rules.lead_in, [], []
     by_contour: dict[int, list[CutStart]] = {}
     for start in starts:
@@ -256,7 +256,7 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 
 
 def _enclosing_contour(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
-    """Return the innermost contour around another contour, or None; `position` is by index in the sheet.
+    """Return the innermost contour around another contour, or None. `position` maps an index in the sheet to a contour.
 
     Holes too narrow to cut are skipped. An outline also encloses the parts in its notches that the kerf closes.
     """
@@ -274,8 +274,8 @@ def build_problem(
 ) -> RoutingProblem:
     """Return the routing problem of the contours `members`; its nodes are their starts (`Cutting.starts_of`).
 
-    The members are indices into `Cutting.contours` and become the clusters, in this order. `first`: the route starts at
-    the start point of the head; `last`: it ends at the end point. `PlanError` if the precedence has a cycle.
+    The members are indices into `Cutting.contours` and become the clusters, in this order. If `first`, the route starts
+    at the start point of the head; if `last`, it ends at the end point. Raises PlanError if the precedence has a cycle.
     """
     check_order(cutting)
     nodes = cutting.starts_of(members)
@@ -296,13 +296,13 @@ def build_problem(
 
 
 def check_order(cutting: Cutting) -> None:
-    """Raise `PlanError` if the precedence has a cycle, which only the fixed order of a plan file can cause."""
+    """Raise PlanError if the precedence has a cycle, which only the fixed order of a plan file can cause."""
     if len(_drawing_order(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
 def _drawing_order(cutting: Cutting) -> list[int]:
-    """Return the first contours of all cuts in drawing order, but each after its predecessors."""
+    """Return the first contour of each cut in drawing order, but each after its predecessors."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
     for a, b in cutting.head_pairs:
@@ -322,13 +322,13 @@ def _drawing_order(cutting: Cutting) -> list[int]:
 
 
 def drawing_order(cutting: Cutting) -> list[CutStart]:
-    """Return the first start of each contour, in drawing order as far as precedence allows."""
+    """Return the first start of each cut, in drawing order as far as precedence allows."""
     check_order(cutting)
     return [cutting.starts[cutting.by_contour[k][0]] for k in _drawing_order(cutting)]
 
 
 def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = math.dist) -> float:
-    """Return the cost of all travel moves between cuts; `travel` is the cost between two points."""
+    """Return the total cost of the travel moves between cuts; `travel` computes the cost between two points."""
     total, here = 0.0, start
     for s in order:
         total += travel(here, s.entry) if here is not None else 0.0
@@ -339,8 +339,8 @@ def route_length(start: Point | None, order: Sequence[CutStart], travel: Any = m
 def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
     """Return the first contours of all cuts by band, in the direction of the sweep; without a sweep, in a single band.
 
-    All contours of a part are in the band at the centre of its outline. `width` is the width of a band, mm; 0: a fifth
-    of the sheet, or its largest part.
+    All contours of a part are in the band at the centre of its outline. `width` is the width of a band, mm; 0 means a
+    fifth of the sheet, or the width of its largest part if that is larger.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -361,13 +361,13 @@ def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[lis
 
 
 def sorted_by_band(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
-    """Return the cuts sorted by band of the sweep; the order within a band does not change."""
+    """Return the cuts sorted by band of the sweep, without a change of the order within a band."""
     band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
     return sorted(order, key=lambda s: band[s.contour])
 
 
 def _outermost_contour(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
-    """Return the outermost contour around a contour, or the contour itself."""
+    """Return the outermost contour around a contour; the contour itself if none surrounds it."""
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]

@@ -1,4 +1,4 @@
-"""Travel moves with the head down, routed around detached parts, which may tip up and be hit.
+"""Travel moves with the head down, routed around detached parts, which may tip up.
 
 A part is detached once its outline is cut without micro-joints. Moves keep the radius of the head from detached parts.
 If no such route exists, at least the centre of the head stays clear; otherwise the move crosses the part. Both cases
@@ -20,9 +20,9 @@ from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet
 
-#: Penalty for a move that crosses a detached part, for comparing orders, in seconds or mm.
+#: Penalty for a move that crosses a detached part, in seconds or mm, for the comparison of orders.
 HIT = 60.0
-#: Penalty for a move on which the edge of the head, but not its centre, passes over a detached part.
+#: Penalty for a move on which the rim of the head, but not its centre, passes over a detached part, in seconds or mm.
 CLOSE = 15.0
 #: Maximum number of attempts to postpone an outline.
 MOST_MOVES = 400
@@ -35,9 +35,10 @@ HeadRoute = tuple[tuple[Point, ...], float]
 class HeadRoutes:
     """Routes of the head between the cuts.
 
-    `corners` has the corners of the detour to each cut, by its position; the key of the detour to the end point is the
-    number of cuts. `crossing` has the positions of the cuts whose travel move still crosses a detached part, `close`
-    those whose travel move passes a part within the `radius` of the head, mm. `moves` is the number of travel moves.
+    `corners` has the corners of each detour, by the index of the cut that follows; for the detour to the end point, the
+    key is the number of cuts. `crossing` has the indices of the cuts whose travel move still crosses a detached part,
+    `close` the indices of cuts whose travel move passes a part within the `radius` of the head, mm. `moves` is the
+    number of travel moves.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
@@ -47,7 +48,7 @@ class HeadRoutes:
     radius: float = 0.0
 
     def issue(self, cuts: Sequence[Cut]) -> Issue | None:
-        """Return the warning about moves that cross or approach detached parts, or a note on detours, or None."""
+        """Return a warning about moves that cross or approach detached parts, a note about detours, or None."""
         if not (self.crossing or self.close or self.corners):
             return None
         detours = f"{len(self.corners)} of {self.moves} travel moves go around parts that are cut free"
@@ -71,7 +72,7 @@ class HeadRoutes:
 
 
 class DetachableParts:
-    """The parts of a sheet as obstacles for a head with a radius in mm; its centre never crosses a clamp."""
+    """The parts of a sheet as obstacles for a head with a radius, mm. The centre of the head never crosses a clamp."""
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
         self.sheet, self.radius = sheet, radius
@@ -83,13 +84,16 @@ class DetachableParts:
         self.map = ObstacleMap(outlines, {-1 - z: shapely.box(*zone) for z, zone in enumerate(sheet.zones)})
 
     def detached_by(self, cut: Cut) -> list[int]:
-        """Return the outlines detached by a cut: closed, without micro-joints, and not cut by a common line."""
+        """Return the outlines that a cut detaches; common lines, and outlines with micro-joints, are not among them."""
         if cut.kind != "cut" or cut.joints or cut.common:
             return []
         return [k for k in cut.contours if k in self.map.shapes]
 
     def route(self, a: Point, b: Point, detached: set[int]) -> HeadRoute:
-        """Return the best route: the whole head clear of detached parts, else only its centre, else across parts."""
+        """Return the best route of the head, and its penalty.
+
+        The whole head stays clear of detached parts if possible, else only its centre, else the route crosses parts.
+        """
         if not self.map.met(a, b, self.radius) & detached:
             return (), 0.0
         if self.radius > 0.0:
@@ -134,7 +138,7 @@ def cut_outlines_later(
     cost: Callable[[Point, Point], float],
     late: Callable[[], bool] = lambda: False,
 ) -> list[int]:
-    """Return an order of `cuts`, as indices, in which outlines follow the moves across their parts, if it costs less.
+    """Return an order of `cuts` (indices) in which outlines follow the moves across their parts, if that costs less.
 
     `pairs` are precedence pairs (before, after), as indices into `cuts`; `cost` returns the cost of a straight move, in
     seconds or mm. The search ends when `late` returns true between attempts.
@@ -159,7 +163,7 @@ def cut_outlines_later(
     def travel_cost(order: Sequence[int], first: int, last: int, detached: set[int]) -> float:
         """Return the cost of the travel moves to the cuts at positions `first` to `last` of an order.
 
-        `detached` are the parts detached before these moves.
+        `detached` are the parts that are already detached before these moves.
         """
         total = 0.0
         for place in range(first, min(last + 1, len(order))):

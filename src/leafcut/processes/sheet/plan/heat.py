@@ -1,4 +1,4 @@
-"""Keeps the starts of consecutive cuts apart, because metal next to a fresh cut is hot."""
+"""Keep the starts of consecutive cuts apart, because metal next to a fresh cut is hot."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTravel
 from leafcut.processes.sheet.plan.starts import CutStart
 
-#: A cut moves by at most this number of positions in the order.
+#: Maximum number of positions by which a cut moves in the order.
 REACH = 40
-#: Maximum number of passes over all starts that are too close.
+#: Maximum number of passes over the starts that are too close.
 PASSES = 4
-#: Penalty of a start that is too close, in the unit of the travel cost: more than any travel.
+#: Penalty for a start that is too close, in seconds or mm: more than the cost of any travel.
 PENALTY = 1e6
 
 
 def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
-    """Return pairs of consecutive positions, in order, whose starts are closer than `apart` mm."""
+    """Return the pairs of consecutive positions in the order whose starts are less than `apart` mm apart."""
     return [(j - 1, j) for j in range(len(order)) if _starts_in_hot_metal(order, j, apart)]
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
-    """Return the note or warning about starts that remain within `apart` mm of the previous start."""
+    """Return a warning about starts within `apart` mm of the previous start, or a note if there are none."""
     left = close_starts(order, apart)
     if not left:
         words = f"no cut starts within {apart:g} mm of the previous start; the nearest-neighbour order ignores heat"
@@ -35,7 +35,6 @@ def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
 
 
 def _starts_in_hot_metal(order: Sequence[CutStart], j: int, apart: float) -> bool:
-    """Return whether the cut at `j` starts too close to the start of the previous cut."""
     return j > 0 and math.dist(order[j - 1].entry, order[j].entry) < apart
 
 
@@ -46,7 +45,7 @@ def spread_starts(
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
 ) -> CutSequence:
-    """Return the cuts with fewer starts closer than `apart` mm, by small changes of the order and of the starts.
+    """Return the cuts with fewer starts closer than `apart` mm, after small changes of the order and of the starts.
 
     Precedence, fixed choices and bands (`cutting.bands`) are kept. The search stops when `late` returns true.
     """
@@ -76,7 +75,7 @@ def spread_starts(
 
 
 def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, CutStart], bool]) -> tuple[int, int]:
-    """Return the first and last position to which the cut at `j` may move, at most `REACH` away."""
+    """Return the first and last position to which the cut at position `j` may move, at most `REACH` away."""
     low = high = j
     while low > 0 and j - low < REACH and may_swap(order[low - 1], order[j]):
         low -= 1
@@ -88,9 +87,9 @@ def _movable_range(order: list[CutStart], j: int, may_swap: Callable[[CutStart, 
 def _best_change(
     cutting: Cutting, order: list[CutStart], j: int, places: tuple[int, int], apart: float, head: HeadTravel
 ) -> list[CutStart] | None:
-    """Return the cheapest order in which the cut at `j` has another position or start; None if none is cheaper.
+    """Return the cheapest order in which the cut at position `j` has another position or start.
 
-    `places` are the first and last position allowed for the cut.
+    The result is None if no such order is cheaper. `places` are the first and last position allowed for the cut.
     """
     own, (low, high) = order[j], places
     starts = cutting.starts_of([own.contour]) if own.pierce else []
@@ -99,7 +98,7 @@ def _best_change(
     first, last = max(0, low - 1), min(len(order), high + 2)
 
     def cost(trial: list[CutStart]) -> float:
-        """Return the cost of an order between `first` and `last`: travel, and penalties for starts too close."""
+        """Return the cost of an order from `first` to `last`: travel, and penalties for starts that are too close."""
         total, here = 0.0, trial[first - 1].exit if first else head.start
         for k in range(first, last):
             total += head.cost(here, trial[k].entry) if here is not None else 0.0

@@ -20,16 +20,16 @@ from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 
-#: Chord tolerance, mm.
+#: Tolerance of chords that approximate arcs, mm.
 FLATNESS = 0.005
-#: Minimum lead length, in kerfs and in mm: the pierce hole must not reach the part.
+#: Minimum length of a lead, in kerf widths and in mm; with a shorter lead, the pierce hole would reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 NO_LEAD = Lead()
 
 
 @lru_cache(maxsize=4096)
 def lead_shape(lead: Lead) -> Points:
-    """Return the points (u, v) of a lead-in, float64[k, 2], mm; it ends at (0, 0)."""
+    """Return the points (u, v) of a lead-in, float64[k, 2], mm. The lead ends at (0, 0)."""
     if lead.style == "none" or lead.length <= 0.0:
         return np.zeros((1, 2))
     if lead.style == "line":
@@ -45,10 +45,10 @@ def lead_shape(lead: Lead) -> Points:
 
 
 def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
-    """Return the points of a lead at n positions, float64[n, k, 2]; with `out`, as a lead-out.
+    """Return the points of a lead at n positions, float64[n, k, 2], mm; with `out`, as a lead-out.
 
     `shape` is a result of `lead_shape`. `at` and `travel` are the points where the lead meets the contour, and unit
-    vectors of travel there: float64[n, 2]. `left`: the scrap is to the left of travel.
+    vectors of travel there: float64[n, 2]. `left` is true if the scrap is to the left of travel.
     """
     u, v = shape[:, 0], shape[:, 1]
     if out:
@@ -61,7 +61,7 @@ def placed_leads(shape: Points, at: Points, travel: Points, left: bool, out: boo
 
 
 def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = False) -> Polyline | None:
-    """Return a lead as a path in the direction of travel; None if it has no length."""
+    """Return a lead as a path in the direction of travel; None if the lead has no length."""
     ends = placed_leads(lead_shape(lead), np.array([at]), np.array([travel]), left, out)[0]
     if len(ends) < 2:
         return None
@@ -75,7 +75,7 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
 
 
 def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
-    """Return a lead and its substitutes for tight spaces: shorter leads, other angles, other styles; the best first."""
+    """Return a lead and its substitutes for narrow scrap, best first: shorter leads, other angles, other styles."""
     if lead.style == "none":
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)
@@ -90,5 +90,5 @@ def lead_variants(lead: Lead, kerf: float) -> list[Lead]:
 
 
 def as_lines(leads: NDArray[np.float64]) -> Any:
-    """Return leads (float64[n, k, 2]) as shapely lines."""
+    """Return leads, float64[n, k, 2], as an array of shapely lines."""
     return shapely.linestrings(leads)

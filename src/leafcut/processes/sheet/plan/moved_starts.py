@@ -1,4 +1,4 @@
-"""Moves the starts of cuts in a fixed order to shorten travel, to pierce solid metal, and to keep leads apart.
+"""Move the starts of cuts in a fixed order, for shorter travel, pierces in solid metal, and leads that do not meet.
 
 The search for the order ignores the kerfs and leads of other cuts when it chooses the start of a cut.
 """
@@ -21,18 +21,18 @@ from leafcut.processes.sheet.plan.cutting import CutSequence, Cutting, HeadTrave
 from leafcut.processes.sheet.plan.leads import FLATNESS
 from leafcut.processes.sheet.plan.starts import CutStart, start_at
 
-#: Smallest step along a contour, mm, and the first step as a share of its length.
+#: Smallest step along a contour, mm, and first step relative to the length of the contour.
 FINEST, FIRST_SHARE = 0.25, 1.0 / 16.0
-#: Maximum number of rounds over all cuts; minimum gain of a round, as a share of all travel.
+#: Maximum number of rounds over all cuts, and minimum gain of a round relative to all travel.
 ROUNDS, LEAST_GAIN = 12, 1e-5
-#: Smaller gains are rounding errors, s or mm.
+#: Smallest gain that is no rounding error, s or mm.
 NO_GAIN = 1e-9
 #: Maximum number of passes over conflicting leads, and over pierces: a moved start may cause a new conflict.
 LEAD_PASSES, PIERCE_PASSES = 4, 8
-#: With more conflicting pierces than this, a pass compares each pierce with the starts before the pass, which is
-#: faster; otherwise it compares each pierce with the current starts.
+#: Maximum number of conflicting pierces that are compared with the current starts. More pierces are compared with the
+#: starts before the pass, which is faster.
 MOST_IN_TURN = 30
-#: A pierce is clear of a kerf if it is further than this from its edge, mm.
+#: Minimum distance between a pierce and the edge of another kerf, mm.
 ROOM = 0.05
 
 
@@ -40,12 +40,10 @@ ROOM = 0.05
 
 
 def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] = lambda: False) -> CutSequence:
-    """Return the cuts with their starts moved along the contours until travel gets no shorter, or `late` returns true.
+    """Return the cuts with starts moved along the contours until travel gets no shorter, or `late` returns true.
 
-    Each start moves while the previous and the next cut stay fixed. Starts fixed by a plan file stay.
-
-    Source: A. A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed
-    order).
+    Each start moves while the previous and the next cut do not change. Starts fixed by a plan file are kept. Source: A.
+    A. Petunin, E. G. Polishchuk and S. S. Ukolov, on the continuous cutting problem (routes of a fixed order).
     """
     order = list(cuts.starts)
     settled: dict[int, tuple[Point | None, Point | None]] = {}
@@ -68,7 +66,10 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
 def _slide_start(
     cutting: Cutting, start: CutStart, head: HeadTravel, around: tuple[Point | None, Point | None]
 ) -> tuple[CutStart, float]:
-    """Return a start moved to the cheapest position, given the head's positions before and after it, and the gain."""
+    """Return a start moved to the position with the shortest travel, and the travel saved.
+
+    `around` are the positions of the head before and after the cut.
+    """
     contour = cutting.contours[start.contour]
     if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
         return start, 0.0
@@ -95,8 +96,8 @@ def _slide_start(
 def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     """Return the cuts with new starts where a pierce would be in or next to the kerf of an earlier cut.
 
-    A pierce stays a full kerf from the centreline of each earlier cut if possible, otherwise half a kerf. The cheapest
-    of such starts is used. Starts fixed by a plan file stay.
+    A pierce keeps a full kerf from the centreline of each earlier cut if possible, otherwise half a kerf. The cheapest
+    such start is used. Starts fixed by a plan file are kept.
     """
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
@@ -115,7 +116,10 @@ def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 class _CutPaths:
-    """The paths and pierces of the cuts in order, without marks, which do not cut through the sheet."""
+    """The torch paths and pierces of the cuts in order.
+
+    Marks are left out, because they do not cut through the sheet.
+    """
 
     def __init__(self, cuts: CutSequence) -> None:
         self.cutting, self.order = cuts.cutting, list(cuts.starts)
@@ -123,7 +127,7 @@ class _CutPaths:
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
-        """Return the torch path of a start as a shapely line, cached."""
+        """Return the torch path of the cut that begins with a start, as a cached shapely line."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
@@ -141,10 +145,11 @@ class _CutPaths:
         return self.cutting.contours[start.contour].kind == "cut"
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
-        """Return the number of conflicts of a start of cut `k` with other cuts: pierces in a kerf, and close to a kerf.
+        """Return the number of conflicts of a start of cut `k` with other cuts, for two distances.
 
-        The pierce of the start conflicts with the kerfs of earlier cuts. Given the `line` of the start's path, the
-        pierces of later cuts in its kerf count too.
+        The first number counts pierces in a kerf, the second pierces within a full kerf of a centreline. The pierce of
+        the start conflicts with the kerfs of earlier cuts. Given the `line` of the start's path, the pierces of later
+        cuts in its kerf count too.
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
@@ -160,7 +165,10 @@ class _CutPaths:
 
 
 def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
-    """Return the start of cut `k` with the fewest conflicts, then the least cost; None if none has fewer conflicts."""
+    """Return the start of cut `k` with the fewest conflicts, then the lowest cost.
+
+    The result is None if no start has fewer conflicts than the current start.
+    """
     cutting, own = burnt.cutting, burnt.order[k]
     around, best = head.neighbours(burnt.order, k), None
     least = (*burnt.conflicts(k, own, burnt.lines[k]), 0.0)
@@ -176,7 +184,10 @@ def _clear_start(burnt: _CutPaths, k: int, head: HeadTravel) -> CutStart | None:
 
 
 def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
-    """Return the cuts with new starts where leads would run into other leads or bridges: the cheapest clear starts."""
+    """Return the cuts with new starts where leads would run into other leads or bridges.
+
+    The cheapest start without such a conflict is used.
+    """
     cutting, order = cuts.cutting, list(cuts.starts)
     for _ in range(LEAD_PASSES):
         extras = [_leads_and_bridges(cutting, s) for s in order]
@@ -192,7 +203,7 @@ def leads_apart(cuts: CutSequence, head: HeadTravel) -> CutSequence:
 
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
-    """Return the cutting with only the starts of an order, and starts whose leads stay clear of the order's leads."""
+    """Return the cutting with the starts of an order, and other starts whose leads stay clear of the order's leads."""
     extras = [_leads_and_bridges(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
@@ -207,7 +218,6 @@ def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
 
 
 def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
-    """Return the leads and bridges of a cut, as shapely lines."""
     leads = cutting.lead_lines(s)
     if not s.then:
         return leads
@@ -224,7 +234,7 @@ def _leads_and_bridges(cutting: Cutting, s: CutStart) -> list[Any]:
 def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
     """Return the pairs of cuts, by position, whose leads or bridges run into each other's kerf.
 
-    `extras` has the leads and bridges of each cut.
+    `extras` has the leads and bridges of each cut as shapely lines.
     """
     lines = [line for own in extras for line in own]
     owner = [k for k, own in enumerate(extras) for _ in own]
@@ -237,9 +247,9 @@ def _conflicting_pairs(extras: Sequence[list[Any]], kerf: float) -> set[tuple[in
 def _start_with_clear_leads(
     cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, head: HeadTravel
 ) -> CutStart | None:
-    """Return the cheapest start of cut `k` whose leads stay clear of all others.
+    """Return the cheapest start of cut `k` whose leads do not meet any other leads or bridges.
 
-    None if the current start is fixed or clear, or no start is clear.
+    The result is None if the current start is fixed or already clear, or if no start is clear.
     """
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):

@@ -1,7 +1,7 @@
 """Shapes that are narrow relative to the kerf: slots cut along their centreline, divided holes, closed notches.
 
-A slot one to two kerfs wide has no room for a pierce away from its edge. A hole that the kerf divides is cut in pieces.
-If the kerf closes the mouth of a notch, its chamber is cut as a hole.
+A slot one to two kerfs wide has no space for a pierce away from its edge. A hole that the kerf divides is cut as
+several holes. If the kerf closes the mouth of a notch, its chamber is cut as a hole.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from leafcut.processes.sheet.plan.leads import FLATNESS
 LONGER = 2.0
 #: Relative tolerance of the area of a slot, compared with a rectangle with square or round ends.
 ALIKE = 0.01
-#: Mitre limit: corners of a piece stay sharp up to this ratio of their length to half a kerf.
+#: Mitre limit: maximum length of a sharp corner of a divided hole, in half kerf widths.
 MITRE = 2.0
-#: Tolerance of arcs fitted to the chords of a piece, mm.
+#: Tolerance of arcs that are fitted to the chords of a divided hole, mm.
 FITTED = 0.002
 
 
 def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with narrow slots as centreline cuts, this sheet with divided holes and chambers, and issues.
+    """Return the sheet with narrow slots as centreline cuts, the same with divided holes and chambers, and issues.
 
-    Without compensation, the sheet is unchanged.
+    Without compensation, both are the unchanged sheet.
     """
     if rules.half <= 0.0:
         return sheet, sheet, []
@@ -49,7 +49,7 @@ def with_narrow_shapes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, lis
 
 
 def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
-    """Return a sheet with its narrow slots as open centreline cuts, and a warning about their widths (L627).
+    """Return the sheet with narrow slots as open centreline cuts, and a warning about their widths (L627).
 
     Cuts end half a kerf before the end of the slot, which gives the drawn length. A slot is a rectangle with square or
     round ends; it must not contain other contours.
@@ -72,7 +72,7 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
-    """Return the centreline of a slot, less half a kerf at each end, and its width, mm; None for other shapes."""
+    """Return the centreline of a slot, less half a kerf at each end, and the slot width, mm; None for other shapes."""
     x0, y0, x1, y1 = slot.extents
     # Most holes are wider in both directions, as their area shows.
     if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
@@ -99,11 +99,11 @@ def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | No
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
-    """Replace the holes that the kerf divides by their pieces; return the sheet, and issues (L612) about uncut areas.
+    """Return the sheet with several holes in place of each hole that the kerf divides, and issues (L612).
 
-    The first piece keeps the index of the hole, and the others are appended, so that no index changes. Contours in a
-    hole belong to the piece around them. A hole with contours outside its pieces stays unchanged; it is reported, not
-    cut.
+    The issues report uncut areas. The first new hole keeps the index of the original, and the others are appended, so
+    that no index changes. Contours in a hole belong to the new hole around them. A hole with contours outside the new
+    holes stays unchanged; it is reported, not cut.
     """
     contours, added, issues = list(sheet.contours), list[Contour](), []
     for index, one in enumerate(sheet.contours):
@@ -126,11 +126,11 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
 
 
 def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
-    """Return a sheet with the chambers of closed notches as holes, because a kerf does not fit through their mouths.
+    """Return the sheet with the chambers of closed notches as holes, because a kerf does not fit through their mouths.
 
     Chambers are appended. Contours in a chamber belong to it. An outline gets no chambers if other contours in its
-    notches lie outside the chambers. If cuts start at the edge of the sheet, which cannot reach a chamber, the sheet is
-    unchanged.
+    notches lie outside the chambers. If cuts start at the edge of the sheet, the sheet is unchanged, because such cuts
+    cannot reach a chamber.
     """
     if rules.edge_start:
         return sheet
@@ -159,7 +159,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
 def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
     """Return the area of the notches that the kerf closes, and the rings of the kerf's centreline in them.
 
-    Each ring has room for a pierce, and its kerf enters no other kerf, where the arc would go out.
+    Each ring has space for a pierce, and its kerf enters no other kerf, where the arc would go out.
     """
     grown = outline.buffer(rules.half, quad_segs=16)
     paths = [grown.exterior, *grown.interiors]
@@ -183,7 +183,7 @@ def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
 
 
 def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
-    """Return the pieces of a hole or a notch around the given kerf centrelines, where a pierce fits."""
+    """Return the parts of a hole or notch around the given kerf centrelines, as outlines, where a pierce fits."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
@@ -198,7 +198,10 @@ def _pieces_around(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Pol
 
 
 def _uncut_issue(one: Contour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
-    """Return the issue about the uncut areas of a hole: necks and pieces without room for a pierce, but no corners."""
+    """Return the issue about uncut areas of a hole: necks, and parts without space for a pierce.
+
+    Corners do not count.
+    """
     rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
     burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
     unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))

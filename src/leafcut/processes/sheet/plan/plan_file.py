@@ -1,4 +1,4 @@
-"""Applies a plan file: fixed choices replace all alternatives; the search decides the other choices."""
+"""Apply a plan file: fixed choices replace all alternatives; the search decides the other choices."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from leafcut.processes.sheet.plan.starts import (
     starts_without_lead,
 )
 
-#: Tolerance of the length and the start of an unchanged contour, mm; for its area, this is multiplied by its length.
+#: Largest change of length and start of an unchanged contour, mm; times its length, the largest change of its area.
 SAME = 0.01
-#: Maximum distance of a fixed start from the path of its contour, in addition to the kerf, mm: users round coordinates.
+#: Maximum distance between a fixed start and its contour, mm, in addition to the kerf, because users round coordinates.
 NEAR = 2.0
 
 
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
-    """Raise `PlanError` with the first difference if a plan file does not fit the drawing."""
+    """Raise PlanError with the first difference if a plan file does not fit the drawing."""
 
     def refuse(reason: str) -> PlanError:
         return PlanError(f"{plan.source}: the plan no longer fits the drawing: {reason}; make a new plan")
@@ -55,9 +55,9 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:
-    """Return the cutting restricted to the fixed choices of the plan file, or with `everything`, to all its choices.
+    """Return the cutting limited to the fixed choices of the plan file, or to all its choices if `everything`.
 
-    `PlanError` if the drawing differs, or a fixed choice cannot be cut.
+    Raises PlanError if the drawing differs, or a fixed choice cannot be cut.
     """
     check_fit(cutting.sheet, plan)
     position = {c.index: k for k, c in enumerate(cutting.contours)}
@@ -83,10 +83,10 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
 
 
 def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
-    """Return the precedence pairs (before, after) of contours that the plan file fixes as ahead.
+    """Return precedence pairs (before, after) for the contours that the plan file fixes as ``ahead``.
 
-    `rows` are the contours in the order of the plan file. A contour fixed as ahead comes before all following rows, up
-    to and including the next contour fixed as ahead.
+    `rows` are the contours in the order of the plan file. A contour fixed as ``ahead`` comes before all following rows,
+    up to and including the next contour fixed as ``ahead``.
     """
     pairs: list[tuple[int, int]] = []
     first = None
@@ -99,7 +99,7 @@ def _ahead_pairs(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tup
 
 
 def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
-    """Raise `PlanError` for a fixed order that detaches a part before a contour inside it is cut."""
+    """Raise PlanError for a fixed order that detaches a part before a contour inside it is cut."""
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
@@ -134,7 +134,7 @@ def _contour_position(
 
 
 def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
-    """Return the first start of each contour, in the order of the plan as far as precedence allows."""
+    """Return the first start of each cut, in the order of the plan file as far as precedence allows."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
     by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
@@ -158,7 +158,7 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
 
 
 def _fixed_starts(cutting: Cutting, k: int, choice: CutChoice, plan: PlanFile) -> list[CutStart]:
-    """Return the starts of a contour that a choice of the plan file allows; `PlanError` if none fits."""
+    """Return the starts of a contour that its entry in the plan file allows. Raises PlanError if none fits."""
     contour, scrap = cutting.contours[k], cutting.scrap
     lead = choice.lead_in if "lead" in choice.fixed else None
     if lead is not None:
@@ -203,7 +203,10 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 
 
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
-    """Return the positions at which a controller with kerf compensation can start; `PlanError` if none can."""
+    """Return the positions at which a controller with kerf compensation can start.
+
+    Raises PlanError if none is possible.
+    """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
@@ -227,7 +230,7 @@ def _distance_from_choice(start: CutStart, choice: CutChoice) -> float:
 def _starts_at(
     k: int, contour: CutContour, scrap: Scrap, places: list[tuple[float, bool]], lead: Lead | None
 ) -> list[CutStart]:
-    """Return the starts of a closed contour at `places`, with the fixed lead-in, or else with lead-ins that fit."""
+    """Return the starts of a closed contour at `places`, with the fixed lead-in, else with lead-ins that fit."""
     if not contour.has_leads or contour.rules.lead_in.style == "none":
         return starts_without_lead(k, contour, places)
     leads: Sequence[Lead | None] = [lead] if lead is not None else leads_to_try(contour)
@@ -238,7 +241,7 @@ def _starts_at(
 
 
 def _with_lead_out(contour: CutContour, scrap: Scrap, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
-    """Return the starts where the lead-out of the choice fits, with that lead-out."""
+    """Return the starts at which the lead-out of the plan file fits, with this lead-out."""
     if choice.lead_out is None:
         return starts
     kept = []

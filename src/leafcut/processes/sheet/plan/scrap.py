@@ -17,13 +17,13 @@ from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import FLATNESS
 
-#: Parts are shrunk by this, mm: more than the tolerance of an offset path in chords, less than the tolerance of the
-#: proof.
+#: Distance by which parts are shrunk, mm: more than the tolerance of an offset path in chords, less than the tolerance
+#: of the proof.
 PART_SHRINKAGE = 0.02
 
 
 class Scrap:
-    """The metal between the parts. The parts are shrunk slightly, so that a kerf along its own part is no conflict."""
+    """The metal between the parts. Parts are shrunk slightly, so that a kerf along its own part does not touch it."""
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
         self.rules = rules
@@ -45,7 +45,10 @@ class Scrap:
         self._bridge_tree: Any = None
 
     def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
-        """Return the scrap with bridges of contours (`owners`, int64[n, 2]) as obstacles for other cuts."""
+        """Return the scrap with bridges as obstacles for other cuts.
+
+        `owners`, int64[n, 2], are the contours that each bridge connects.
+        """
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
         other._bridge_tree = shapely.STRtree(lines)  # noqa: SLF001  # of its own class
@@ -57,7 +60,7 @@ class Scrap:
         return 0.5 * self.rules.kerf
 
     def allows(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
-        """Return which of n shapely lines the torch may follow for the contours `owners`, bool[n].
+        """Return, for each of n shapely lines, whether the torch may follow it to cut the contours `owners`, bool[n].
 
         The kerf along such a line touches no part, no clamp, and no kerf or bridge of other contours. It stays on the
         sheet unless `leaves_sheet`.
@@ -87,16 +90,17 @@ class Scrap:
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
     def is_clear(self, places: Points, radius: float) -> Mask:
-        """Return which points (float64[n, 2]) have no part within `radius`, bool[n]."""
+        """Return, for each point (float64[n, 2]), whether no part lies within `radius` mm, bool[n]."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def leave_own_kerf(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
-        """Return which lead-ins (float64[n, k, 2], the last point on the contour) leave their contour's kerf for good.
+        """Return, for each lead-in, whether it leaves the kerf of its contour and stays outside, bool[n].
 
-        Outwards from the contour, once the kerf of the lead is clear of the contour's kerf, it must stay clear.
+        `leads` are float64[n, k, 2], with the last point on the contour. Outwards from the contour, once the kerf of
+        the lead is clear of the contour's kerf, it must stay clear.
         """
         fine = _with_extra_points(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(owner.line, shapely.points(fine))
@@ -108,7 +112,7 @@ class Scrap:
 
 
 def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return leads with points inserted at most `step` mm apart, from the contour outwards, float64[n, m, 2]."""
+    """Return leads with points at most `step` mm apart, from the contour outwards, float64[n, m, 2]."""
     outwards = leads[:, ::-1]
     longest = np.hypot(*np.moveaxis(np.diff(outwards, axis=1), 2, 0)).max(initial=0.0)
     pieces = min(max(math.ceil(longest / step), 1), 64)
@@ -119,7 +123,7 @@ def _with_extra_points(leads: NDArray[np.float64], step: float) -> NDArray[np.fl
 
 
 def _part_polygons(sheet: Sheet) -> tuple[list[Any], list[int]]:
-    """Return the parts as slightly shrunk shapely polygons with their holes, and their numbers."""
+    """Return the parts as slightly shrunk shapely polygons with holes, and the part numbers."""
     rings = {
         i: shapely.LinearRing(c.path.flattened(FLATNESS))
         for i, c in enumerate(sheet.contours)

@@ -1,4 +1,4 @@
-"""Builds a sheet from the strokes of a drawing: joins, cleans and checks outlines, assigns holes and marks to parts.
+"""Build a sheet from the strokes of a drawing: join, clean and check outlines, assign holes and marks to parts.
 
 Unsafe outlines are refused with their positions; repairs are reported.
 """
@@ -29,12 +29,12 @@ from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of, matcher
 from leafcut.processes.sheet.options import CutOptions
 
-#: A closed outline smaller than this in both directions is likely a drawing error, mm.
+#: Size of a closed outline in both directions below which it is likely a drawing error, mm.
 TINY = 0.5
-#: The circles of a bore have the same centre within this, mm, because of rounded coordinates and chords.
+#: Largest distance between the centres of the circles of a bore, mm: coordinates are rounded, and arcs may be chords.
 SAME_CENTRE = 0.05
-#: Three or more concentric circles are a stepped bore up to this diameter, mm (the head of an M20 screw). Wider circles
-#: are rings nested in each other.
+#: Maximum diameter of a stepped bore with three or more circles, mm (the head of an M20 screw). Wider circles are rings
+#: nested in each other.
 WIDEST_STEPPED = 40.0
 #: Maximum number of layers listed if the drawing has no cuts.
 MOST_LAYERS = 5
@@ -46,10 +46,10 @@ _SLACK = 1e-6
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
-    """Return the sheet of a drawing: contours joined, cleaned, checked and nested, in O(n log n).
+    """Return the sheet of a drawing, with contours joined, cleaned, checked and nested, in O(n log n).
 
     `concentric` selects the circles of a bore to cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
-    `PlanError` if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
+    Raises PlanError if the sheet has no cuts or marks, if an outline is open (unless `options.open_paths` allows it) or
     crosses itself, or if parts overlap, fall apart where their outlines touch, or lie beyond the edge of the sheet.
     """
     options = options or SheetOptions()
@@ -89,7 +89,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
 
 
 def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[Contour]]:
-    """Return the strokes of each kind, cleaned and numbered; report strokes without length (L313)."""
+    """Return the strokes of each kind, cleaned and numbered. Strokes without length are reported (L313)."""
     found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
@@ -106,7 +106,10 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
 
 
 def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issues: list[Issue]) -> list[Contour]:
-    """Return the strokes of one kind joined to contours, each with the layer, handle and order of its first stroke."""
+    """Return the strokes of a kind joined to contours.
+
+    Each contour has the layer, handle and order of its first stroke.
+    """
     marked = kind == "mark"
     if not strokes:
         return []
@@ -156,7 +159,7 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
 
 
 def _price_in_name(name: str) -> float:
-    """Return the price in the name of a sheet, such as ``3000x1500@180``; 0 for none."""
+    """Return the price in the name of a sheet such as ``3000x1500@180``; 0 if the name contains no price."""
     _, found, text = name.rpartition("@")
     try:
         price = float(text) if found else 0.0
@@ -166,11 +169,11 @@ def _price_in_name(name: str) -> float:
 
 
 def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
-    """Return the edge of the sheet from a layer with the name of a sheet; None if its outlines are parts.
+    """Return the edge of the sheet from a layer with the name of a sheet; None if the outlines there are parts.
 
     The edge encloses or crosses all other contours; a part that crosses the edge lies half off the sheet. An outline
-    without contours inside is a part. An outline with some contours inside and others outside is ambiguous
-    (`PlanError`): a wrong guess would cut each part on the wrong side of its line.
+    without contours inside is a part. An outline with some contours inside and others outside is ambiguous, and raises
+    PlanError: a wrong guess would cut each part on the wrong side of its line.
     """
     closed = [m for m in maybe if m.path.closed]
     others = [*cuts, *marks]
@@ -203,7 +206,7 @@ def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]
 def _sort_open_paths(
     opened: list[Contour], options: SheetOptions, issues: list[Issue]
 ) -> tuple[list[Contour], list[Contour]]:
-    """Return the open paths to cut and the open paths to mark, as `options.open_paths` requires."""
+    """Return the open paths to cut, and the open paths to mark, as the option `open_paths` requires."""
     if not opened:
         return [], []
     paths = [m.path for m in opened]
@@ -226,7 +229,7 @@ def _sort_open_paths(
 
 
 def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
-    """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
+    """Raise PlanError for outlines that cross or touch themselves, or enclose no area."""
     # The hull is used because the areas of the two halves of an 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
@@ -245,7 +248,7 @@ def _without_duplicates(
 ) -> tuple[list[int], list[tuple[int, int]]]:
     """Return the indices of the outlines without duplicates, and the pairs of touching outlines.
 
-    Duplicate, touching and tiny outlines are reported; overlapping outlines raise `PlanError`.
+    Duplicate, touching and tiny outlines are reported. Raises PlanError if outlines overlap.
     """
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
@@ -273,7 +276,7 @@ def _without_duplicates(
 
 
 def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]) -> None:
-    """Raise `PlanError` for a part that falls into pieces because its holes touch its outline or each other."""
+    """Raise PlanError for a part that falls apart because its holes touch its outline or each other."""
     if not touching:
         return
     inside = np.full((2, len(closed)), -1)
@@ -298,7 +301,7 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
     """Return the indices of the outlines to cut: of each bore, only its smallest or largest circle (`concentric`).
 
     Countersinks, counterbores and threads are drawn as a circle around the hole; cutting all circles would leave a hole
-    that is too wide. Circles left out are reported (L302).
+    that is too wide. Omitted circles are reported (L302).
     """
     every = list(range(len(closed)))
     if concentric == "all":
@@ -325,7 +328,7 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
 
 
 def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
-    """Return the circles of each bore: a round hole that contains only concentric circles."""
+    """Return the circles of each bore, as indices. A bore is a round hole that contains only concentric circles."""
     widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
@@ -356,7 +359,7 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
 
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
-    """Return all contours in the order of the drawing, with depth, parent and part."""
+    """Return all contours in the order of the drawing, with depth, parent and part number."""
     depth, parent = nesting(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
     _, holder = enclosing(middles, shapes)
@@ -379,7 +382,7 @@ def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Co
 
 
 def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
-    """Return the part number of each closed contour; parts are renumbered if the drawing contradicts the nesting."""
+    """Return the part number of each closed contour. If the drawing contradicts the nesting, parts are renumbered."""
     drawn = [m.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
     numbers = {k: drawn[k] for k in outlines}
@@ -390,7 +393,7 @@ def _part_numbers(closed: list[Contour], depths: list[int], parents: list[int], 
 
 
 def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
-    """Raise `PlanError` for contours beyond the edge of the sheet, or in a hole of the sheet."""
+    """Raise PlanError for contours beyond the edge of the sheet, or in a hole of the sheet."""
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])
@@ -409,7 +412,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
 
 
 def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> None:
-    """Raise `PlanError` for an outline around parts on a layer with the name of a drawing frame.
+    """Raise PlanError for an outline around parts on a layer with the name of a drawing frame.
 
     A frame that is cut as a part would turn the parts inside into holes. Layers that `options` select for cutting are
     accepted. An outline around a single outline may be a part with a window, so it only causes a warning (L422).
@@ -437,7 +440,7 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
 
 
 def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
-    """Warn (L422) if a rectangle around most contours looks like the sheet and would be cut as a part."""
+    """Add a warning (L422) if a rectangle around most contours looks like the sheet and would be cut as a part."""
     outer = [c for c in contours if c.parent < 0 and c.path.closed]
     if outline is not None or not outer or len(contours) < 3:
         return
@@ -478,10 +481,10 @@ def _at_places(places: Sequence[Any]) -> str:
 
 
 def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
-    """Return a sheet without the round holes that the limits of the diameter exclude; their number is reported (L205).
+    """Return a sheet without the round holes that the diameter limits exclude; their number is reported (L205).
 
-    Slots, windows, outlines of parts and marks of any size stay. `PlanError` if an excluded hole contains contours,
-    which would then lie in the metal of the part.
+    Slots, windows, outlines of parts and marks of any size remain. Raises PlanError if an excluded hole contains
+    contours, which would then lie in the metal of the part.
     """
     low = options.min_diameter if options.min_diameter is not None else 0.0
     high = options.max_diameter if options.max_diameter is not None else math.inf
@@ -502,7 +505,7 @@ def without_excluded_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
 
 
 def round_diameter(path: Polyline) -> float | None:
-    """Return the diameter of a circle or of a polygon that approximates a circle, mm; None for other shapes."""
+    """Return the diameter of a circle, or of a polygon that approximates a circle, mm; None for other shapes."""
     low_x, low_y, high_x, high_y = path.extents
     narrow, wide = sorted((high_x - low_x, high_y - low_y))
     if narrow < (1.0 - ROUND) * wide or 4.0 * math.pi * abs(path.area) < (1.0 - ROUND) * path.length**2:
@@ -526,9 +529,9 @@ def _start_of(contour: Contour) -> str:
 
 
 def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) -> Sheet:
-    """Return the sheet with the size in `options`, and with keep-out zones (float64[k, 4], mm).
+    """Return the sheet with the sheet size in `options`, and with additional keep-out zones (float64[k, 4], mm).
 
-    `OptionError` if the size is invalid; `PlanError` if a contour lies outside a sheet of that size.
+    Raises OptionError if the size is invalid, and PlanError if a contour lies outside a sheet of that size.
     """
     outline = sheet.outline
     if options.sheet_size:
@@ -547,7 +550,7 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
 
 
 def parse_size(text: str) -> Point:
-    """Return the width and height, mm, of a size such as ``3000x1500``; `OptionError` for other text."""
+    """Return width and height of a size such as ``3000x1500``, mm. Raises OptionError for other text."""
     try:
         width, height = (float(word) for word in text.lower().replace("×", "x").removesuffix("mm").split("x"))
     except ValueError:

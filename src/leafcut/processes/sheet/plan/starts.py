@@ -18,24 +18,24 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads import NO_LEAD, as_lines, lead_shape, lead_variants, placed_leads
 from leafcut.processes.sheet.plan.scrap import Scrap
 
-#: Shorter leads are tried until a contour has this number of starts, and starts at this share of its positions.
+#: Shorter leads are tried until a contour has this number of starts, and has starts at this share of its positions.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
-#: Usual number of start positions per contour; minimum and maximum spacing, mm; maximum and minimum number per contour.
+#: Start positions per contour: usual number, minimum and maximum spacing, mm, maximum and minimum number.
 PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
 #: Maximum number of start positions on the sheet.
 MOST_NODES = 20_000
-#: Distance of a start beyond the sheet's edge from the sheet, in addition to half a kerf, mm.
+#: Distance from the sheet of a start beyond its edge, mm, in addition to half a kerf.
 IN_THE_AIR = 5.0
-#: Directions of leads from the edge of the sheet: along the axes, as an operator would draw them.
+#: Directions of leads from the edge of the sheet: along the axes, as operators draw them.
 AXES = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
-#: A position along a path, mm, and whether the direction is clockwise.
+#: A position along a path, mm, and the direction of travel (true for clockwise).
 Place = tuple[float, bool]
 
 
 @dataclass(frozen=True)
 class CutStart:
-    """One choice of a cutting task: where and how the cut starts.
+    """A choice of a cutting task: position, direction and leads with which the cut starts.
 
     `at` is the start position along the contour, mm: on open contours 0, or the length for the reverse direction
     (`clockwise`). The torch switches on at `entry`, and the next rapid starts at `exit`. `pierce` is false for a start
@@ -63,7 +63,7 @@ class CutStart:
 
 
 def find_starts(contours: list[CutContour], scrap: Scrap) -> list[CutStart]:
-    """Return all starts, contour by contour; `PlanError` if some contours have no room for a lead."""
+    """Return all starts, contour by contour. Raises PlanError if no lead fits at some contours."""
     most = max(FEWEST_PLACES, min(MOST_PLACES, MOST_NODES // max(len(contours), 1)))
     found: list[CutStart] = []
     stuck: list[CutContour] = []
@@ -97,16 +97,16 @@ def _refusal(stuck: list[CutContour], contours: list[CutContour], rules: CutRule
 
 
 def _has_common_edge(one: CutContour, contours: list[CutContour]) -> bool:
-    """Return whether another outline runs a kerf away, so that a common line could cut both."""
+    """Return whether another outline runs one kerf away, so that a common line could cut both."""
     near = one.line.buffer(ROUNDING)
     others = (other for other in contours if other is not one and other.has_leads and not other.hole)
     return not one.hole and any(near.intersection(other.line).length > 2.0 * one.rules.kerf for other in others)
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list[CutStart]:
-    """Return the starts of a contour at up to `most` positions, or at more positions if no lead fits there.
+    """Return the starts of a contour at up to `most` positions; if no lead fits there, more positions are tried.
 
-    The list is empty if no lead fits anywhere.
+    The list is empty if no lead fits anywhere. `number` is the index of the contour.
     """
     path, rules = contour.path, contour.rules
     if not contour.has_leads:
@@ -129,7 +129,6 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, most: int) -> list
 
 
 def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]:
-    """Return the starts of a mark or an open cut, without leads."""
     path = contour.path
     if not path.closed:
         return list(_open_starts(number, contour))
@@ -138,7 +137,7 @@ def _plain_starts(number: int, contour: CutContour, most: int) -> list[CutStart]
 
 
 def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
-    """Yield the starts of an open cut at each end where it can start."""
+    """Yield a start at each end of an open cut where it can start."""
     path = contour.path
     ends = ((0.0, False, path.end), (path.length, True, path.start))
     for (at, backward, there), lead in zip(ends, contour.inlets, strict=True):
@@ -148,7 +147,7 @@ def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
 
 
 def starts_without_lead(number: int, contour: CutContour, places: Sequence[Place]) -> list[CutStart]:
-    """Return the starts of a closed contour that pierce on its path."""
+    """Return the starts of a closed contour that pierce on its path, without a lead-in."""
     point = contour.path.point_at
     return [CutStart(number, at, way, point(at), point(contour.end_of(at, way))) for at, way in places]
 
@@ -169,7 +168,7 @@ def start_places(contour: CutContour, most: int) -> list[float]:
 
 
 def _smooth_places(contour: CutContour, places: list[float]) -> list[float]:
-    """Return the positions at which a cut can start: no corners if the controller compensates."""
+    """Return the positions at which a cut can start. If the controller compensates the kerf, these exclude corners."""
     if contour.rules.compensation != "controller":
         return places
     return [at for at in places if contour.is_smooth(at)]
@@ -184,7 +183,10 @@ def _even_places(length: float, count: int) -> list[float]:
 
 
 def leads_to_try(contour: CutContour) -> list[Lead | None]:
-    """Return the lead-ins to try, in order. None stands for a lead from the centre of a hole, tried first if small."""
+    """Return the lead-ins to try, in order.
+
+    None means a lead from the centre of a hole; it comes first for a small hole, otherwise last.
+    """
     rules = contour.rules
     found = lead_variants(rules.lead_in, rules.kerf)
     if not contour.hole or rules.lead_in.run_in > 0.0:
@@ -200,9 +202,9 @@ def starts_with_leads(
     leads: Sequence[Lead | None],
     splash: bool,
 ) -> list[CutStart]:
-    """Return starts at `places`: leads are tried in order until enough places have a start.
+    """Return starts at `places`. The leads are tried in order until enough places have a start.
 
-    With `splash`, the area around the pierce must be free.
+    With `splash`, no part may lie in the area around the pierce.
     """
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(places))), len(places))
     starts: list[CutStart] = []
@@ -221,7 +223,7 @@ def starts_with_leads(
 
 
 def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead]:
-    """Return the straight leads from the centre of a hole to each of `places`."""
+    """Return a straight lead from the centre of a hole to each of `places`."""
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for place in places:
@@ -232,7 +234,7 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 
 
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
-    """Return the angle of a straight lead from direction (dx, dy); between 0 and π on the scrap side."""
+    """Return the angle of a straight lead from direction (dx, dy), rad; on the scrap side, it is between 0 and π."""
     tx, ty = contour.travel_at(*place)
     sign = 1.0 if contour.scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
@@ -241,7 +243,10 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 def lead_ins_fit(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
 ) -> NDArray[np.bool_]:
-    """Return which lead-ins fit, bool[n]; with `splash`, the area around the pierce must be free too."""
+    """Return whether each lead-in fits at its place, bool[n].
+
+    With `splash`, no part may lie in the area around the pierce.
+    """
     fits = np.zeros(len(leads), dtype=bool)
     at = np.array([contour.path.point_at(a) for a, _ in places])
     travel = np.array([contour.travel_at(a, clockwise) for a, clockwise in places])
@@ -265,7 +270,7 @@ def lead_ins_fit(
 
 
 def _start_with_lead(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
-    """Return the start with this lead-in and the longest lead-out that fits."""
+    """Return the start with the given lead-in, and with the longest lead-out that fits."""
     x, y = contour.lead_points(lead, *place)[0].tolist()
     out, leave = fitting_lead_out(contour, scrap, place)
     return CutStart(number, *place, (x, y), leave, lead, out)
@@ -288,7 +293,7 @@ def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Le
 def edge_starts(number: int, contour: CutContour, scrap: Scrap, places: Sequence[float]) -> list[CutStart]:
     """Return the starts with leads from beyond the edge of the sheet, which need no pierce.
 
-    `PlanError` if the size of the sheet is not known.
+    Raises PlanError if the size of the sheet is unknown.
     """
     rules = contour.rules
     if scrap.sheet is None:
@@ -332,7 +337,10 @@ def start_at(
     at: float,
     wanted: Callable[[CutStart], bool] = lambda _: True,
 ) -> CutStart | None:
-    """Return a start with the same leads at another position; None if they do not fit, or if `wanted` rejects it."""
+    """Return a start with the same leads at another position, mm.
+
+    The result is None if the leads do not fit, or if `wanted` rejects the start.
+    """
     if not contour.may_start(at):
         return None
     place, rules = (at, like.clockwise), contour.rules
@@ -356,7 +364,7 @@ def start_at(
 
 
 def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
-    """Return whether the lead-in comes from the centre of a small hole, so that it depends on the start position."""
+    """Return whether a lead-in comes from the centre of a small hole, so that it depends on the start position."""
     if not contour.is_small or start.lead_in.style != "line":
         return False
     middle = leads_from_centre(contour, [(start.at, start.clockwise)])[0]

@@ -1,4 +1,4 @@
-"""The motion of the torch for ordered cuts."""
+"""The motion of the torch for cuts in order."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from leafcut.model.machine import Probe
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
-#: Shorter segments are rounding errors, mm.
+#: Minimum length of a segment that is no rounding error, mm.
 SHORTEST = 1e-6
-#: Arcs with a shorter chord become lines, mm: just over two steps of an inch program with four decimals.
+#: Minimum chord of an arc, mm: just over two steps of an inch program with four decimals. Shorter arcs become lines.
 SHORTEST_ARC = 0.006
-#: Points closer than this may be rounded to the same point, mm: the diagonal of one step of an inch program with four
-#: decimals.
+#: Distance below which two points may be rounded to the same point, mm: the diagonal of one step of an inch program
+#: with four decimals.
 LEAST_STEP = 0.0037
 #: Spindle speed for torches: most controllers require S with M3.
 TORCH_ON = 1.0
@@ -34,11 +34,12 @@ class TorchSetup:
     """Cutting data, and the capabilities of a torch or beam and its controller.
 
     `clearance` is the height for travel between cuts, mm above the sheet (Z0); `safe_z` is the height at the start and
-    the end, mm in machine coordinates, if known. `switches`: the controller can switch the torch off, and hold its
-    height, in motion; otherwise the head stops. `moves_z`: programs move Z; otherwise the head keeps its height during
-    travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1. `tolerance`
-    is the tolerance of rounded corners, mm (G64 P); 0: exact corners. Without `probe`, the top of the sheet is at Z0.
-    `mark_tool` is the number of the marking tool (the torch is tool 0); None: marks need no tool change.
+    the end, mm in machine coordinates, if known. If `switches`, the controller can switch the torch off, and hold its
+    height, in motion; otherwise the head stops. If `moves_z`, programs move Z; otherwise the head keeps its height
+    during travel. `power` and `mark_power` are the S words for cutting and marking; a marking tool is spindle 1.
+    `tolerance` is the tolerance of rounded corners, mm (G64 P); 0 means exact corners. Without `probe`, the top of the
+    sheet is at Z0. `mark_tool` is the number of the marking tool (the torch is tool 0); if it is None, marks need no
+    tool change.
     """
 
     data: CutData
@@ -63,10 +64,10 @@ def generate_cuts(
 ) -> tuple[Toolpath, list[slice]]:
     """Return the motion of the whole program, and the rows of each cut, from its rapid to its retract.
 
-    `corners` has the corners of the travel move before each cut, by its position; the key of the final move is the
-    number of cuts. A head that keeps its height goes around `obstacles`; a head that retracts crosses them at the
-    clearance height. `PlanError` if the clearance height is not above the pierce height, or no path leads around an
-    obstacle.
+    `corners` has the corners of the travel move before each cut, by the index of the cut; for the final move, the key
+    is the number of cuts. A head that keeps its height goes around `obstacles`; a head that retracts crosses them at
+    the clearance height. Raises PlanError if the clearance height is not above the pierce height, or no path leads
+    around an obstacle.
     """
     data, clearance = torch.data, torch.clearance
     if clearance <= max(data.pierce_height, data.cut_height):
@@ -120,7 +121,10 @@ def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) ->
 
 
 def _change_tool(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
-    """Change to the wanted tool with its offset; return its number."""
+    """Change to the wanted tool and activate its offset, if it is another tool.
+
+    Return the number of the wanted tool.
+    """
     if tool != wanted:
         builder.tool(wanted)
         builder.offset(0)
@@ -132,7 +136,6 @@ def _pierces(cut: Cut) -> bool:
 
 
 def _generate_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Add the motion of one cut: touch off, switch the torch on, follow the path, retract."""
     pierces = _pierces(cut)
     if pierces and torch.probe is not None:
         builder.probe(-torch.probe.depth, feed=torch.probe.feed)
@@ -170,7 +173,7 @@ def _light_torch(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup, *, pierc
 
 
 def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
-    """Follow the path of a cut, section by section between changes of the speed or the torch."""
+    """Follow the path of a cut, section by section between changes of speed or torch state."""
     length = cut.path.length
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
     if cut.torch_off_at < length:
@@ -197,7 +200,7 @@ def _follow_cut(builder: ToolpathBuilder, cut: Cut, torch: TorchSetup) -> None:
 
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
-    """Cut along an open path from its start, at one speed."""
+    """Cut along an open path from its start at a constant speed, mm/s."""
     for s in _writable_segments(without_short_steps(path)):
         if s.is_arc:
             z = builder.position[2]
@@ -207,7 +210,7 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
 
 
 def without_short_steps(path: Polyline) -> Polyline:
-    """Return an open path without segments so short that a program could round them to a point."""
+    """Return an open path without segments so short that the program would round them to a single point."""
     lengths, rows = path.lengths, path.vertices
     if lengths.min(initial=math.inf) >= LEAST_STEP:
         return path

@@ -1,4 +1,4 @@
-"""Checks chains: runs of the torch that cut several contours, and the bridges between these contours."""
+"""Check chains: runs of the torch that cut several contours, and the bridges between these contours."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 
-#: Step along bridges, in kerfs.
+#: Spacing of the points checked along bridges, in kerf widths.
 STEP = 0.2
-#: A bridge leaves the kerfs at its start within this distance, in kerfs.
+#: Distance from its start within which a bridge must leave the kerfs there, in kerf widths.
 LEAVES_WITHIN = 4.0
 #: Maximum overlap of consecutive stretches of a run, mm.
 OVERLAP = 0.2
@@ -63,7 +63,7 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
 
 
 def _order_faults(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> list[Difference]:
-    """Return a fault if a run cuts other contours than planned, or starts one before the previous one is finished."""
+    """Return a fault if a run cuts other contours than planned, or starts one before the previous is finished."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
@@ -76,12 +76,12 @@ def _order_faults(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int])
 
 
 def _stretch_of_run(run: TorchRun, begin: float, end: float) -> Any:
-    """Return the path of a run between two distances along it, as a shapely line; None if it is empty."""
+    """Return the path of a run between two distances along it, mm, as a shapely line; None if it is empty."""
     return None if end - begin <= OVERLAP else substring(shapely.LineString(run.points), begin, end)
 
 
 def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
-    """Return a fault if a bridge, which starts `at` mm along its run, enters a kerf of the same run."""
+    """Return a fault if a bridge enters a kerf of its own run; the bridge starts `at` mm along the run."""
     done = _stretch_of_run(run, 0.0, at)
     if done is None:
         return []
@@ -100,7 +100,7 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
 
 
 def _detached_scrap_faults(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
-    """Return a fault if a bridge crosses scrap or parts that the contours `done` before it have detached."""
+    """Return a fault if a bridge crosses scrap or parts that the earlier contours `done` have detached."""
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):

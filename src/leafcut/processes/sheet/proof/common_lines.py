@@ -1,4 +1,4 @@
-"""Checks common lines: cut once, before the cut that detaches their parts, and without crossing other kerfs."""
+"""Check common lines: each is cut once, before the cut that detaches its parts, and without crossing other kerfs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 
-#: Methods whose arc or flame goes out over a kerf.
+#: Methods whose arc or flame goes out when it crosses a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
-#: Kerfs that coincide over a shorter length merely cross, in kerfs and in mm.
+#: Minimum length over which kerfs coincide, in kerf widths and in mm; over a shorter length, they merely cross.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
-#: A line may meet an earlier line within this distance from its end, mm.
+#: Distance from its end within which a line may meet an earlier line, mm.
 AT_END = 0.1
 
 
@@ -51,7 +51,7 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
 
 
 def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
-    """Yield the faults of a group of common lines: their order, their place, and the run around the group."""
+    """Yield the faults of a group of common lines: order and position of the lines, and the run around the group."""
     runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:

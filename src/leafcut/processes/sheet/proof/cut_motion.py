@@ -1,6 +1,6 @@
-"""Compares a cutting program read back with the plan: the moves, and the state of the torch at each move.
+"""Compare a cutting program read back with the plan: the moves, and the state of the torch at each move.
 
-Actions that the controller takes itself follow rules of this file, which are independent of the writer.
+Actions that the controller performs itself follow rules in this file, which are independent of the writer.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from leafcut.units import MM_PER_INCH
 class _State(NamedTuple):
     """State of the torch during a move, and events since the previous move."""
 
-    #: 0: off; 1: cutting; 2: marking.
+    #: 0 for off, 1 for cutting, 2 for marking.
     beam: float = 0.0
-    #: Power of the beam, if S states it.
+    #: Power of the beam, if the S word gives it.
     power: float = 0.0
     #: Whether height control is on.
     follows: float = 1.0
-    #: 40, 41 or 42, and the kerf width or its register.
+    #: Compensation (40, 41 or 42), and the kerf width, mm, or the register that holds it.
     side: float = 40.0
     kerf: float = 0.0
-    #: G64, and its tolerance, mm.
+    #: 1 for rounded corners (G64), and their tolerance, mm.
     blends: float = 0.0
     tolerance: float = 0.0
-    #: Number of lightings with a pierce.
+    #: Number of times that the torch was switched on.
     pierces: float = 0.0
     #: Dwells with the torch off and on, s.
     dark_s: float = 0.0
@@ -56,7 +56,7 @@ _NAMES = (
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
     """Return the differences between the planned and the written moves and torch states.
 
-    Actions that the controller takes itself are ignored. `units` is the unit of the program, ``mm`` or ``inch``.
+    Actions that the controller performs itself are ignored. `units` is the unit of the program, ``mm`` or ``inch``.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -93,12 +93,15 @@ def _difference(
 
 
 class _TorchTracker:
-    """Tracks the state of the torch along a path; in a `planned` path, actions of the controller itself are ignored."""
+    """Tracks the state of the torch along a path.
+
+    In a `planned` path, actions that the controller performs itself are ignored.
+    """
 
     def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
         self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
         self.now = _State()
-        #: Value of `_State.beam` while the torch is not kept off (`dark`) by an output or S0.
+        #: Value of `_State.beam`, unless an output or S0 keeps the torch off (`dark`).
         self.armed, self.dark = 0.0, False
         self.power = 0.0
         #: Whether the torch was just switched on, so that a pierce delay may follow.
@@ -137,7 +140,7 @@ class _TorchTracker:
         return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
 
     def _switch(self, row: Motion) -> bool:
-        """Apply a row that only changes the state of the torch; return false for any other row."""
+        """Apply a row that only changes the state of the torch. Return false for any other row."""
         kind, torch, now = row.kind, self.torch, self.now
         if kind is Kind.SPINDLE:
             self._light(row)
@@ -186,8 +189,8 @@ def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int |
     """Return the motion of a cutting program, for any modal state that an earlier program may have left active.
 
     Feeds from the controller's material table follow the selected material. Only material `material_number` is known:
-    it has the feed of the plan. `ReadError` if the controller does not accept the text, or the text selects another
-    material.
+    it has the feed of the plan. Raises ReadError if the controller does not accept the text, or the text selects
+    another material.
     """
     feeds = {} if material_number is None else {material_number: plan.data.feed}
     return as_written(text, dialect, material_feeds=feeds)

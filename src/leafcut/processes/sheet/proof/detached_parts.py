@@ -1,4 +1,4 @@
-"""Counts the travel moves over detached parts in a program read back, for a head that stays down."""
+"""Count the travel moves over detached parts in a program read back, for a head that stays down."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import place
 
-#: Step along moves, mm, and minimum depth of a move inside a part that counts as a crossing, mm.
+#: Spacing of the points checked along moves, mm, and minimum depth inside a part that counts as a crossing, mm.
 _STEP, _DEPTH = 0.5, 0.3
-#: Tolerance of the distance between head and part, mm: edges are chords, and the planner's chords differ.
+#: Tolerance of the distance between head and part, mm, because edges are chords that differ from the planner's chords.
 _LEEWAY = 0.2
 
 
 def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
-    """Return a fault if more moves cross detached parts than the plan reports; `nozzle` is the head's diameter, mm."""
+    """Return a fault if more moves cross detached parts than the plan reports.
+
+    `nozzle` is the diameter of the head, mm; 0 if unknown.
+    """
     reported, close = laid.plan.crossings, laid.plan.close
     if dialect.moves_z or reported is None:
         return []
@@ -44,7 +47,7 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
 
 
 def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
-    """Return the program line and end point of the first crossing move of each route that crosses a detached part.
+    """Return the program line and the end point of the first crossing move of each route that crosses a detached part.
 
     A route consists of the travel moves between two runs. With a head `radius`, mm, routes that come within that radius
     of a part count too, except near their ends.
@@ -83,7 +86,10 @@ def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tu
 
 
 def _detaching_runs(laid: MatchedRuns) -> list[tuple[int, Points]]:
-    """Return the runs that detach a part, and the outline of that part, float64[n, 2]; common lines detach no part."""
+    """Return the index of each run that detaches a part, and the outline of the part, float64[n, 2], mm.
+
+    Common lines detach no part.
+    """
     common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
@@ -100,13 +106,13 @@ def _is_outline(target: Target) -> bool:
 
 
 def _along(a: Points, b: Points) -> Points:
-    """Return sample points along a straight move, float64[n, 2]."""
+    """Return points along a straight move, evenly spaced, float64[n, 2], mm."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
 
 
 def _crosses(points: Points, edge: Points) -> bool:
-    """Return whether sample points of a move lie deeper than `_DEPTH` inside a closed edge."""
+    """Return whether points of a move lie more than `_DEPTH` inside a closed edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
     points = points[_inside(points, edge)]
@@ -120,7 +126,10 @@ def _comes_near(points: Points, edge: Points, distance: float) -> bool:
 
 
 def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
-    """Return which points lie inside a closed edge: a ray to their right crosses it an odd number of times."""
+    """Return, for each point, whether it lies inside a closed edge.
+
+    A ray to the right of such a point crosses the edge an odd number of times.
+    """
     (x, y), (u, v) = edge[:-1].T, edge[1:].T
     px, py = points[:, :1], points[:, 1:]
     spans = (y > py) != (v > py)

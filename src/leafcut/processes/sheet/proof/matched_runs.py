@@ -1,4 +1,4 @@
-"""Matches the runs of a cutting program with the contours of a sheet: which run follows which contour, and how far."""
+"""Match the runs of a cutting program with the contours of a sheet: which run follows which contour, and how far."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, metal_of, targets_of
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS, TorchRun, burning_pieces
 
-#: Maximum length of the pieces into which chords are divided, mm.
+#: Maximum length of the sections into which chords are divided, mm.
 PIECE = 1.0
-#: A run cuts a contour if it follows more than this share of its path.
+#: Share of a contour's path that a run must exceed to count as a cut of the contour.
 MOST = 0.5
 
 
 @dataclass(frozen=True)
 class CutRequest:
-    """Requests of the user, in addition to the plan.
+    """Requests of the user that the plan does not contain.
 
     `half` is half of the compensated kerf, mm. `joints` and `joint_width` (mm) are the maximum number and width of the
     micro-joints of an outline. `safe_height` is the minimum height of rapids, mm. `power` is the power for cutting, and
-    lower power means marking; None: the largest power in the program. `material_number` is the number in the
-    controller's material table; None: the program states the material.
+    lower power means marking; if it is None, the largest power in the program is for cutting. `material_number` is the
+    number in the controller's material table; if it is None, the program gives the material.
     """
 
     half: float
@@ -102,39 +102,39 @@ class MatchedRuns:
 
     @property
     def kerf(self) -> float:
-        """Width of the kerf that must stay clear of other kerfs, mm."""
+        """Width of the kerf that must not touch other kerfs, mm."""
         return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
 
     @cached_property
     def burnt(self) -> NDArray[Any]:
-        """Lines along which each run cuts through the sheet; empty for marks."""
+        """Lines along which each run cuts through the sheet (shapely); empty for marks."""
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
 
     def pierces(self, number: int) -> bool:
-        """Return whether a run starts with a pierce."""
+        """Return whether the run with the given index starts with a pierce."""
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 
     def detaches(self, claim: Claim) -> bool:
-        """Return whether a run cuts a contour and so detaches it, instead of only following it a kerf away."""
+        """Return whether a run detaches a contour by cutting it, instead of only following it a kerf away."""
         whole = claim.followed > MOST * claim.target.centreline.length and not self.only_passes(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
     def only_passes(self, claim: Claim) -> bool:
-        """Return whether a run around other parts with common lines follows a contour that lies a kerf away."""
+        """Return whether a run around other parts with common lines only follows a contour that is a kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def line_at(self, number: int, x: float, y: float) -> int:
-        """Return the program line of the chord nearest to a point."""
+        """Return the program line of the chord of a run that is nearest to a point."""
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
 def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
-    """Return which runs mark: with the spindle of the marking tool, or with less than cutting power."""
+    """Return whether each run marks: with the spindle of the marking tool, or with less than cutting power."""
     most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
@@ -144,5 +144,5 @@ def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -
 
 
 def wrong(what: str, text: str, line: int) -> Difference:
-    """Return a difference for a fault of the kind `what`, with its program line."""
+    """Return a difference of the kind `what` with a text and a program line."""
     return Difference(what, 0, line, text)

@@ -1,4 +1,4 @@
-"""Checks a cutting program: compares the effect of its text on the sheet with the drawing.
+"""Check a cutting program: compare the effect of its text on the sheet with the drawing.
 
 The check uses no planning code. From the plan it takes only what the user requested: feeds, directions, and the data of
 the chart.
@@ -31,9 +31,9 @@ from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, t
 from leafcut.proof.difference import place, shorten
 from leafcut.proof.envelope import check_envelope
 
-#: A run that follows more than this multiple of the length of a path cuts it twice.
+#: Multiple of the length of a path that a run must follow to count as cutting it twice.
 TWICE = 1.9
-#: Shorter stretches of a path that no run follows are rounding errors, mm.
+#: Minimum length of an uncut stretch of a path that is no rounding error, mm.
 SHORT = 0.1
 
 
@@ -65,7 +65,7 @@ def check_sheet(
 
 
 def uncut_contours(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for each contour that is not cut, or not completely."""
+    """Return a fault for each contour that is not cut or not cut completely."""
     found = []
     for target in laid.targets:
         claims = laid.of_target.get(target.index, [])
@@ -87,7 +87,7 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
 
 
 def _gaps(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
-    """Return the stretches of the path of a target that no run follows, except arcs around corners with a loop."""
+    """Return the stretches of a target's path that no run follows, except arcs around corners with a loop."""
     if not lines:
         return [target.centreline]
     burnt = shapely.union_all(lines)
@@ -151,7 +151,7 @@ def gouges(laid: MatchedRuns) -> list[Difference]:
 
 
 def strays(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for each kerf that runs into a clamp or off the sheet, except starts beyond the sheet's edge."""
+    """Return a fault for each kerf that runs into a clamp or off the sheet; starts beyond the edge are allowed."""
     found = []
     half = 0.5 * laid.plan.data.kerf  # with or without compensation
     for zone in laid.zones:
@@ -174,7 +174,7 @@ def strays(laid: MatchedRuns) -> list[Difference]:
 
 
 def _outside(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
-    """Return the points of a run off the sheet, except the lead of a start at the edge."""
+    """Return the points of a run that are off the sheet, without the lead of a start at the edge, float64[k, 2], mm."""
     middles, _, along = burning_pieces(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):

@@ -1,4 +1,4 @@
-"""Checks the order, the pierces and the directions of cuts."""
+"""Check the order, the pierces and the directions of cuts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from leafcut.proof.difference import place
 
 
 def plan_faults(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for another number of cuts than planned, and for each contour that the plan lacks."""
+    """Return a fault if the number of cuts differs from the plan, and for each contour that the plan lacks."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
         text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
@@ -52,9 +52,10 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
 
 
 def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
-    """Return the contours inside an outline and in its notches that the kerf closes; empty if no other is near.
+    """Return the contours inside an outline and in its closed notches, as indices of targets.
 
-    `edges` is the index of the drawn lines of all targets. `known` are the contours inside the outline.
+    `edges` is the spatial index of the drawn lines of all targets. `known` are the contours inside the outline. The
+    result is empty if no other contour is near.
     """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(
@@ -68,7 +69,7 @@ def _in_notches(laid: MatchedRuns, around: Target, edges: Any, known: set[int]) 
 
 
 def _run_after(laid: MatchedRuns, inner: Target, around: Target) -> int | None:
-    """Return the last run of the contour `inner` if it does not end before the contour `around` is cut, or None."""
+    """Return the last run of the contour `inner` if it ends after the cut of the contour `around` starts, or None."""
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
         return None
@@ -103,7 +104,6 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
 
 
 def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
-    """Return a fault for each cut that starts on the sheet without a pierce."""
     sheet, half = laid.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):

@@ -1,7 +1,7 @@
 """The shapes of a sheet that a cutting program must respect, built from the drawing alone.
 
-They are the centreline of the kerf for each contour, and for each part the metal that no kerf may touch. The pieces of
-divided holes and notches must respect the drawing, and cover the whole area that the kerf reaches.
+They are the centreline of the kerf for each contour, and for each part the metal that no kerf may touch. The parts of
+divided holes and notches must lie within the drawing, and cover the whole area that the kerf reaches.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
 from leafcut.proof.difference import place
 
-#: Tolerance of the position of a kerf, mm: covers the offset tolerance and the rounding of the program.
+#: Tolerance of the position of a kerf, mm, which covers the offset tolerance and the rounding of the program.
 TOLERANCE = 0.025
-#: Segments per quarter circle in buffers: exact to 0.001 mm for a kerf of 5 mm.
+#: Number of segments per quarter circle in buffers, exact to 0.001 mm for a kerf of 5 mm.
 QUARTER = 32
-#: A drawn corner turns by more than this, rad.
+#: Minimum turn of a drawn corner, rad.
 CORNER = math.radians(3.0)
-#: Vertices closer than this coincide, mm.
+#: Largest distance between coincident vertices, mm.
 SAME_PLACE = 1e-6
 
 
@@ -37,8 +37,8 @@ class Target:
 
     `index` is the index in `Sheet.contours`. `shape` is the polygon of a closed contour to cut, else None; `edge` is
     the drawn line. `centreline` is the centreline of the kerf: a ring, or the drawn line itself for a mark or an open
-    cut. At the `corners` of the drawn line, float64[k, 2], the kerf may turn or loop. `may_stay`: a hole two kerfs wide
-    within the tolerance may stay uncut, because rounding decides whether a pierce fits.
+    cut. At the `corners` of the drawn line, float64[k, 2], the kerf may turn or loop. If `may_stay`, the hole may stay
+    uncut: it is two kerfs wide within the tolerance, so rounding decides whether a pierce fits.
     """
 
     index: int
@@ -51,12 +51,12 @@ class Target:
 
     @property
     def marks(self) -> bool:
-        """Whether the contour is marked, not cut."""
+        """Whether the contour is marked instead of cut."""
         return self.source.kind == "mark"
 
     @property
     def name(self) -> str:
-        """Name for messages, with the position."""
+        """Name for messages, with the kind and the position of the contour."""
         x, y = self.source.path.start
         closed = self.shape is not None
         what = "mark" if self.marks else "cut" if not closed else "hole" if self.source.is_hole else "outline"
@@ -65,7 +65,7 @@ class Target:
 
 
 def targets_of(sheet: Sheet, half: float) -> list[Target]:
-    """Return the targets in sheet order, for a kerf whose centreline is `half` mm from the parts."""
+    """Return the targets in the order of the sheet, for a kerf whose centreline is `half` mm from the parts."""
     found = (_target(k, source, half) for k, source in enumerate(sheet.contours) if source.kind != "sheet")
     return [target for target in found if target is not None]
 
@@ -75,7 +75,7 @@ def _polygon(one: Contour) -> Any:
 
 
 def _target(index: int, source: Contour, half: float) -> Target | None:
-    """Return the target of a contour; None for a hole that the kerf fills or divides, or that no pierce fits."""
+    """Return the target of a contour; None for a hole that the kerf fills or divides, or in which no pierce fits."""
     points = source.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.kind == "mark" or not source.path.closed:
@@ -95,7 +95,7 @@ def _target(index: int, source: Contour, half: float) -> Target | None:
 
 
 def _corners(path: Polyline) -> NDArray[np.float64]:
-    """Return the vertices of a closed path at which it turns sharply, float64[k, 2].
+    """Return the vertices of a closed path at which it turns sharply, float64[k, 2], mm.
 
     At each end of an arc, the angle between the arc and its chord is half of the arc's angle: 2 atan of the bulge.
     """
@@ -130,7 +130,10 @@ def metal_of(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
 
 
 def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
-    """Return the faults of divided holes and notches; `half` is the distance from the centreline to a part, mm."""
+    """Return the faults of divided holes and notches.
+
+    `drawn` is the sheet before the division. `half` is the distance from the centreline of the kerf to a part, mm.
+    """
     changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].path is not one.path]
     if not changed and len(sheet.contours) == len(drawn.contours):
         return []

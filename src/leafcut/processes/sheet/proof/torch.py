@@ -1,4 +1,4 @@
-"""Checks the torch: off during rapids and at the end, switched on as the chart requires, feeds as planned."""
+"""Check the torch: off during rapids and at the end, switched on as the chart requires, feeds as planned."""
 
 from __future__ import annotations
 
@@ -34,7 +34,10 @@ def check_torch(
     dialect: Dialect,
     asked: CutRequest,
 ) -> list[Difference]:
-    """Return the faults of the torch in a program read back."""
+    """Return the faults of the torch in a program read back.
+
+    The checks cover rapids, material, marking tool, probing, switching-on, and feeds.
+    """
     torch, heights, lowest = dialect.torch, dialect.states_z, asked.safe_height
     if lowest is None:
         lowest = max(plan.data.pierce_height, plan.data.cut_height)
@@ -53,7 +56,7 @@ def check_torch(
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return a fault where the torch or scribe is switched on with the wrong tool, or before its offset is active.
+    """Return a fault where the torch or the scribe is switched on with the wrong tool, or before its offset is active.
 
     An offset becomes active with the next move in X and Y.
     """
@@ -83,7 +86,10 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
-    """Return the pierces without touching off, and the faults of probing moves; without `probe`, Z0 must not change."""
+    """Return a fault for each pierce without touching off, and for each wrong probing move.
+
+    Without `probe`, the program must not probe or change Z0.
+    """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
     before = path.before
     for number, row in enumerate(path):
@@ -112,7 +118,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 
 
 def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
-    """Return the faults of a probing move, and of the height set by the row `after` it."""
+    """Return the faults of a probing move, and of the height that the row `after` it sets."""
     if probe is None:
         return [Difference("probe", 0, row.line, "the torch probes, although no probing was requested")]
     wrong = []
@@ -204,7 +210,7 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
 def _material_faults(
     path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
 ) -> list[Difference]:
-    """Return the faults of the material that the program selects or states, and of other controller settings."""
+    """Return the faults of the material that the program selects or gives, and of other controller settings."""
     torch = dialect.torch
     lines = text.splitlines()
     obeyed = controller_settings(lines, dialect)

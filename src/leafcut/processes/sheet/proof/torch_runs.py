@@ -13,14 +13,18 @@ from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
 
-#: Chord tolerance, mm.
+#: Tolerance of chords that approximate arcs, mm.
 FLATNESS = 0.002
 _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
 class Lighting:
-    """The torch is switched on: program line, height (mm, NaN if the program does not move Z), power, and delay (s)."""
+    """The switching-on of the torch: line, height, power, spindle number, and pierce delay.
+
+    `line` is the program line. `height` is in mm, NaN if the program does not move Z. The pierce delay `waited` is in
+    s.
+    """
 
     line: int
     height: float
@@ -31,7 +35,7 @@ class Lighting:
 
 @dataclass(frozen=True, eq=False)
 class TorchRun:
-    """One run of the torch, as chords.
+    """A run of the torch, as chords.
 
     `points` are float64[n + 1, 2], mm. For each chord, `burning` is whether the torch is on, `feed` is in mm/s,
     `height` is the height at its end, mm above the sheet, and `row_line` is the program line. `line` is the program
@@ -48,7 +52,7 @@ class TorchRun:
 
     @property
     def start(self) -> tuple[float, float]:
-        """First point, mm."""
+        """The first point of the run, mm."""
         return float(self.points[0, 0]), float(self.points[0, 1])
 
     @property
@@ -58,14 +62,14 @@ class TorchRun:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def lines(self) -> list[NDArray[np.float64]]:
-        """Return the stretches with the torch on, each float64[k, 2]."""
+        """Return the stretches of the run with the torch on, each float64[k, 2], mm."""
         edges = np.flatnonzero(np.diff(np.concatenate([[False], self.burning, [False]]).astype(np.int8)))
         return [self.points[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 @dataclass
 class _Collector:
-    """Collects rows into runs; a rapid across the sheet ends a run."""
+    """Collects the rows of a toolpath into runs; a rapid across the sheet ends a run."""
 
     runs: list[TorchRun] = field(default_factory=list)
     points: list[tuple[float, float]] = field(default_factory=list)
@@ -106,7 +110,7 @@ class _Collector:
             self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
 
     def wait(self, seconds: float) -> None:
-        """Add a dwell; directly after the torch is switched on, it is the pierce delay."""
+        """Record a dwell; directly after the torch is switched on, it is the pierce delay."""
         if self.resting:
             last = self.lightings[-1]
             waited = last.waited + seconds
@@ -129,8 +133,8 @@ class _Collector:
 def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     """Return the runs of the torch in program order; moves in Z alone have no chords.
 
-    If the controller compensates (G41, G42), a run is the real path of the torch. `kerf` is twice the content of the
-    controller's offset register, mm; None: the D word states the kerf.
+    If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the content of the
+    controller's offset register, mm; if it is None, the D word gives the kerf.
     """
     found, before = _Collector(), path.before
     for number, row in enumerate(path):
@@ -160,7 +164,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
 def burning_pieces(
     run: TorchRun, longest: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Divide the burning chords of a run into pieces of at most `longest` mm.
+    """Divide the chords of a run with the torch on into sections of at most `longest` mm.
 
     Return their midpoints (float64[k, 2]), lengths, and distances of the midpoints along the run, mm.
     """
@@ -180,7 +184,7 @@ def burning_pieces(
 def compensated_path(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the torch path under controller compensation, and for each of its chords the index of the original chord.
+    """Return the torch path under controller compensation, and the index of the original chord for each of its chords.
 
     `side` is the offset of n chords to the left, float64[n], mm, negative to the right. Outer corners are rounded by an
     arc; at inner corners, the torch moves to the intersection of the offset lines. The first compensated chord leads to
@@ -198,7 +202,7 @@ def compensated_path(
 
 
 def _offset_points(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
-    """Return the points of the torch path at the end of chord `k`; several points around an outer corner."""
+    """Return the points of the torch path at the end of chord `k`; around an outer corner, these are several points."""
     corner, aside = points[k + 1], side[k]
     one = _left_normal(points[k], corner)
     if not aside:
@@ -224,7 +228,7 @@ def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArra
 
 
 def _across(row: Motion, before: NDArray[np.float64]) -> bool:
-    """Return whether a move changes x or y; true from an unknown position."""
+    """Return whether a move changes x or y; also true if the position before it is unknown."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING
         for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
@@ -232,7 +236,7 @@ def _across(row: Motion, before: NDArray[np.float64]) -> bool:
 
 
 def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the ends of the chords of an arc, float64[k, 2]; the height of a chord is r·(1 − cos(step/2))."""
+    """Return the ends of the chords of an arc, float64[k, 2], mm. The deviation of a chord is r·(1 − cos(step/2))."""
     radius, begin, sweep = arc_sweep(path, row)
     centre = path.arcs[int(path.ref[row])].center
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi

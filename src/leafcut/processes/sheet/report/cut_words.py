@@ -21,7 +21,7 @@ from leafcut.report.wording import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Smallest amount that is printed exactly.
+#: Smallest amount that is printed as a number; smaller amounts are printed as less than this.
 _LEAST_AMOUNT = 1e-4
 
 
@@ -36,7 +36,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
 
 
 def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
-    """Return data, cycle time and cost of a cutting plan, and the times of the other orders."""
+    """Return data, cycle time and cost of a cutting plan as plain values, and the times of the other orders."""
     plan = detail.plan
     data, norm = plan.data, plan.measures
     contours = [plan.sheet.contours[i] for c in plan.cuts if not c.common for i in c.contours]
@@ -83,7 +83,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
 
 
 def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the time and cost of each part name; parts without a name are omitted."""
+    """Return time and cost for each part name; parts without a name are omitted."""
     found: dict[str, list[PartTimes]] = {}
     for part in norm.parts:
         if part.name:
@@ -122,12 +122,12 @@ def _times(times: CutTimes) -> dict[str, Any]:
 
 
 def size_words(mm: float) -> str:
-    """Return a kerf or a thickness in mm with three significant digits: ``0.237``, ``6``, ``25.4``."""
+    """Return a kerf or a thickness in mm with three significant digits, for example ``0.237``, ``6`` or ``25.4``."""
     return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
 
 
 def name_words(name: str) -> str:
-    """Return a name of the cut chart in readable form: ``mild steel``, ``laser fiber 3 kW``."""
+    """Return a name of the cut chart in readable form, for example ``mild steel`` or ``laser fiber 3 kW``."""
     return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
 
 
@@ -137,7 +137,7 @@ def cost_figure(cost: float, places: int) -> str:
 
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
-    """Return the kinds of a cut's contours: ``hole``, ``outline`` or ``mark``, for a chain ``4 holes, outline``."""
+    """Return the kinds of a cut's contours: ``hole``, ``outline`` or ``mark``, or ``4 holes, outline`` for a chain."""
     if cut.common:
         return "common line"
     names: Counter[str] = Counter()
@@ -149,14 +149,14 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
 
 
 def cut_name(plan: CutPlan, cut: Cut) -> str:
-    """Return the name of a cut: ``part 3, hole``, for a chain ``parts 1, 2, hole, outline``."""
+    """Return the name of a cut, such as ``part 3, hole``, or ``parts 1, 2, hole, outline`` for a chain."""
     parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
     of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
     return of_part + contour_words(plan, cut)
 
 
 def cut_title(plan: CutPlan, number: int) -> str:
-    """Return the title of a cut: ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
+    """Return the title of a cut, such as ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
     cut = plan.cuts[number]
     words = [f"{number + 1}: {cut_name(plan, cut)}", length_words(cut.path.length)]
     if number < len(plan.measures.cuts):
@@ -173,14 +173,14 @@ def part_kinds(plan: CutPlan, part: int) -> list[str]:
 
 
 def part_title(plan: CutPlan, part: int) -> str:
-    """Return the title of a part: ``part 3 · 5 contours · 31.0 s``."""
+    """Return the title of a part, such as ``part 3 · 5 contours · 31.0 s``."""
     words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
     words += [time_words(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
-    """Return the consumption of each medium and wear part; a dash for data that the chart lacks."""
+    """Return name and amount of each consumed medium and wear part; a dash if the chart has no data."""
     # Names of the chart are the same in each language.
     gas: str = name_words(rates.gas) if rates.gas else said("gas")
     second: str = name_words(rates.second_gas) if rates.second_gas else said("second gas")
@@ -195,7 +195,7 @@ def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    """Return an amount with three significant digits and its unit: ``0.084 kWh``."""
+    """Return an amount with three significant digits and its unit, for example ``0.084 kWh``."""
     if value is None:
         return NO_VALUE
     figure = f"{value:,.0f}" if value >= 100.0 else f"{value:#.3g}"

@@ -1,4 +1,4 @@
-"""Table of cycle times and consumption: a row for each kind of part, for the sheet, and for the batch."""
+"""Table of cycle times and consumption, with a row for each kind of part, for the sheet, and for the batch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class NormRow:
-    """Totals of all parts with the same name, of a sheet, or of a batch: mm, s."""
+    """Totals of all parts with the same name, of a sheet, or of a batch, in mm and s."""
 
     of: str
     name: str
@@ -40,12 +40,12 @@ class NormRow:
 
     @property
     def clock(self) -> tuple[int, int, int]:
-        """Hours, minutes and whole seconds."""
+        """The total time as hours, minutes and whole seconds."""
         return clock_parts(self.total_s)
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:
-    """Return a row per part name, in the order of first appearance.
+    """Return a row for each part name, in the order of first appearance.
 
     Unnamed parts with equal area and perimeter share a row. Contours outside of parts, and the moves at the start and
     end, count only for the sheet.
@@ -93,17 +93,17 @@ def _total(used: Iterable[Consumption]) -> Consumption:
 
 
 def consumption_as_json(used: Consumption) -> dict[str, Any]:
-    """Return litres, kWh, kg and pieces; null for figures that the chart lacks."""
+    """Return litres, kWh, kg and numbers of wear parts; null for amounts without data in the chart."""
     return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
 
 
 def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
-    """Return the nozzle and gases of the chart."""
+    """Return the nozzle and the gases that the chart names."""
     return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
 
 
 def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
-    """Return the rows as plain values."""
+    """Return the rows of the table as plain values."""
     return [
         {
             "of": row.of,
@@ -137,7 +137,7 @@ def norms_text(plan: CutPlan) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Return a CSV cell that no spreadsheet interprets as a formula, because names in drawings are untrusted."""
+    """Return the text of a CSV cell, safe from interpretation as a formula, because names in drawings are untrusted."""
     if value is None:
         return ""
     if isinstance(value, bool):

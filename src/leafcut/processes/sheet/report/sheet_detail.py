@@ -18,9 +18,9 @@ from leafcut.report.wording import length_words
 
 BoundingBox = tuple[float, float, float, float]
 
-#: Size of the window, user units.
+#: Width and height of the window, user units of the drawing.
 _WIDTH, _HEIGHT = 300.0, 190.0
-#: Half of the height of the window: in lengths of the lead-in, in kerfs, and its minimum in mm.
+#: Half of the height of the window: in lengths of the lead-in, in kerf widths, and its minimum in mm.
 _LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
 _CHORDS = 0.08
 #: Margin around the window within which a wide line may still be visible, user units.
@@ -31,19 +31,19 @@ _SMALLEST_DOT = 2.4
 
 @dataclass(frozen=True)
 class DetailView:
-    """A window on the sheet: its centre in mm, and user units per mm."""
+    """A window on the sheet: its centre in mm, and its scale in user units per mm."""
 
     middle: tuple[float, float]
     scale: float
 
     @property
     def box(self) -> BoundingBox:
-        """Smallest x and y, largest x and y of the window, mm."""
+        """Smallest x and y, then largest x and y of the window, mm."""
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
 
     def place(self, points: Points) -> Points:
-        """Convert points in mm, float64[…, 2], to user units with y down."""
+        """Return points in mm, float64[…, 2], converted to user units with y downwards."""
         x, y = self.middle
         placed: Points = np.stack(
             [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
@@ -52,16 +52,16 @@ class DetailView:
         return placed
 
     def shows(self, box: BoundingBox) -> bool:
-        """Return whether a box in mm may be visible."""
+        """Return whether a box, given in mm, may be visible in the window."""
         own = self.box
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
     def edge(self, path: Polyline) -> str:
-        """Return the SVG path data of a whole path, in steps (`report.svg.STEPS`)."""
+        """Return the SVG path data of a whole path, in units of `report.svg.STEPS`."""
         return lines_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
-        """Return the SVG path data of the visible segments of a path, in steps."""
+        """Return the SVG path data of the visible segments of a path, in units of `report.svg.STEPS`."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
@@ -73,7 +73,7 @@ class DetailView:
 
 
 def detailed_cuts(plan: CutPlan) -> list[int]:
-    """Return the cuts to draw in detail: the first hole and the first outline with a lead-in."""
+    """Return the indices of the cuts to draw in detail: the first hole and the first outline with a lead-in."""
     found: dict[bool, int] = {}
     for number, cut in enumerate(plan.cuts):
         if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
@@ -110,7 +110,10 @@ def cut_detail(plan: CutPlan, number: int) -> dict[str, str]:
 
 
 def _lead_words(cut: Cut) -> str:
-    """Return the lengths of the leads, and the length with the torch off: ``lead-in 6.0 mm, lead-out 4.0 mm``."""
+    """Return a text with the lengths of the leads, and the length with the torch off.
+
+    For example: ``lead-in 6.0 mm, lead-out 4.0 mm``.
+    """
     after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
     words = [f"lead-in {length_words(cut.lead_in)}"]
     for kind, said in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
@@ -120,7 +123,7 @@ def _lead_words(cut: Cut) -> str:
 
 
 def _part_areas(view: DetailView, sheet: Sheet) -> str:
-    """Draw the visible parts, each as an area without its holes."""
+    """Return a drawing of the visible parts, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
@@ -130,7 +133,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
 
 
 def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
-    """Draw a cut as a band of its true width, with its centreline."""
+    """Return a drawing of a cut as a band of its true width, with its centreline."""
     lines = []
     for kind, low, high in stretches(cut):
         data = view.line(cut.path.piece(low, high))
@@ -141,7 +144,7 @@ def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
 
 
 def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
-    """Draw the start of a cut, and arrow heads on its lead-in and just after it."""
+    """Return a drawing of the start of a cut, with arrow heads on its lead-in and just after it."""
     x, y = view.place(np.array(cut.path.start)).tolist()
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):

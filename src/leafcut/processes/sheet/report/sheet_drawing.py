@@ -22,28 +22,28 @@ from leafcut.report.marks import arrow_heads, end_marks, head, word_side
 from leafcut.report.missing_drawing import missing_drawing
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
 
-#: Chord tolerance, user units.
+#: Tolerance of chords that approximate arcs, user units of the drawing.
 _CHORDS = 0.06
-#: Minimum width of a drawn kerf on sheets with many cuts, user units.
+#: Minimum width of a drawn kerf, user units: on sheets with few cuts, and with many cuts.
 _THINNEST_KERF = 0.8
 _THINNEST_KERF_OF_MANY = 0.65
-#: With more cuts than this, lines and dots are smaller, and rapids are coloured from first to last.
+#: Number of cuts above which lines and dots are smaller, and rapids are coloured from first to last.
 _FEW = 60
-#: Maximum number of labels. With more cuts, only each second, fifth, tenth … cut has a number.
+#: Maximum number of labels. With more cuts, only each second, fifth or tenth cut has a number, and so on.
 _MOST_NUMBERS = 60
 _EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-#: Minimum length of a cut with an arrow head, user units; position of the arrow, as a share of the length.
+#: Minimum length of a cut with an arrow head, user units, and position of the arrow, as a share of the length.
 _LONG_CUT = 70.0
 _ARROW_AT = 0.3
 _KERF_ARROW = 2.6
 _HATCH = 5.0
-#: Minimum aspect ratio of drawings that span both columns: with few cuts, with many.
+#: Minimum aspect ratio of drawings that span both columns of the page: with few cuts, and with many cuts.
 _WIDE_FROM = (2.4, 1.6)
 _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
 #: Discs around the words "start" and "end" that numbers avoid: distances from the mark, and radius, user units.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
-#: If the last cut starts within this distance of the end, the word "end" replaces its number, user units.
+#: Distance from the end within which the word "end" replaces the number of the last cut, user units.
 _AT_ITS_END = 12.0
 
 
@@ -51,7 +51,7 @@ _AT_ITS_END = 12.0
 class SheetScene:
     """Data shared by all drawings of a sheet.
 
-    `every` is the interval of the numbered cuts. `many`: rapids are coloured from first to last. `kerf` is the drawn
+    `every` is the interval of the numbered cuts. If `many`, rapids are coloured from first to last. `kerf` is the drawn
     width of the kerf, user units; `true_kerf` is whether that width is to scale.
     """
 
@@ -65,7 +65,7 @@ class SheetScene:
 
     @property
     def dot(self) -> float:
-        """Radius of a pierce, user units."""
+        """Radius of the dot for a pierce, user units."""
         return 1.3 if self.many else 1.9
 
 
@@ -93,7 +93,7 @@ def sheet_drawing(
 ) -> str:
     """Return the drawing of a plan as an SVG element with `words` as its title.
 
-    With ``parts="=name"`` this SVG defines the parts under an id; with ``"#name"`` it reuses them from another SVG of
+    With ``parts="=name"``, this SVG defines the parts under an id; with ``"#name"``, it reuses them from another SVG of
     the page. `name` must be unique on the page. With `size`, the element has a width and height.
     """
     frame = scene.frame
@@ -123,7 +123,7 @@ def part_id(part: int) -> str:
 
 
 def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
-    """Draw the edge of the sheet, the clamps, and the area of each part without its holes."""
+    """Return a drawing of the edge of the sheet, the clamps, and the area of each part without its holes."""
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
@@ -139,7 +139,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
 
 
 def part_window(scene: SheetScene, part: int) -> str:
-    """Return the view box of a single part, in the units of its path; empty if the part does not exist."""
+    """Return the SVG view box of a single part, in the units of its path; empty if the part does not exist."""
     boxes = [c.path.extents for c in scene.sheet.contours if c.part == part and c.kind == "cut" and c.path.closed]
     if not boxes:
         return ""
@@ -228,12 +228,11 @@ def _width(scene: SheetScene, kind: str) -> float:
 
 
 def dot_class(cut: Cut) -> str:
-    """Return the CSS class of the start of a cut: pierce, start at the edge, or mark."""
+    """Return the CSS class of the dot at the start of a cut: a pierce, a start at the edge, or a mark."""
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
 
 def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
-    """Draw arrow heads that show the direction of longer cuts."""
     heads = []
     for cut in plan.cuts:
         length = cut.lead_out - cut.lead_in
@@ -254,7 +253,7 @@ def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
 
 
 def _rapids(scene: SheetScene, ways: Points) -> str:
-    """Draw the travel moves as thin dashed lines; many moves are coloured from first to last."""
+    """Return a drawing of the travel moves as thin dashed lines; if they are many, coloured from first to last."""
     if not scene.many:
         return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)
@@ -262,7 +261,7 @@ def _rapids(scene: SheetScene, ways: Points) -> str:
 
 
 def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
-    """Draw the marks of the start and the end, and the numbers of cuts where they fit."""
+    """Return the marks of the start and the end, and the numbers of the cuts where they fit."""
     if not plan.cuts:
         return []
     frame = scene.frame

@@ -51,15 +51,15 @@ from leafcut.report.wording import (
 
 #: Maximum number of rows in the table of parts.
 MOST_PART_ROWS = 500
-#: A table of more parts is scrolled on a screen.
+#: Number of rows above which a table of parts is scrolled on a screen.
 _LONG_TABLE = 24
-#: Times outside all parts that are shorter than this have no row, s.
+#: Minimum time outside of all parts that gets its own row, s.
 _LEAST_REST = 0.05
 _WHICH = ("before", "nearest", "after")
 
 
 class SheetReport(PathReport[SheetDetail]):
-    """Facts and pictures of a sheet."""
+    """Facts, tables, page and pictures of a cut sheet."""
 
     package = "leafcut.processes.sheet.report"
     template = "sheet"
@@ -73,7 +73,7 @@ class SheetReport(PathReport[SheetDetail]):
             self.came_in = "plan"
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """Return the measures of the three orders, with lengths along the cuts, and between the cuts in X and Y."""
+        """Return the measures of the three orders, with the lengths of the cuts and of the travel between them."""
         outcome, (before, nearest, after) = self.outcome, self.outcome.detail.norms
         near = (
             outcome.nearest
@@ -88,7 +88,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [Fact(f"counts.{name}", n, "", count(n, name[:-1]) if n else "") for name, n in numbers]
 
     def own_facts(self) -> list[Fact]:
-        """Return the cutting data, time, lengths, cost and consumption of a sheet, and the batch."""
+        """Return the cutting data, and time, lengths, cost and consumption of a sheet and of the batch."""
         plan, (first, _, norm) = self.cuts, self.outcome.detail.norms
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
         cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
@@ -126,7 +126,7 @@ class SheetReport(PathReport[SheetDetail]):
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
 
     def bound_words(self) -> str:
-        """Return the proved gap of the order to the optimum, which applies to the starts that were tried."""
+        """Return a text with the proved gap between the order and the optimum for the starts that were tried."""
         outcome = self.outcome
         if outcome.gap is None:
             return ""
@@ -138,13 +138,13 @@ class SheetReport(PathReport[SheetDetail]):
         return words + (", each band from the end of the last" if several else "")
 
     def search_name(self, number: int) -> str:
-        """Return the name of the cuts that one search orders: all cuts, or a band."""
+        """Return the name of the cuts that a search orders: all cuts, or a band."""
         operations = self.outcome.operations
         cuts = count(operations[number].cuts, "cut")
         return cuts if len(operations) == 1 else f"band {number + 1}, {cuts}"
 
     def nearest_cost(self) -> float | None:
-        """Return None: starts are refined along their contours after the order is known."""
+        """Return None, because starts are refined along their contours after the order is known."""
         return None
 
     def tables(self) -> dict[str, Any]:
@@ -161,7 +161,7 @@ class SheetReport(PathReport[SheetDetail]):
         return norms_text(self.cuts)
 
     def page(self) -> dict[str, Any]:
-        """Return the content of the report page: drawings, orders, parts and cutting data."""
+        """Return the data of the report page: drawings, orders, parts and cutting data."""
         known, plan = self._plans(), self.cuts
         scene = build_sheet_scene(known, self.outcome.missing)
         return {
@@ -201,17 +201,17 @@ class SheetReport(PathReport[SheetDetail]):
         return {**row, "percent": words}
 
     def drawing(self, which: Which) -> str:
-        """Return the drawing of the sheet with its cuts in an order, as SVG."""
+        """Return an SVG drawing of the sheet with its cuts in the given or in the written order."""
         scene = build_sheet_scene(self._plans(), self.outcome.missing)
         return sheet_drawing(scene, self.plan(which), which, self._order_title(which), size=True)
 
     def plan(self, which: Which) -> CutPlan:
-        """Return the plan of an order."""
+        """Return the cuts in the given or in the written order."""
         before, _, after = self.outcome.detail.plans
         return before if which == "before" else after
 
     def stock(self) -> ShownStock:
-        """Return the stock: a sheet that is cut through."""
+        """Return the stock for the 3D view: a sheet that is cut through."""
         return CUT_THROUGH
 
     def _plans(self) -> list[CutPlan]:
@@ -244,7 +244,7 @@ def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
 
 
 def sheet_size(plan: CutPlan) -> str:
-    """Return the size of the sheet, ``sheet 900 × 1500 mm``, or of the area of the cuts if the sheet is unknown."""
+    """Return the size of the sheet, such as ``sheet 900 × 1500 mm``; if unknown, of the area of the cuts."""
     sheet = plan.sheet
     boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
     if not boxes:
@@ -283,7 +283,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
 
 
 def parts_table(plan: CutPlan) -> PageRow:
-    """Return the table of parts: a row for each part, and rows with the sums."""
+    """Return the table of parts, with a row for each part and rows with the sums."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
@@ -341,7 +341,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 
 
 def norms_table(plan: CutPlan) -> PageRow:
-    """Return the table of cycle times and consumption: a row for each kind of part, and rows with the sums."""
+    """Return the table of cycle times and consumption, with a row for each kind of part and rows with the sums."""
     norm, rates = plan.measures, plan.data.rates
     found = norm_rows(norm)
     rows = found[:MOST_PART_ROWS]
@@ -378,7 +378,7 @@ def norms_table(plan: CutPlan) -> PageRow:
 
 
 def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
-    """Return the cutting data as pairs (heading, text); each text can be understood without its heading."""
+    """Return the cutting data as pairs (heading, text); each text makes sense without its heading."""
     data = plan.data
     amps = f" {data.amps:g} A" if data.amps is not None else ""
     place = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
