@@ -104,7 +104,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
     console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column("variant", min_width=len("1 by rectangles,"))  # 80 columns hold this and the others
+    table.add_column("variant", min_width=len("1 by rectangles,"))  # the table fits into 80 columns
     for title in (
         *(["cost"] if first.priced else []),
         "sheets",

@@ -86,7 +86,7 @@ M52 P1
 M65 P2
 M65 P3
 M68 E3 Q0
-(marks: the scribe is tool 1; its X and Y offset from the torch, tool 0, must stand in the tool table)
+(marks: the scribe is tool 1; its X and Y offset from the torch, tool 0, must be in the tool table)
 (o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1200, ca=45, cv=130)
 G64 P0.1
 G0 X20 Y10

@@ -92,7 +92,7 @@ def _grid_size(
         for rows in range(1, max_members // columns + 1):
             shared = (columns == 1 or height >= min_side) and (rows == 1 or width >= min_side)
             sides = sorted((columns * width, rows * height))
-            # A block of two may be as large as the sheet; larger blocks must leave room for several.
+            # A block of two may be as large as the sheet; larger blocks must be small enough for several on a sheet.
             limits = sorted(side * (1.0 if columns * rows == 2 else LARGEST) for side in inner)
             if kind == "rows" and min(columns, rows) > 2:
                 continue

@@ -22,7 +22,7 @@ SAME = 1e-9
 
 
 def single_kind_plan(task: NestTask, kind: int = 0) -> FillPlan:
-    """Return a filling plan with as many sheets of one kind as needed."""
+    """Return a filling plan with as many sheets of a single kind as needed."""
     return ((kind, min(task.available_sheets[kind], task.max_sheets)),)
 
 
@@ -139,7 +139,7 @@ def _all_sheets(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]
 def cheaper_plans(task: NestTask, packers: Sequence[Packer], reference: Nest, densest: float = 1.0) -> list[FillPlan]:
     """Return the filling plans that are cheaper than a complete nest and have enough area, the cheapest first.
 
-    The parts use at most the share `densest` of the area. If the reference nest is incomplete, there are no plans.
+    The parts use at most the share `densest` of the area. If the reference nest is incomplete, the list is empty.
     """
     if any(reference.unplaced):
         return []

@@ -106,7 +106,7 @@ def require(package: str) -> None:
 
 def _run_nester(task: dict[str, Any], patience: float, cancelled: threading.Event) -> dict[str, Any]:
     """Run the nester in a subprocess and return its answer. Setting `cancelled` kills the subprocess."""
-    # -P: modules in the folder of the script or of the user must not shadow modules of Python.
+    # -P: modules in the folder of the script or of the user must not shadow the standard library.
     command = [sys.executable, "-P", str(SCRIPT)]
     environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}
     deadline = time.monotonic() + patience

@@ -1,4 +1,4 @@
-"""Choice of a strategy for each pocket: the strategy with the fewest retracts of those with nearly the least cost."""
+"""Choice of a strategy for each pocket: of all strategies with nearly the least cost, the fewest retracts win."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
 def _merge_short_stretches(
     shares: Floats, length: Floats, feed: float, acceleration: float, rules: PocketRules
 ) -> Floats:
-    """Lower the feed of each stretch that is too short to save time to the next lower feed beside it."""
+    """Lower the feed of each stretch that is too short to save time to the next lower feed of a neighbour."""
     edges = np.flatnonzero(np.diff(shares)) + 1
     runs = [
         [float(part[0]), float(size.sum())]
@@ -196,7 +196,7 @@ class _PieceSteps:
         if not len(shares) or not length > MIN_LENGTH:
             return [piece]
         if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
-            # The tool may descend along a ring, so the ring stays whole.
+            # The tool may descend along a ring, so the ring is not divided.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))
         starts = [0.0, *(self._snapped(float(self.ends[k]), snap) for k in changes.tolist())]

@@ -86,8 +86,8 @@ class Pocketing(Process):
         "start_point": ("start point of the tool, x,y, or free", ""),
         "end_point": ("", "where the last cut ends"),
         "feeds": (
-            "fit the feeds to the chips: faster where the tool meets less than in its worst cut, slower where that is "
-            "more than its data allow",
+            "adapt the feed to the load: faster where chips are thinner than in a full slot, slower where a cut needs "
+            "more power than the spindle has",
             "",
         ),
         "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv", "none"),

@@ -183,7 +183,7 @@ def _material(settings: Settings) -> WorkMaterial | None:
     except OptionError:
         if JobOptions.specs()["material"].names_file(named):
             raise
-        return None  # a material of the tables of cutting speeds
+        return None  # the material occurs only in the tables of cutting speeds
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:

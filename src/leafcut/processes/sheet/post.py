@@ -90,8 +90,8 @@ class _TorchWriter(Writer):
             self.out.write("G61")  # an earlier program may have left the rounding of corners on
         if (self.path.kind == Kind.TOOL).any():
             self.out.comment(
-                f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "
-                "stand in the tool table"
+                f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must be "
+                "in the tool table"
             )
         if self.torch.compensation == "G41" and (self.path.kind == Kind.RADIUS).any():
             half = self.numbers.length(0.5 * self.plan.data.kerf)

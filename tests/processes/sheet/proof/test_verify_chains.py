@@ -107,7 +107,7 @@ def test_a_bridge_back_over_its_own_lead_in_is_found() -> None:
 
 def test_a_run_that_joins_what_the_plan_keeps_apart_is_found() -> None:
     problems = found([chain()], plan=[single(0, 20, 40), single(1, 80, 40)])
-    assert any(p.what == "chain" and "planned are 1" in p.text for p in problems)
+    assert any(p.what == "chain" and "instead of 1" in p.text for p in problems)
     check_golden("sheet_differences.toml", "chains", "joins what is kept apart", problems)
 
 

@@ -320,10 +320,10 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
         ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit without probing the sheet"),
         ("G92 Z-3\n", "G92 Z0\n", "not set to Z-3"),
         ("G92 Z-3\n", "", "not set to Z-3"),
-        ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probes down to Z-2"),
-        ("G38.2 Z-20 F2000\n", "G38.2 Z-20 F9000\n", "probes with 9000"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probe goes down to Z-2"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-20 F9000\n", "probing feed is 9000"),
         ("G38.2 Z-20 F2000\n", "", "Z0 is moved without a probe"),
-        ("G38.2 Z-20 F2000\n", "M3 S1\nG38.2 Z-20 F2000\n", "probes with the torch on"),
+        ("G38.2 Z-20 F2000\n", "M3 S1\nG38.2 Z-20 F2000\n", "torch is on during probing"),
     ],
 )
 def test_a_height_that_is_not_found_as_it_should_be_is_a_difference(before: str, after: str, words: str) -> None:

@@ -52,10 +52,10 @@ def stages_of(
 def build_problem(
     plan: DrillPlan, operation: DrillOperation, metric: Metric, start: Point | None, end: Point | None
 ) -> RoutingProblem:
-    """Return the routing problem of one operation.
+    """Return the routing problem of an operation.
 
-    A hole is a cluster of one node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end, node
-    2k + 1 from end to start.
+    A hole is a cluster with a single node. A slot is a cluster of two nodes: node 2k cuts slot k from start to end,
+    node 2k + 1 from end to start.
     """
     name = f"{plan.part.name}: {operation.tool.label}"
     if not operation.slots:

@@ -194,7 +194,7 @@ class ToolChooser:
             if abs(r.diameter - diameter) <= tolerance and fnmatch(hole.layer.lower(), r.layer.lower())
         ]
         if fitting:
-            # Prefer a recipe for the layer over one for all layers, then the closest diameter.
+            # Prefer a recipe for the layer to a recipe for all layers, then the closest diameter.
             best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))
             return [self._with_data(self.library.by_number[number]) for number in best.steps]
         drill = self._nearest(diameter, ToolKind.DRILL)

@@ -263,7 +263,7 @@ def _points_below_mesh(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
     """Return the indices of the points over which the mesh rises, within a horizontal radius, mm."""
-    import shapely  # as above
+    import shapely  # imported here because most drawings have no surface
 
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
     if not len(triangles):

@@ -129,7 +129,7 @@ class _AdaptivePath:
         while angles[-1] < full:
             rho = radii[-1]
             step = min(2.0 * math.sqrt(0.5 * self.rules.tolerance / rho), 0.2)
-            # The path points outwards by the angle with the tangent dρ/ρdθ, which adds to the engagement.
+            # The spiral points outwards by an angle whose tangent is dρ/(ρ dθ), which adds to the engagement.
             rate = self._width(rho, self.limit) / math.tau
             rate = self._width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
             if rho >= last and math.isinf(full):

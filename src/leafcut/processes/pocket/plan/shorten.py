@@ -270,8 +270,8 @@ class _Corners(_Bends):
     def _curve(self, a: int, i: int, b: int) -> Points | None:
         p, q, r = self.path[a], self.path[i], self.path[b]
         before, after = q - p, r - q
-        # `half` is half the angle inside the corner. The chamfers of neighbouring corners are 1 / sin(half) times
-        # further apart than their sides, and side by side, unless the sides are nearer to their middle.
+        # `half` is half the interior angle of the corner. Chamfers of neighbouring corners are 1 / sin(half) times as
+        # far apart as the sides. They run side by side, unless the sides are nearer to the point midway between them.
         half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
         longest = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
         chord = r - p

@@ -109,7 +109,7 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
-    rim = min(1e-3 * rules.step_over, 0.25 * (y1 - y0))  # a slot as wide as the tool is hardly any region
+    rim = min(1e-3 * rules.step_over, 0.25 * (y1 - y0))  # the region of a slot as wide as the tool has hardly any area
     rows: list[list[Points]] = []
     for y in np.linspace(y0 + rim, y1 - rim, n + 1):
         cut = shapely.intersection(level, shapely.LineString([(x0 - 1.0, y), (x1 + 1.0, y)]))

@@ -516,7 +516,7 @@ class Grouper:
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
-        # `Scrap` shrinks the parts slightly; a lead along a part would come too close.
+        # `Scrap` shrinks the parts slightly, so that a lead along a part could come too close.
         if not self.scrap.is_clear(places, self.rules.half + ROUNDING + PART_SHRINKAGE - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)

@@ -92,7 +92,7 @@ def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
 
 
 def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
-    """Return a part's share of the times of a cut, by the length of its contours; empty if the cut has none of them.
+    """Return a part's share of the times of a cut, by the length of its contours; empty if the cut has no such contour.
 
     The pierce of a chain counts for its first part.
     """

@@ -105,7 +105,7 @@ class Cutting:
         return [self.starts[number] for k in members for number in self.by_contour[k]]
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the cut that begins with a start; cuts are cached."""
+        """Return the cut for a start; cuts are cached."""
         if start not in self._cut_cache:
             make = make_chain if start.then else make_cut
             self._cut_cache[start] = make(self.contours, start, self.fixed)

@@ -55,7 +55,7 @@ class HeadRoutes:
         unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its "
         unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
         if not (self.crossing or self.close):
-            words = f"the head stays down between cuts: {detours}, none crosses one{unknown}"
+            words = f"the head stays down between cuts: {detours}, none of them crosses such a part{unknown}"
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
@@ -182,7 +182,7 @@ def cut_outlines_later(
                 continue
             other = [*order[:at], *between, moved, *order[place + 1 :]]
             tried += 1
-            # All other moves stay unchanged.
+            # All other moves are the same in both orders.
             detached = {part for part, cut in detached_at.items() if cut < at}
             if travel_cost(other, at, place + 1, detached) < travel_cost(order, at, place + 1, detached) - 1e-9:
                 order, place = other, max(at - 1, 0)

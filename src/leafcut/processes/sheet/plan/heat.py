@@ -23,7 +23,7 @@ def close_starts(order: Sequence[CutStart], apart: float) -> list[tuple[int, int
 
 
 def heat_issue(order: Sequence[CutStart], apart: float) -> Issue:
-    """Return a warning about starts within `apart` mm of the previous start, or a note if there are none."""
+    """Return a warning about starts within `apart` mm of the previous start, or a note if all are farther away."""
     left = close_starts(order, apart)
     if not left:
         words = f"no cut starts within {apart:g} mm of the previous start; the nearest-neighbour order ignores heat"

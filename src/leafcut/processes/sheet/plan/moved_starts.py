@@ -54,7 +54,7 @@ def slide_starts(cuts: CutSequence, head: HeadTravel, late: Callable[[], bool] =
                 return cuts.with_starts(order)
             around = head.neighbours(order, k)
             if settled.get(k) == around:
-                continue  # both neighbours are unchanged since its last trial
+                continue  # both neighbours are unchanged since the last trial of this start
             order[k], gain = _slide_start(cuts.cutting, here, head, around)
             settled[k] = around
             gained += gain
@@ -127,7 +127,7 @@ class _CutPaths:
         self._lines: dict[int, tuple[CutStart, Any]] = {}
 
     def line(self, start: CutStart) -> Any:
-        """Return the torch path of the cut that begins with a start, as a cached shapely line."""
+        """Return the torch path of the cut for a start, as a cached shapely line."""
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))

@@ -74,7 +74,7 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 def _slot_centreline(slot: Polyline, kerf: float) -> tuple[Polyline, float] | None:
     """Return the centreline of a slot, less half a kerf at each end, and the slot width, mm; None for other shapes."""
     x0, y0, x1, y1 = slot.extents
-    # Most holes are wider in both directions, as their area shows.
+    # Most holes are too wide in both directions, which their area already shows.
     if abs(slot.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):
         return None
     shape = shapely.Polygon(slot.flattened(FLATNESS))

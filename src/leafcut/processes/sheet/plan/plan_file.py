@@ -205,7 +205,7 @@ def _has_lead(start: CutStart, lead: Lead) -> bool:
 def _smooth_places(contour: CutContour, places: list[float], plan: PlanFile) -> list[float]:
     """Return the positions at which a controller with kerf compensation can start.
 
-    Raises PlanError if none is possible.
+    Raises PlanError if no such position exists.
     """
     rules = contour.rules
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:

@@ -230,7 +230,7 @@ def _sort_open_paths(
 
 def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     """Raise PlanError for outlines that cross or touch themselves, or enclose no area."""
-    # The hull is used because the areas of the two halves of an 8 cancel.
+    # The hull is used because the areas of the two halves of a figure 8 cancel.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
@@ -286,7 +286,7 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
         holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
         whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
-        # Outlines touch up to this distance.
+        # Outlines that are closer than this touch.
         pieces = shapely.get_parts(shapely.buffer(whole, -SAME, join_style="mitre"))
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds

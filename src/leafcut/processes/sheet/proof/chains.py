@@ -67,7 +67,7 @@ def _order_faults(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int])
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
-        return [wrong("chain", f"a run cuts contours {words[0]}; planned are {words[1]}", run.line)]
+        return [wrong("chain", f"a run cuts contours {words[0]} instead of {words[1]}", run.line)]
     for before, after in itertools.pairwise(steps):
         if before.last > after.first + OVERLAP:
             one, other = before.target.index + 1, after.target.index + 1

@@ -145,7 +145,7 @@ class _TorchTracker:
         if kind is Kind.SPINDLE:
             self._light(row)
         elif kind is Kind.TORCH:
-            # Without an output that darkens the torch, dark means off.
+            # If no output can darken the torch, a dark torch is switched off.
             self.dark = torch.darkens and row.value == 0.0
             self.armed *= torch.darkens
         elif kind is Kind.HEIGHT:

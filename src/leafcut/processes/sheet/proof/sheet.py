@@ -125,8 +125,8 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
         if number not in used:
-            what = "marks" if laid.marks[number] else "cuts"
-            text = f"from {place(*run.start)} the torch {what} nothing in the drawing"
+            what = "mark" if laid.marks[number] else "cut"
+            text = f"the {what} from {place(*run.start)} is not in the drawing"
             found.append(wrong("cuts nothing", text, run.line))
     return found
 

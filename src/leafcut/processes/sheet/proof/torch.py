@@ -123,11 +123,11 @@ def _probe_faults(row: Motion, after: Motion, lit: bool, probe: Probe | None) ->
         return [Difference("probe", 0, row.line, "the torch probes, although no probing was requested")]
     wrong = []
     if lit:
-        wrong.append("it probes with the torch on")
+        wrong.append("the torch is on during probing")
     if not abs(row.end[2] + probe.depth) <= _ROOM:
-        wrong.append(f"it probes down to Z{row.end[2]:.3f}, not to Z{-probe.depth:.3f}")
+        wrong.append(f"the probe goes down to Z{row.end[2]:.3f}, not to Z{-probe.depth:.3f}")
     if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
-        wrong.append(f"it probes with {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
+        wrong.append(f"the probing feed is {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
     if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
         wrong.append(f"the trip height of the switch is not set to Z{-probe.switch_offset:.3f}")
     return [Difference("probe", 0, row.line, text) for text in wrong]
@@ -183,7 +183,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
         wrong = np.flatnonzero(run.burning & ~(np.abs(run.height - data.cut_height) <= _ROOM))
         if len(wrong):
             k = int(wrong[0])
-            text = f"it cuts at Z{run.height[k]:.3f}, not at the cut height, Z{data.cut_height:.3f}"
+            text = f"the torch cuts at Z{run.height[k]:.3f}, not at the cut height, Z{data.cut_height:.3f}"
             found.append(Difference("cut height", 0, int(run.row_line[k]), text))
     return found
 
@@ -201,8 +201,8 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
         return []
     k = int(wrong[0])
     text = (
-        f"it cuts with {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {place(*run.points[k + 1].tolist())}; "
-        f"{near[0][k] * SECONDS_PER_MINUTE:.6g} mm/min are planned"
+        f"the feed is {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {place(*run.points[k + 1].tolist())}, "
+        f"instead of {near[0][k] * SECONDS_PER_MINUTE:.6g} mm/min"
     )
     return [Difference("feed", 0, int(run.row_line[k]), text)]
 

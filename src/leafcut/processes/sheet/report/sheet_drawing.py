@@ -167,7 +167,7 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
     width, height = x1 - x0, y1 - y0
     lines = []
     for k in range(1, min(math.ceil((width + height) / _HATCH), 200)):
-        # At 45°: from the left edge or the foot to the top or the right edge.
+        # Lines at 45°, from the left or the bottom edge to the top or the right edge.
         at = k * _HATCH
         left, top = (max(at - height, 0.0), min(at, height)), (min(at, width), max(at - width, 0.0))
         lines.append(f"M{short(x0 + left[0])} {short(y0 + left[1])}L{short(x0 + top[0])} {short(y0 + top[1])}")

@@ -399,7 +399,7 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 
 def _data(plan: CutPlan) -> PageRow:
-    # Confidence is a word or two; in some charts, a comma and the reason follow.
+    # The confidence is one or two words; in some charts, a comma and the reason follow.
     confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
     return {
         "rows": [(name, clean(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
