@@ -57,7 +57,7 @@ def enter_level(
     climb: bool,
     ring: Polyline | None = None,
 ) -> Descent:
-    """Lower the tool at the start of `path` from the top of the material, or above, to `bottom`, mm.
+    """Lower the tool at the start of `path` to `bottom`, mm, from the top of the material (`top`) or above.
 
     A ramp runs back and forth along the path and ends at its start. If the path starts with a closed `ring` that is
     shorter than the ramp, the tool descends in turns along the ring. A helix turns beside the path, inside `allowed`

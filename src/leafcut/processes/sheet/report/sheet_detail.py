@@ -57,11 +57,11 @@ class DetailView:
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
 
     def edge(self, path: Polyline) -> str:
-        """Return the SVG path data of a whole path, in units of `report.svg.STEPS`."""
+        """Return the SVG path data of a whole path, in steps of 1 / `report.svg.STEPS` user units."""
         return lines_data(self._segments(path))
 
     def line(self, path: Polyline) -> str:
-        """Return the SVG path data of the visible segments of a path, in units of `report.svg.STEPS`."""
+        """Return the SVG path data of the visible segments of a path, in steps of 1 / `report.svg.STEPS` user units."""
         segments = self._segments(path)
         low, high = segments.min(axis=1), segments.max(axis=1)
         seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
