@@ -263,8 +263,8 @@ def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
         "clamps": bool(scene.sheet.zones),
         "edges": any(c.kind == "cut" and not c.pierce for c in cuts),
         "pierces": any(c.kind == "cut" and c.pierce for c in cuts),
-        "every": {1: "numbers give the order", 2: "every second has its number in the order"}.get(
-            scene.every, f"every {scene.every}th has its number in the order"
+        "every": {1: "numbers give the order", 2: "every second start has its number in the order"}.get(
+            scene.every, f"every {scene.every}th start has its number in the order"
         ),
         "ramp": [f"r{i}" for i in range(0, RAMP, 3)] if scene.many else None,
     }
