@@ -350,31 +350,6 @@ class _CutOptions1(TypedDict, total=False):
     """Consumables cost per pierce."""
 
 
-class _NestOptions1(TypedDict, total=False):
-    # Of nest.
-    sheet: str | Sequence[str] | None
-    """Sheet size, such as 3000x1500 or 120inx60in, with count and price 3000x1500:4@180, or a drawing of a
-    remnant; several are allowed, the cheapest are used (default: the table of --machine; 2500x1250 for plasma-
-    table).
-    """
-    gap: Quantity | None
-    """Gap between parts, in addition to the kerf (mm; default: 5mm)."""
-    margin: Quantity | None
-    """Margin along the sheet edge (mm; default: 10mm)."""
-    rotations: str | Sequence[str] | None
-    """Allowed rotations of parts, or free for any (default: 0,90,180,270)."""
-    nester: Literal["auto", "shapes", "rectangles", None]
-    """Nesting method: by true shapes, by bounding rectangles, or whichever suits the parts (default: auto)."""
-    variants: int | None
-    """Number of nests to offer and to write, best first (default: 3 are offered; the best is written)."""
-    blocks: Literal["none", "pairs", "rows", "grids", None]
-    """Group equal parts one kerf apart for common-line cutting: pairs, two rows (plasma, oxyfuel), or grids
-    (laser, water) (default: none).
-    """
-    remnants_out: str | Path | None
-    """Folder for drawings of the remnants, for use as --sheet (default: none)."""
-
-
 class _PocketOptions1(TypedDict, total=False):
     # Of optimize, pocket.
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
@@ -419,6 +394,31 @@ class _ResequenceOptions1(TypedDict, total=False):
     """Lower retracts and R planes to just above what stands under the way; clamps are not known: name them with
     --keep-out; needs --workpiece.
     """
+
+
+class _NestOptions1(TypedDict, total=False):
+    # Of nest.
+    sheet: str | Sequence[str] | None
+    """Sheet size, such as 3000x1500 or 120inx60in, with count and price 3000x1500:4@180, or a drawing of a
+    remnant; several are allowed, the cheapest are used (default: the table of --machine; 2500x1250 for plasma-
+    table).
+    """
+    gap: Quantity | None
+    """Gap between parts, in addition to the kerf (mm; default: 5mm)."""
+    margin: Quantity | None
+    """Margin along the sheet edge (mm; default: 10mm)."""
+    rotations: str | Sequence[str] | None
+    """Allowed rotations of parts, or free for any (default: 0,90,180,270)."""
+    nester: Literal["auto", "shapes", "rectangles", None]
+    """Nesting method: by true shapes, by bounding rectangles, or whichever suits the parts (default: auto)."""
+    variants: int | None
+    """Number of nests to offer and to write, best first (default: 3 are offered; the best is written)."""
+    blocks: Literal["none", "pairs", "rows", "grids", None]
+    """Group equal parts one kerf apart for common-line cutting: pairs, two rows (plasma, oxyfuel), or grids
+    (laser, water) (default: none).
+    """
+    remnants_out: str | Path | None
+    """Folder for drawings of the remnants, for use as --sheet (default: none)."""
 
 
 class _PocketDrawingOptions1(TypedDict, total=False):
