@@ -1,4 +1,4 @@
-"""Finish a reordered program: new heights and feeds, a comment on newly crossed areas, and the report."""
+"""Finish a reordered program: new heights and feeds, a comment on moves across new areas, and the report."""
 
 from __future__ import annotations
 
@@ -23,8 +23,12 @@ if TYPE_CHECKING:
 def finished(plan: Plan, best: Candidate) -> Candidate:
     """Return the proved program with new heights and feeds, if requested.
 
-    A comment warns of new moves across areas that the original avoided. `OptionError` or `PlanError` if the heights or
-    feeds cannot be chosen.
+    A comment in the header warns of new moves across areas that the original program avoided.
+
+    Raises
+    ------
+    OptionError, PlanError
+        The heights or feeds cannot be chosen.
     """
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
@@ -55,7 +59,7 @@ def _comments(areas: AvoidedAreas) -> list[str]:
 
 
 def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
-    """Return the kinds of danger that the original does not have; any of them means that the proof has a gap."""
+    """Return the dangers of kinds that the original program does not have; each of them is a gap in the proof."""
     if program is work.program:
         return ()
     dangers = replace(work.read, program=program).find_dangers()
@@ -63,7 +67,7 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
 
 
 def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
-    """Return dangers first, then the reasons why work keeps its place."""
+    """Return the issues of a reordered program: dangers first, then the reasons why cuts and holes keep their place."""
     work, detail = plan.work, best.detail
     issues = [*work.before]
     if not detail.certificate.before.works:
@@ -80,7 +84,7 @@ def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
 
 
 def detail_of(plan: Plan, best: Candidate) -> ProgramDetail:
-    """Return the proof, the pieces that stay, and the stock."""
+    """Return the program-specific results: the proof, the work that keeps its place, and the stock."""
     from leafcut.processes.program.plan.staying import count_pieces, grouped
 
     work, settings, detail = plan.work, plan.job.settings, best.detail

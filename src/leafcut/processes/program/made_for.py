@@ -1,4 +1,4 @@
-"""The part named in the header of a program, and the material before its cuts."""
+"""The part named in the header of a program, and the stock before the cuts of the program."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ _OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsour
 
 @dataclass(frozen=True)
 class StatedPart:
-    """The part in the header of a program: axis `up` points up, `z` (mm) becomes Z0, then `placing` is applied."""
+    """The part named in the header of a program, with its placement.
+
+    Axis `up` of the part points up, its height `z` (mm) becomes Z0, and then `placing` is applied.
+    """
 
     name: str
     placing: ReadOptions
@@ -45,7 +48,9 @@ class StatedPart:
 
 
 def stated_part(program: Program) -> StatedPart | None:
-    """Return the part named in the leafcut header of a program, or None; comments of other CAM programs are ignored."""
+    """Return the part named in the header of a program written by leafcut, or None; headers of other CAM programs do
+    not count.
+    """
     header = list(program.lines[:_FIRST_LINES])
     for before, source, line in zip(header, header[1:], header[2:], strict=False):
         found = _STATED.search(line.strip())
@@ -59,7 +64,7 @@ def stated_part(program: Program) -> StatedPart | None:
 
 
 def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
-    """Return the part in program coordinates, or unchanged if the program states no placement."""
+    """Return the part in program coordinates; without a stated placement it is unchanged."""
     from leafcut.processes.placing import placed_mesh, turned_mesh
 
     if stated is None:
@@ -70,10 +75,10 @@ def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
 def before_its_cuts(
     mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], look: Heartbeat
 ) -> HeightField:
-    """Return the material before the cuts of a program, derived from the finished part; `cell` is in mm.
+    """Return the stock before the cuts of a program, derived from the finished part; `cell` is the grid spacing, mm.
 
-    Drilled holes are filled up to the surrounding surface. Areas milled sideways are filled up to the highest point of
-    the part. `PlanError` if the field would have too many cells.
+    Drilled holes are filled up to the surrounding surface. Milled areas are filled up to the highest point of the part.
+    Raises PlanError if the height field would have too many cells.
     """
     from leafcut.material.cutting import cut
     from leafcut.material.height_field import HeightField

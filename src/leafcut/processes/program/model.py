@@ -12,11 +12,20 @@ from leafcut.model.shown_stock import ShownStock
 
 @dataclass(frozen=True)
 class StockProof:
-    """Comparison of the stock that both programs leave.
+    """Result of comparing the stock after the original program with the stock after the new one.
 
-    `cells` and `cell` are the number of compared cells and their side, mm; 0 without a comparison. `given`: the user
-    described the stock, which otherwise is a block around the cuts. `flat` and `unknown` are tools treated as flat end
-    mills, and those left out because their shape is unknown. `reason`: why no stock was compared.
+    Attributes
+    ----------
+    cells, cell
+        Number of compared cells, and side of a cell, mm; 0 if nothing was compared.
+    given
+        Whether the user described the stock; otherwise it is a block around the cuts.
+    flat
+        Numbers of the tools that were treated as flat end mills.
+    unknown
+        Numbers of the tools that were left out because their shape is unknown.
+    reason
+        Why nothing was compared, or "".
     """
 
     cells: int = 0
@@ -29,10 +38,16 @@ class StockProof:
 
 @dataclass(frozen=True)
 class AvoidedAreas:
-    """New moves across areas that the original avoided at their height.
+    """New moves across areas that the original program avoided at their height.
 
-    `line` is that of the first in the new program, or 0. `below` is the greatest height at which the original crosses,
-    mm, if all of these moves are lower; None otherwise.
+    Attributes
+    ----------
+    moves
+        Number of these moves.
+    line
+        Line of the first of these moves in the new program, or 0.
+    below
+        Greatest height at which the original crosses these areas, mm, if all new moves are lower; otherwise None.
     """
 
     moves: int = 0
@@ -41,7 +56,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> str:
-        """Message with the number of these moves, or ""."""
+        """Message with the number of moves, or "" if there are none."""
         if not self.moves:
             return ""
         height = "" if self.below is None else f" below Z{self.below:g}"
@@ -50,17 +65,28 @@ class AvoidedAreas:
 
     @property
     def text(self) -> str:
-        """Message with the number of moves, the line of the first, and the remedy."""
+        """Message with the number of moves, the line of the first one, and the remedy."""
         return f"{self.crossings}; name clamps with --keep-out (first: line {self.line})"
 
 
 @dataclass(frozen=True)
 class ProgramDetail:
-    """A program in a new order.
+    """Results specific to a reordered program.
 
-    `barriers` is the number of parts of the program that stay in place and that no work may pass; `pieces` is the
-    number of pieces of work (holes, cuts …), and `staying` has the reasons why some keep their place. `pace` is None
-    unless new speeds were requested; `stock` is None for a beam.
+    Attributes
+    ----------
+    certificate
+        The proof that the work is unchanged.
+    barriers
+        Number of groups of blocks that stay in place and that no cut or hole may pass.
+    pieces
+        Number of pieces of work (holes, cuts …).
+    staying
+        Pieces of work that keep their place, grouped by reason.
+    pace
+        Changes of speeds and heights; None unless requested.
+    stock
+        Comparison of the stock after both programs; None for a laser or torch.
     """
 
     certificate: Certificate

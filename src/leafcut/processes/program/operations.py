@@ -1,4 +1,4 @@
-"""The operations of a reordered program, for its report: one for each section."""
+"""The operations of a reordered program for its report, one for each section."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
 
 def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:
-    """Return the ordered sections with tool, feed and holes; empty if no section was ordered.
+    """Return the operations of a reordered program, one per ordered section, with tool, feed and holes.
 
-    A fixed hole, such as the first of a cycle, is assigned to the next section with its tool, or else to the last.
+    A fixed hole, such as the first hole of a cycle, belongs to the next section with the same tool, or else to the
+    last.
     """
     program, sequence = work.program, work.sequence
     first, found = 0, list[OperationOutcome]()
@@ -40,7 +41,9 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
 
 
 def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
-    """Return the numbers of the fixed holes of each operation, by its tool and its first row."""
+    """Return the fixed holes of each operation as hole numbers; holes are assigned by tool and by position in the
+    program.
+    """
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     last = np.searchsorted(changes, rows) - 1
     tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
@@ -56,7 +59,9 @@ def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: l
 
 
 def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
-    """Return the feed with the largest share of the XY length of a cut; for a hole, the feed of its first row."""
+    """Return the feed used on the largest part of the XY length of a cut, mm/s. For a hole, return the feed of its
+    first row.
+    """
     if not len(works):
         return 0.0
     places = np.concatenate([path.before[works[:1]], path.end[works]])
@@ -70,7 +75,9 @@ def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
-    """Return the operation of a section; feed, speed and cycle are taken from its first hole, or else first piece."""
+    """Return the operation of a section; feed, speed and cycle are taken from its first hole, or else from its first
+    cut.
+    """
     path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
     piece = section.pieces[holes[0] if holes else 0]
     rows = np.arange(program.first[piece.begin], program.first[piece.end])

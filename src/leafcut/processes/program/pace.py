@@ -1,4 +1,4 @@
-"""Choose new speeds and heights for a program: rapids through air, feeds by chip load; write and prove them."""
+"""Choose new speeds and heights for a program (rapids through air, feeds by chip load), write them and prove them."""
 
 from __future__ import annotations
 
@@ -47,11 +47,12 @@ _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
 _ROUNDED = 1e-4
 #: Smallest difference of heights, mm.
 _SAME = 1e-6
-#: Minimum width of a full slot, as a share of the diameter; the grid of the model leaves a little at its sides.
+#: Minimum width of a full slot, as a share of the tool diameter; the grid of the model leaves a little at its sides.
 _SLOT = 0.95
-#: Rounds in which changes that cost time are removed, and number of adjacent motions timed together on each side.
+#: Maximum number of rounds that undo changes which cost time, and number of adjacent motions timed together per side.
 _TRIALS, _NEAR = 3, 2
-#: Minimum share of the clearance of new rapids when the new text is simulated; it divides slopes differently.
+#: Minimum clearance of new rapids in the simulation of the new text, as a share of the requested clearance. The new
+#: text divides slopes into other pieces, so that the simulated clearance differs.
 _KEPT = 0.5
 
 
@@ -66,7 +67,7 @@ class Paced:
 
 
 def wants_pace(run: Job) -> bool:
-    """Return whether the options ask for new speeds or heights."""
+    """Return whether the options request new speeds or heights."""
     options = run.settings.of(ResequenceOptions)
     return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
 
@@ -74,7 +75,7 @@ def wants_pace(run: Job) -> bool:
 def check_library(run: Job, program: Program, source: str, process: str) -> list[Issue]:
     """Return an issue for each tool whose diameter in the ``--tools`` library differs from the program.
 
-    `OptionError` if the options ask for new speeds or heights, which depend on the tool shapes.
+    Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
     """
     others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
     if wants_pace(run) and others:
@@ -83,18 +84,23 @@ def check_library(run: Job, program: Program, source: str, process: str) -> list
 
 
 def _asked(run: Job) -> list[str]:
-    """Return the given flags for new speeds or heights."""
+    """Return the flags that request new speeds or heights."""
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]
 
 
 def with_new_pace(plan: Plan, program: Program) -> Paced:
-    """Return a program with the requested heights and speeds, as far as they save time and can be proved.
+    """Return a program with the requested heights and speeds, where they save time and can be proved.
 
-    The new program has to leave the same stock as the program of the plan. `OptionError` if a tool shape is unknown, an
-    option needs ``--workpiece``, or the program drives a beam; `PlanError` if the simulation has too many cells or
-    pieces.
+    The new program has to leave the same stock as the original.
+
+    Raises
+    ------
+    OptionError
+        A tool shape is unknown, an option needs ``--workpiece``, or the program drives a laser or torch.
+    PlanError
+        The simulation has too many cells or motions.
     """
     run, source = plan.job, plan.work.source
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
@@ -136,7 +142,7 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
 
 @dataclass(frozen=True, eq=False)
 class _Pacing:
-    """Shared data of all steps; `stock` is the material before the first cut."""
+    """Data shared by the steps that choose heights and speeds; `stock` is the material before the first cut."""
 
     plan: Plan
     tools: Mapping[int, Tool]
@@ -151,7 +157,7 @@ class _Pacing:
 
     @property
     def obstacles(self) -> Obstacles | None:
-        """The named obstacles."""
+        """The obstacles that the user named, such as clamps."""
         found: Obstacles | None = self.plan.work.obstacles
         return found
 
@@ -166,7 +172,7 @@ class _Pacing:
 
     @property
     def held(self) -> StockBefore:
-        """The stock with surroundings as high as its top, since the fixtures are unknown."""
+        """The stock, with the surrounding area as high as its top, because the fixtures are unknown."""
         return replace(self.stock, beside=self.top)
 
     @property
@@ -175,7 +181,7 @@ class _Pacing:
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
     def assumed(self) -> Iterator[Issue]:
-        """Yield a note if the stock is not given."""
+        """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
             message = (
                 "the stock is not given: a cut counts as in the air only where a rapid or a cut of the program was "
@@ -184,7 +190,7 @@ class _Pacing:
             yield Issue("L510", message, severity=Severity.NOTE)
 
     def read(self, text: str) -> Program:
-        """Interpret a new program; `VerifyError` if that is not possible."""
+        """Interpret a new program. Raises VerifyError if that fails."""
         from leafcut.processes.program.reading import read_new
 
         try:
@@ -200,7 +206,9 @@ class _Pacing:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lowered(self, found: Paced) -> Paced:
-        """Return a program with lower retracts, cycle returns and R planes, or unchanged if none can be proved."""
+        """Return the program with lower retracts, cycle returns and R planes; unchanged if no lower height can be
+        proved.
+        """
         from leafcut.processes.program.plan.heights import LowWays
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns
 
@@ -241,7 +249,9 @@ class _Pacing:
         return found
 
     def check_heights(self, program: Program, new: Program) -> None:
-        """Check that the new program differs only in lower moves, clear of the material; else `VerifyError`."""
+        """Raise VerifyError unless the new program differs only in lower moves, and these moves stay clear of the
+        material.
+        """
         from leafcut.processes.program.proof.paced import check_lowered
 
         bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
@@ -249,7 +259,7 @@ class _Pacing:
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:
-        """Check that a program leaves the same stock as the original and hits no obstacle; else `VerifyError`."""
+        """Raise VerifyError unless the new program leaves the same stock as the original and hits no obstacle."""
         self.judge.check(new)
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
@@ -257,7 +267,7 @@ class _Pacing:
     # -- speeds ------------------------------------------------------------------------------------------------------
 
     def faster(self, found: Paced, loads: Loads) -> Paced:
-        """Return a program with new speeds, or unchanged if they cannot be proved or save no time."""
+        """Return the program with new speeds; unchanged if the speeds cannot be proved or save no time."""
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.told(pace, loads))
@@ -298,7 +308,9 @@ class _Pacing:
         return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
 
     def chords(self, program: Program, loads: Loads) -> Collection[int]:
-        """Return the rows of arcs through air whose chords are clear of material and obstacles."""
+        """Return the rows of arcs through air that a rapid along their chord can replace without touching material or
+        obstacles.
+        """
         from leafcut.processes.program.plan.pace import arcs_in_air
 
         path = program.path
@@ -324,7 +336,10 @@ class _Pacing:
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
-        """Remove raised speeds that cost time (a divided cut changes the look-ahead); return pace, text and program."""
+        """Undo raised speeds that cost time, and return the remaining speeds, the program text and the program.
+
+        A raised speed may cost time because a divided cut changes the look-ahead of the controller.
+        """
         from leafcut.processes.program.proof.paced import stretches_of
         from leafcut.timing.toolpath import clock
 
@@ -358,9 +373,10 @@ class _Pacing:
     def proved(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
-        """Prove new speeds; return the speed of every piece, the changed stretches and the least clearance, mm.
+        """Prove new speeds. Return the speed of each simulated move (mm/s), the changed stretches and the least
+        clearance (mm).
 
-        The path and the stock stay the same, and new rapids stay clear of the material; else `VerifyError`.
+        Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
         """
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 
@@ -386,7 +402,7 @@ class _Pacing:
     def change(
         self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[PaceStretch, ...]]
     ) -> PaceChange:
-        """Return the effect of new speeds, except the time saved."""
+        """Return a summary of the new speeds, without the time saved."""
         every = [part.speed for parts in stretches.values() for part in parts]
         chip = loads.chip
         # In a plunge, the last stretch is in the material.
@@ -420,7 +436,7 @@ class _Pacing:
         )
 
     def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
-        """Yield the maximum power, torque and plunge feed of a tool before and after, with the limits."""
+        """Yield the power, torque and plunge feed of a tool: maximum before, maximum after, and limit."""
         diameter = 2.0 * self.cutters[number].radius
         of_tool = (loads.moves.tool == number) & np.isfinite(speed)
         ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
@@ -445,7 +461,7 @@ class _Pacing:
             yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
 
     def told(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
-        """Yield notes on tools that keep their feeds, and on unknown limits."""
+        """Yield notes on tools that keep their feeds, and on limits that are unknown."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
                 continue
@@ -458,7 +474,9 @@ class _Pacing:
                 yield Issue("L514", message, severity=Severity.NOTE)
 
     def kept(self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats) -> list[Issue]:
-        """Return a note for each tool whose feeds all stay, with the reason; tools above a limit are left out."""
+        """Return a note with the reason for each tool whose feeds are all unchanged. Tools above a limit are
+        left out.
+        """
         issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
             mine = loads.cuts_of(number) & np.isfinite(speed)
@@ -471,7 +489,7 @@ class _Pacing:
         return issues
 
     def unlimited(self, pace: Pace) -> Iterator[str]:
-        """Yield the feed limits that are not applied because a value is missing, with the remedy."""
+        """Yield a message for each feed limit that does not apply because a value is missing, with the remedy."""
 
         def named(numbers: Iterable[int]) -> str:
             return ", ".join(f"T{number}" for number in numbers)
@@ -490,7 +508,7 @@ class _Pacing:
             yield f"entries into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
 
 
-#: Messages by the reason of a `KeptFeed`; "chip" has variants for a library feed (`stated`) and for a full `slot`.
+#: Messages by `KeptFeed.reason`; reason "chip" becomes "stated" for a feed of the library, and "slot" for a full slot.
 _KEPT_WORDS = {
     "stated": "the chip of its library's feed and speed is the limit in {share:.0f} % of its cutting time, first at "
     "line {line}",
@@ -518,7 +536,9 @@ def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
 
 
 def _spindle(run: Job) -> SpindleLoad | None:
-    """Return the limits of power and torque, or None without ``--material``; `OptionError` if it is unknown."""
+    """Return the limits of power and torque, or None without ``--material``. Raises OptionError for an unknown
+    material.
+    """
     from leafcut.read.work_materials import load_material
 
     if "material" not in run.settings.given:
@@ -529,7 +549,7 @@ def _spindle(run: Job) -> SpindleLoad | None:
 
 
 def _skippable(program: Program) -> int:
-    """Return the first line with moves under block delete (/), or 0."""
+    """Return the first line with a move under block delete (/), or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
     lines = np.unique(program.line[program.row_block[moves]]).tolist()
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
@@ -544,7 +564,7 @@ def _threads() -> int:
 
 
 def _above(change: PaceChange) -> Iterator[Issue]:
-    """Yield an issue for each tool that stays above a limit."""
+    """Yield an issue for each tool that still exceeds a limit."""
     for tool in change.tools:
         if over := _exceeded(tool):
             message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
@@ -557,7 +577,7 @@ def _exceeded(tool: ToolPace) -> list[str]:
 
 
 def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
-    """Return the stretches of a cut with speeds capped at its own feed; empty if none is slower."""
+    """Return the stretches of a cut, capped at its original feed; empty if none of them is slower than that feed."""
     kept: list[PaceStretch] = []
     for part in parts:
         speed = min(part.speed, own)
@@ -568,6 +588,6 @@ def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch,
 
 
 def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
-    """Return the time of a path by source row, s."""
+    """Return the time of each source row, s; `source` assigns the rows of the timed path to source rows."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)

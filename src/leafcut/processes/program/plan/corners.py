@@ -1,4 +1,4 @@
-"""Rounding of rapid corners by controllers: which corners, and how far."""
+"""Corners between rapids that the controller rounds, and the size of the rounding."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _STRAIGHT = math.radians(2.0)
 
 
 def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
-    """Return the mask of rows in which the controller may round corners by more than `clearance` (mm)."""
+    """Return a mask of the rows in which the controller may round corners by more than `clearance` (mm)."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
     blending = path.latest(Kind.BLENDING, path.ref, 640)
@@ -26,15 +26,15 @@ def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray
 
 
 def longest_rounding(machine: Machine) -> float:
-    """Return the maximum distance before a corner of two rapids at which rounding can start, mm: v²/2a."""
+    """Return the maximum distance from a corner of two rapids at which rounding can start, mm: v²/2a."""
     return 0.5 * max(machine.rapid_velocity) ** 2 / min(machine.acceleration)
 
 
 class RapidCorners:
-    """Find the rapid corners that a controller may round by more than the clearance from the material.
+    """Finds corners between rapids that a controller may round by more than the clearance from the material.
 
-    The rounding is as long as the stopping distance of the slower move, v²/2a. A corner with a cut is therefore
-    harmless; between two rapids, one of them has to be slow at the corner.
+    The rounding starts at most v²/2a before the corner, the stopping distance of the slower move. A corner between a
+    rapid and a cut is therefore harmless. Between two rapids, one of them has to be slow at the corner.
     """
 
     #: Speed at which the rounding of a corner stays within `_ROUNDED`, mm/s.
@@ -50,7 +50,7 @@ class RapidCorners:
         self.slow = math.sqrt(2.0 * min(machine.acceleration) * _ROUNDED)
 
     def rounds(self, row: int) -> tuple[bool, bool]:
-        """Return whether the corners at the start and at the end of a straight move may be rounded."""
+        """Return whether the controller may round the corners at the start and at the end of a straight move."""
         if not self.free[row]:
             return False, False
         at = int(np.searchsorted(self.moving, row))

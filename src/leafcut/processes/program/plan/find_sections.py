@@ -1,4 +1,4 @@
-"""Divide a foreign program into pieces of work: their starts, the travel heights, and the blocks that stay."""
+"""Divide a foreign program into pieces of work (cuts and holes) that can be reordered, and blocks that stay."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from leafcut.processes.program.plan.program_rows import (
 )
 from leafcut.processes.program.plan.staying import word_at
 
-#: Reason for blocks that hold only fixed pieces of work; each piece has its own reason in `Sequence.stays`.
+#: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
 STAYING = "the work in it stays"
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
@@ -34,7 +34,9 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """A block at which a piece may start: its first row that moves sideways, and the height of that move."""
+    """A block at which a piece of work may start, with the first row that moves sideways and the height of that move,
+    mm.
+    """
 
     block: int
     row: int
@@ -42,7 +44,7 @@ class _Start:
 
 
 class Finder:
-    """Divides a program into sections of pieces that can be reordered."""
+    """Divides a program into sections of pieces of work that can be reordered."""
 
     def __init__(self, program: Program, process: str, look: Heartbeat = unseen, *, tool_diameter: float = 0.0) -> None:
         self.program, self.process, self.look = program, process, look
@@ -51,10 +53,10 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
-        #: By the block of a travel move: why no piece starts there, and why a piece that could start there stays.
+        #: By block of a travel move: the reason why no piece can start there, and the reason why a piece stays.
         self.refused: dict[int, str] = {}
         self.why: dict[int, tuple[str, int]] = {}
-        #: End of the call that runs each block of a subprogram; the calling block itself is not included.
+        #: Block of a subprogram → end of its call. The calling block itself is not included.
         self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
@@ -63,10 +65,10 @@ class Finder:
         travels = np.unique(self.program.row_block[self.rows.travel])
         self.travels = travels
         across = self.rows.travel & np.isfinite(path.end[:, 2])
-        # There is material below the part zero, unless the zero lies above all moves of the program.
+        # Material is expected below the part zero, unless the zero is above all moves of the program.
         self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
         self.first = first
-        #: By block: the last one before which the modes were known.
+        #: For each block, the last earlier block with known modal values.
         known = np.array([modal.radius != 0 for modal in program.modals])
         self.last_known = last_rows(known[program.before])
 
@@ -95,7 +97,7 @@ class Finder:
             yield from self._of_run(starts, begin, end)
 
     def _blind(self) -> set[int]:
-        """Return the blocks with unknown height: from a change of length offset to the next block that states Z."""
+        """Return the blocks with an unknown height: from a change of length offset to the next block that states Z."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.program.row_block[offsets].tolist():
@@ -109,10 +111,12 @@ class Finder:
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
-        """Return the starts of pieces in a run: retracted travel moves after the previous work is finished."""
+        """Return the starts of the pieces of work in a run of blocks: retracted travel moves after the previous work
+        has ended.
+        """
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
-        # Beam programs need not state a height; but once stated, it applies to all pieces.
+        # A laser or torch program need not state a height. If it does, the height applies to all pieces.
         level = self.beam and not math.isnan(self.program.path.place_before(int(self.first[end]))[2])
         starts: list[_Start] = []
         done = low = -1
@@ -123,7 +127,7 @@ class Finder:
             start = self._start(block)
             up = self._may_begin(start, top, level)
             if starts and cuts == done:
-                # The waiting position before the first piece does not belong to that piece.
+                # A waiting position before the first piece is not part of the piece.
                 if len(starts) == 1 and up and self._says_where(block):
                     starts = [start]
                 elif not self._arrives_alike(start, starts[-1]):
@@ -145,7 +149,7 @@ class Finder:
         return not why
 
     def _why_not(self, start: _Start, top: float) -> str:
-        """Return why no piece may start with this travel move (`plan.staying.PHRASES`), or ""."""
+        """Return the reason why no piece of work may start with this travel move (`plan.staying.PHRASES`), or ""."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"
@@ -160,9 +164,11 @@ class Finder:
         return ""
 
     def _arrives_alike(self, start: _Start, first: _Start) -> bool:
-        """Return whether the second travel move to a piece matches the first: no lower, and the same beam state.
+        """Return whether the second travel move to a piece can replace the first: it is not lower, and the beam state
+        is equal.
 
-        If another piece ended at the point between the two moves, the tool would leave it by an untested move.
+        Otherwise, if another piece ended at the point between the two moves, the tool would leave it by an untested
+        move.
         """
         if start.height < first.height - TOLERANCE:
             return False
@@ -185,7 +191,7 @@ class Finder:
         return _Start(block, row, height if not math.isnan(height) else -math.inf)
 
     def _top(self, begin: int, end: int) -> float:
-        """Return the height of the highest sideways cut in a run; a travel move below it is not retracted."""
+        """Return the height of the highest sideways cut in a run, mm; a travel move below it is not retracted."""
         if self.beam:
             return -math.inf
         rows = slice(int(self.first[begin]), int(self.first[end]))
@@ -202,11 +208,11 @@ class Finder:
         return modal.radius == 40 and not modal.incremental
 
     def _key(self, modal: Modal) -> tuple[int, float]:
-        """Return the spindle state that must be equal before and after a piece."""
+        """Return the spindle direction and speed, which must be equal before and after a piece of work."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _switches(self, starts: list[_Start]) -> list[int]:
-        """Return the blocks of a run that switch the spindle for the following work."""
+        """Return the blocks in a run that switch the spindle for the following work."""
         found = []
         free = self._speeds_recur(starts)
         for one, other in pairwise(starts):
@@ -220,9 +226,11 @@ class Finder:
         return found
 
     def _speeds_recur(self, starts: list[_Start]) -> bool:
-        """Return whether a run returns to earlier speeds by S words alone, so that reordering can save speed changes.
+        """Return whether a run returns to an earlier spindle speed by S words alone, so that reordering can save speed
+        changes.
 
-        Speeds set by M3 or M4 stay; so does an S in a block of its own before a hole of a drilling cycle.
+        Speeds set together with M3 or M4 stay in place. So does an S word in its own block before a hole of a drilling
+        cycle.
         """
         path, first = self.program.path, self.first
         speeds = [self._key(self.program.modal(s.block)) for s in starts]
@@ -245,10 +253,10 @@ class Finder:
     # -- pieces and sections -----------------------------------------------------------------------------------------
 
     def _of_run(self, starts: list[_Start], begin: int, end: int) -> Iterator[Section]:
-        """Yield the sections of the run of blocks begin … end - 1."""
+        """Yield the sections in a run of blocks from `begin` to `end` - 1."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
-            # The last travel move leads home, not to work.
+            # The last travel move goes to the end position, not to work.
             end = starts[-1].block
             starts = starts[:-1]
         for start in starts:
@@ -259,7 +267,7 @@ class Finder:
         places = [(float(path.end[s.row, 0]), float(path.end[s.row, 1])) for s in starts]
         for members, stop, clearance in group_by_height([s.height for s in starts[1:]], places):
             chosen = [starts[m] for m in members]
-            # Blocks between two members move with the first of them.
+            # Blocks between two members belong to the first of the two.
             self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
             pieces = [self._piece(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
             last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
@@ -275,7 +283,9 @@ class Finder:
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _alone(self, before: int, after: int) -> tuple[str, int]:
-        """Return why a piece alone between two barriers stays, and the barrier that separates it from other work."""
+        """Return why a single piece of work between two barriers stays, and the barrier that separates it from other
+        work.
+        """
         last = int(self.cuts[-1])
         if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
             return "alone", after
@@ -288,7 +298,9 @@ class Finder:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
-        """Return the end of the last piece of a run, after the block that retracts the tool, or None."""
+        """Return the end of the last piece of a run, after the block that retracts the tool; None if the tool does not
+        retract.
+        """
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
         cuts = np.flatnonzero(self.rows.cut[low:high])
@@ -306,9 +318,9 @@ class Finder:
         return None
 
     def _retracted(self, block: int, end: int) -> int:
-        """Return the end of the retract after the work, if the tool continues to other work from there.
+        """Return the end of the retract after a piece of work, if the tool continues to other work from there.
 
-        A retract before a tool change or the program end does not belong to the piece.
+        A retract before a tool change or before the program end is not part of the piece.
         """
         row = int(self.first[end])
         while block < end and self._rises(block) and not stops_before_work(self.program, self.rows, row):
@@ -322,7 +334,7 @@ class Finder:
         )
 
     def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells right after a cut; they belong to it unless the tool retracted in between."""
+        """Return the end of the dwells after a cut; a dwell is part of the cut unless the tool retracted in between."""
         if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
@@ -358,7 +370,7 @@ class Finder:
         )
 
     def _with_prefixes(self, pieces: list[PieceOfWork], clearance: float) -> list[PieceOfWork]:
-        """Extend every piece after the first by the preceding rapids that stay at the clearance height."""
+        """Extend every piece of work except the first by the preceding rapids at the clearance height."""
         result = pieces[:1]
         for piece in pieces[1:]:
             begin = piece.begin
@@ -372,7 +384,7 @@ class Finder:
         return result
 
     def _stays_up(self, block: int, clearance: float) -> bool:
-        """Return whether a block is a rapid to the current position at the clearance height."""
+        """Return whether a block contains only rapids to the current position at the clearance height."""
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         path, before = self.program.path, self.program.path.before
         return len(rows) > 0 and all(
@@ -384,9 +396,9 @@ class Finder:
         )
 
     def _may_end(self, section: Section) -> bool:
-        """Return whether the block after the section can follow any of its pieces.
+        """Return whether the block after a section can follow any piece of work in the section.
 
-        A hole that continues a cycle needs the same cycle and height after every piece.
+        If that block is a hole that continues a cycle, every piece must end with the same cycle and at the same height.
         """
         program, end = self.program, section.pieces[-1].end
         follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
@@ -403,7 +415,7 @@ class Finder:
         return len(states) == 1 and not here
 
     def _acts(self, block: int) -> bool:
-        """Return whether a block moves an axis, or may have an unknown effect."""
+        """Return whether a block moves an axis or may have an unknown effect."""
         words = self.reader.words(block)
         hidden = block in self.program.fixed and (words is None or not words.empty)
         return hidden or not _MOTIONS.isdisjoint(self.reader.kinds(block))
@@ -428,7 +440,7 @@ class Finder:
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def items(self) -> list[Kept | Section]:
-        """Return the sections, and the fixed blocks before, between and after them."""
+        """Return the sections and the fixed blocks between them, in program order."""
         items: list[Kept | Section] = []
         sections = self.sections()
         done = 0
@@ -454,13 +466,13 @@ class Finder:
         return Kept(begin, end, tuple(reasons))
 
     def line_of(self, kept: Kept, reason: str) -> int:
-        """Return the line of the first block that stays for this reason."""
+        """Return the line of the first block that stays for a reason."""
         blocks = range(kept.begin, kept.end)
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
 
     def stays(self, kept: Kept) -> Iterator[Stay]:
-        """Yield the reason for every piece of work in blocks that stay."""
+        """Yield the reason for each piece of work in blocks that stay."""
         begin = way = -1
         worked = False
         for block in range(kept.begin, kept.end):
@@ -497,21 +509,31 @@ class Finder:
         return Stay(reason, line, word_at(program, line), cause)
 
     def _amid(self, block: int) -> bool:
-        """Return whether there is work both before and after a block."""
+        """Return whether the program cuts both before and after a block."""
         return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])
 
 
-#: Maximum depth of grouping by height: no person and no CAM uses more heights on purpose.
+#: Maximum depth of grouping by height; real programs use far fewer heights.
 _MOST_HEIGHTS = 40
 
 
 def group_by_height(
     heights: Sequence[float], places: Sequence[tuple[float, float]]
 ) -> list[tuple[list[int], int, float]]:
-    """Return groups of at least two members that can be reordered: (first piece of each member, end, clearance).
+    """Group consecutive pieces of work by the travel height between them; each group can be reordered.
 
-    A member extends to the next member, or to the piece `end`, and moves as a whole. `heights[i]` is the travel height
-    from piece i to i + 1, mm; `places` are the start points, mm.
+    Parameters
+    ----------
+    heights
+        Travel height from piece i to piece i + 1, mm.
+    places
+        Start points of the pieces, mm.
+
+    Returns
+    -------
+    list
+        For each group: the first piece of each member, the end of the last member, and the travel height, mm. A member
+        contains all pieces up to the next member and moves as a whole.
     """
     groups: list[tuple[list[int], int, float]] = []
     waiting = [(0, len(places), 0)]
@@ -532,5 +554,5 @@ def group_by_height(
 
 
 def _freedom(places: Sequence[tuple[float, float]]) -> int:
-    """Return the number of pieces that can be reordered; passes with the same start point count once."""
+    """Return the number of pieces that can change places; passes with the same start point count once."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1

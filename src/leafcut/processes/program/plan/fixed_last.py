@@ -1,4 +1,4 @@
-"""Find out whether the last piece of a run must stay last, because the following blocks start at its end."""
+"""Check whether the last piece of work in a run must stay last, because the following blocks start at its end point."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 
-#: Rows before which the tool retracts because of them.
+#: Kinds of rows before which a program retracts the tool.
 STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
 _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
 def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
-    """Return whether a piece followed by fixed blocks must be the last of its section.
+    """Return whether a piece of work must stay the last of its section, because of the fixed blocks after it.
 
     This is the case if
 
     - a dwell or radius compensation follows without a rapid, or a cut without a travel move;
-    - the tool retracts higher in a fixed block, and continues to other work from there;
+    - the tool retracts higher in a fixed block and continues to other work from there;
     - the piece moves elsewhere after its work, for example to the operator or to the end position;
-    - the next travel move has the beam on, and the first travel move of the piece has it off.
+    - the next travel move has the beam on, while the first travel move of the piece has it off.
     """
     low, high = int(program.first[piece.begin]), int(program.first[piece.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
@@ -36,7 +36,7 @@ def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
 
 
 def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
-    """Return whether the fixed rows after the last cut start at its end."""
+    """Return whether the fixed rows after the last cut depend on its end point."""
     kind, ref, z = program.path.kind, program.path.ref, program.path.end[:, 2]
     risen = higher = False
     for row in range(last + 1, len(kind)):
@@ -50,7 +50,7 @@ def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
         elif kind[row] in _FEEDS:
             return stays
         elif kind[row] == Kind.DRILL:
-            # A new last piece retracts like the original if the hole follows directly.
+            # If the hole follows directly, a new last piece retracts in the same way.
             r_plane = program.path.cycles[int(ref[row])].r_plane
             return higher or (row > high and r_plane > program.path.before[high, 2] + TOLERANCE)
         elif kind[row] in STOPS:
@@ -61,14 +61,14 @@ def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
 
 
 def stops_before_work(program: Program, rows: Rows, row: int) -> bool:
-    """Return whether a stop or a tool change comes before the next work after a row."""
+    """Return whether a stop or a tool change comes before the next cut after a row."""
     upcoming = [np.flatnonzero(mask[row:]) for mask in (rows.cut, np.isin(program.path.kind, STOPS))]
     work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
     return stop < work
 
 
 def follows_compensation(program: Program, row: int) -> bool:
-    """Return whether radius compensation is on in the move before a row, so that it ends in this row."""
+    """Return whether radius compensation is on in the move before a row, so that the compensation ends in this row."""
     kind = program.path.kind
     before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
     if before < 0:
@@ -77,7 +77,9 @@ def follows_compensation(program: Program, row: int) -> bool:
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
-    """Return whether the first travel move after a piece has the beam on, unlike the first of the piece."""
+    """Return whether the first travel move after a piece has the beam on, while the first travel move of the piece has
+    it off.
+    """
     if not rows.beam.any():
         return False
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]

@@ -1,4 +1,4 @@
-"""Lower the retracts, R planes and cycle returns of a program to just above the material under each move."""
+"""Lower the retracts, R planes and cycle returns of a program to just above the material below each move."""
 
 from __future__ import annotations
 
@@ -35,10 +35,20 @@ _KEEP_INITIAL = ("G76", "G87", "G88")
 
 @dataclass
 class _AtHeight:
-    """Rows that state a height, rows of the travel moves at it (`ways`), and its limits, mm.
+    """The moves at one stated height.
 
-    `contacts` are the heights at which the moves touch the material; `planes` are other lower limits, such as R planes.
-    `returns`: a cycle retracts to this height.
+    Attributes
+    ----------
+    stated
+        Rows that state the height.
+    ways
+        Rows of the travel moves at the height.
+    contacts
+        Heights at which these moves would touch the material, mm.
+    planes
+        Other lower limits, such as R planes, mm.
+    returns
+        Whether a cycle retracts to this height.
     """
 
     stated: list[int]
@@ -49,14 +59,14 @@ class _AtHeight:
 
 
 class LowWays:
-    """Heights in a program that can be lowered while every move keeps its clearance from the material.
+    """Finds heights of a program that can be lowered while every move keeps its clearance from the material.
 
-    If the controller rounds corners without a limit, retracts keep an extra height, since the sideways move may start
-    early. Moves over a named obstacle keep their height. `top` is the highest point of the material, mm: the limit for
-    rapids that are not straight.
+    If the controller rounds corners without a limit, retracts keep an extra height, because the sideways move may start
+    early. Moves over a named obstacle keep their height. `top` is the highest point of the material, mm, and the lowest
+    height for rapids that are not straight.
     """
 
-    #: Lines of moves that keep their height only because of a named obstacle.
+    #: Lines of the moves that keep their height because of a named obstacle.
     kept: set[int]
 
     def __init__(
@@ -79,13 +89,13 @@ class LowWays:
         )  # fmt: skip
 
     def heights(self) -> list[Lowered]:
-        """Return the retracts and R planes that can be lowered."""
+        """Return the retracts and the R planes that can be lowered."""
         return [*self.retracts(), *self.r_planes()]
 
     def returns(self) -> list[CycleReturn]:
-        """Return the G98 and G99 words with which series of holes stay at the R plane between holes.
+        """Return the G98 and G99 words that keep the tool at the R plane between the holes of a series.
 
-        The last hole of a series still retracts to the initial height, so that the next move starts there as before.
+        After the last hole of a series, the tool still retracts to the initial height, where the next move starts.
         """
         found: list[CycleReturn] = []
         series: list[int] = []
@@ -114,7 +124,7 @@ class LowWays:
         return found if any(one.code == 99 for one in found) else []
 
     def _drills_alone(self, row: int) -> bool:
-        """Return whether the block only drills its hole, so that G98 or G99 can be added."""
+        """Return whether a block only drills its hole, so that G98 or G99 can be added to it."""
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
     def _stays(self, row: int, behind: int, plane: float) -> bool:
@@ -126,7 +136,7 @@ class LowWays:
         )
 
     def _over_obstacle(self, ways: list[int], height: float) -> bool:
-        """Return whether a lowered move would hit a named obstacle; record its line in `kept`."""
+        """Return whether a lowered move would hit a named obstacle, and record the line of the move in `kept`."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
         over = [row for row in ways if height < self._least_height(row)]
@@ -134,20 +144,22 @@ class LowWays:
         return bool(over)
 
     def _least_height(self, row: int) -> float:
-        """Return the lowest height at which a move clears all obstacles below it, mm; −∞ if there are none."""
+        """Return the lowest height at which a move clears all obstacles under it, mm; −∞ without obstacles."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next(self, row: int) -> int:
-        """Return the next row with an effect on the machine, or the number of rows."""
+        """Return the next row that has an effect on the machine; the number of rows if there is none."""
         row += 1
         while row < len(self.path) and not self.does[row]:
             row += 1
         return row
 
     def contact(self, row: int, to_hole: bool = False) -> float:
-        """Return the height at which the tool would touch the material on a level move, or on its way to a hole, mm."""
+        """Return the height at which the tool would touch the material on a level move, or on its travel to a
+        hole, mm.
+        """
         which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         touches = np.minimum(ends[:, 2], ends[:, 5]) + over
@@ -163,7 +175,7 @@ class LowWays:
         return max(contact, self.top) if bent else contact
 
     def retracts(self) -> list[Lowered]:
-        """Return the retracts that can be lowered: straight up, travel moves at that height, straight down."""
+        """Return the retracts that can be lowered; each goes straight up, across at one height, and straight down."""
         found: list[Lowered] = []
         path = self.path
         rises = np.isin(path.kind, _WAYS) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
@@ -200,9 +212,11 @@ class LowWays:
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
     def initials(self) -> list[Lowered]:
-        """Return the initial heights (G98) of drilling series that can be lowered, by the words that state them.
+        """Return the initial heights (G98) of drilling series that can be lowered, as changes of the words that state
+        them.
 
-        All moves at an initial height stay clear; it is never below an R plane of the series.
+        All moves at an initial height stay clear of the material. An initial height is never below an R plane of the
+        series.
         """
         found: list[Lowered] = []
         path = self.path
@@ -238,7 +252,9 @@ class LowWays:
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
     def _at_height(self, first: int) -> _AtHeight | None:
-        """Collect the cycles and travel moves at a stated height, up to the next vertical one; None if it must stay."""
+        """Collect the cycles and travel moves at a stated height, up to the next vertical move; None if the height must
+        stay.
+        """
         path, high = self.path, float(self.path.end[first, 2])
         there = _AtHeight([first], [], [], [])
         row, last, goes_on = self.next(first), first, True
@@ -258,12 +274,15 @@ class LowWays:
     def _add_hole(self, row: int, high: float, here: bool, there: _AtHeight) -> bool | None:
         """Add a hole that the tool reaches from the initial height or from the R plane.
 
-        Return whether more rows may follow, or None if the height must stay.
+        Returns
+        -------
+        bool | None
+            Whether more rows may follow; None if the height must stay.
         """
         path = self.path
         cycle = path.cycles[int(path.ref[row])]
         incremental = self.program.modal(self._block(row) + 1).incremental
-        # The tool slants from an R plane up to the height over the next hole: the start must be clear already.
+        # The tool rises in a slanted line from the R plane to the next hole, so the start of the line must be clear.
         slants = cycle.approach == "slant" and not here
         if cycle.name in _KEEP_INITIAL or incremental or cycle.r_plane > high:
             return None
@@ -279,7 +298,7 @@ class LowWays:
         return True
 
     def _add_way(self, row: int, high: float, there: _AtHeight) -> bool | None:
-        """Add a row between or after the holes; see `_add_hole`."""
+        """Add a row between or after the holes; the result is the one of `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
             return True
@@ -301,7 +320,9 @@ class LowWays:
         return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
 
     def _states_height(self, row: int) -> bool:
-        """Return whether Z can be replaced in the block of a move, even beside offset, coolant or spindle words."""
+        """Return whether the Z of a move can be changed. Its block may also contain offset, coolant and spindle
+        words.
+        """
         if self._plain(row):
             return True
         program, block = self.program, self._block(row)
@@ -320,7 +341,7 @@ class LowWays:
         )
 
     def r_planes(self) -> list[Lowered]:
-        """Return the R planes that can be lowered, by the block that states each."""
+        """Return the R planes that can be lowered, with the block that states each of them."""
         found: list[Lowered] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL)
         stated: list[list[int]] = []
@@ -341,7 +362,7 @@ class LowWays:
             return []
         contacts = [self._at_plane(row, plane) for row in rows]
         ways = [row for row in rows if self._begins_at(row, plane)]
-        # Moves at this height after the last hole: to the next position, straight up, or unknown.
+        # Moves at this height after the last hole go to the next position or straight up.
         after = self.next(rows[-1])
         while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
             if path.kind[after] == Kind.DRILL:
@@ -380,7 +401,7 @@ class LowWays:
             return False
         if any(one.r_plane != plane or one.name in _KEEP_R for one in cycles):
             return False
-        # A slant that starts at a different height would follow a different path to a lower plane.
+        # A slanted approach that starts at another height would follow another path to a lower plane.
         slants = [row for one, row in zip(cycles, rows, strict=True) if one.approach == "slant"]
         if not all(self._begins_at(row, plane) for row in slants):
             return False

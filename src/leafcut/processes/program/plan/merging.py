@@ -1,4 +1,4 @@
-"""Merge sections with the same tool to save tool changes."""
+"""Merge sections that use the same tool, to save tool changes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _STATED_BY = {
 
 
 def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> Sequence:
-    """Merge later sections into earlier sections with the same tool, and drop the tool change before them.
+    """Merge later sections into earlier sections with the same tool, and remove the tool changes before them.
 
     No section moves past a stop, a change of offset, an unknown block, fixed work, or touching work of another tool.
     """
@@ -117,7 +117,7 @@ class _Merger:
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
     def _passable(self, kept: Kept) -> bool:
-        """Return whether work may move from after the kept blocks to before them."""
+        """Return whether work can move from after these fixed blocks to before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
         for block in range(kept.begin, kept.end):
@@ -136,9 +136,9 @@ class _Merger:
         return same and one.tool is not None and abs(one.clearance - other.clearance) < TOLERANCE
 
     def _may_follow(self, at: int) -> bool:
-        """Return whether the blocks after a section can follow the blocks before its tool change.
+        """Return whether the blocks after a section can directly follow the blocks before its tool change.
 
-        They must be the program end, or another tool change that restores all differing values.
+        The following blocks must end the program, or contain another tool change that restores all differing values.
         """
         change = self.items[at - 1]
         follower = self.items[at + 1] if at + 1 < len(self.items) else None

@@ -1,7 +1,8 @@
-"""Find the CAM operations in a program by its comments, and divide sections at them.
+"""Find the CAM operations of a program by its comments, and divide sections at them.
 
-A comment line between two pieces starts an operation unless it labels a single piece: it then recurs (apart from its
-numbers) with one or two pieces each, or is one of several consecutive comments with one piece each.
+A comment line between two pieces of work starts an operation unless it labels a single piece. A comment is a label if
+the same text, apart from its numbers, occurs often with one or two pieces each. So is each of several consecutive
+comments with one piece each.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ _WORD = re.compile(r"[^\W\d_]{2}")
 def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations: bool) -> Sequence:
     """Divide the sections at CAM operations, and before the cuts that detach parts.
 
-    Cuts that detach parts and have no other work after them form a section of their own. Operations are ignored for
-    lasers and torches, and with `mix_operations`.
+    Cuts that detach parts and have no other work after them form their own section. Operations are ignored for lasers
+    and torches, and with `mix_operations`.
     """
     items: list[Kept | Section] = []
     for item in sequence.items:
@@ -65,7 +66,7 @@ def _part(section: Section, low: int, high: int) -> Section:
 
 
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
-    """Return the first piece of each operation after the first operation."""
+    """Return the first piece of every operation except the first."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
     texts = {k: text for k in range(len(pieces)) if (text := _remark(program, section, rows, k, last_cut))}
@@ -81,7 +82,7 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
 
 
 def _remark(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
-    """Return the comment lines between the previous work and the first rapid of a piece.
+    """Return the comments between the previous cut and the first travel move of a piece, as one text.
 
     Numbers are replaced, so that numbered labels give the same text. `last_cut` is the last cut before each row, or -1.
     """

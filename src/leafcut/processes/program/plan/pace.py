@@ -24,7 +24,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.timing.profile import move_time
 
-#: Words allowed in a line whose feed is changed, and G words that do not prevent its division.
+#: Letters and G codes allowed in a line whose feed is changed.
 _LETTERS = frozenset("NGXYZIJKRF")
 _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
@@ -36,11 +36,11 @@ _ALIKE = 0.02
 _STEP = 1.1
 #: Maximum width of a finishing cut, as a share of the tool diameter; such cuts keep their feed.
 FINISH = 0.05
-#: The speed of a piece is limited by the pieces within this share of the tool diameter before and after it.
+#: Distance before and after a move in which other moves limit its speed, as a share of the tool diameter.
 _AROUND = 0.5
 #: Tools that leave their hole at the plunge feed.
 _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
-#: Slow distance next to a corner that the controller may round, mm.
+#: Distance from a rounded corner over which a rapid stays slow, mm.
 _SLOWLY = 0.5
 #: Maximum number of passes that reduce speeds of short stretches.
 _PASSES = 100
@@ -62,8 +62,14 @@ def plan_pace(
     """Return the changed speeds of a program by stretch.
 
     Straight cuts are divided where their speed changes; an arc has one speed. Plunges into the material and finishing
-    cuts are not raised; ramps are raised only if the tool library states a plunge feed. `top` is the highest point of
-    the material, mm; `chords` are the rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
+    cuts are never made faster. Ramps are made faster only if the tool library states a plunge feed.
+
+    Parameters
+    ----------
+    top
+        Highest point of the material, mm.
+    chords
+        Rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
     """
     limits = limits_of(loads, tools, rules) if rules.feeds else {}
     speed = _in_material(loads, limits, cutters, rules, machine)
@@ -121,7 +127,7 @@ def plan_pace(
 def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machine) -> list[int]:
     """Return the rows of arcs through air that a rapid along the chord could replace, if the chord is clear.
 
-    Arcs whose chord moves several axes are left out if rapids are not straight.
+    On a machine whose rapids are not straight, the chord must move a single axis.
     """
     path = program.path
     free = rounds_freely(path, machine, rules.clearance)
@@ -146,7 +152,9 @@ def _in_material(
     rules: PaceRules,
     machine: Machine,
 ) -> Floats:
-    """Return the speed of every piece by the limits of its tool, mm/s; unchanged for tools without limits."""
+    """Return the speed of each simulated move within the limits of its tool, mm/s. Tools without limits keep their
+    feed.
+    """
     speed = loads.feed.copy()
     chip = loads.chip
     for number, limit in limits.items():
@@ -155,7 +163,7 @@ def _in_material(
         mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
         bounds = _bounds(loads, limit, diameter, mine, rules)
         factor = np.minimum.reduce(list(bounds.values()))
-        # Raise in steps, so that the speed changes less often; reduce excessive feeds fully.
+        # Raise the speed in steps, so that it changes less often, but reduce excessive feeds at once.
         factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
         factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
@@ -169,13 +177,15 @@ def _in_material(
 def _bounds(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
-    """Return the feed factor that each limit allows for every piece of a tool (`mine`); below 1, the feed drops."""
+    """Return for each limit the factor by which the feed of each move in `mine` may change; a factor below 1 reduces
+    it.
+    """
     by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
     down = _downwards(loads, limit)
     return {
-        # If several limits are equal, the first is reported as the reason.
+        # If several limits are equal, the first of them is the reported reason.
         "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
         "finish": np.where(~loads.sinks & (loads.width <= FINISH * diameter), 1.0, np.inf),
         # Without library data, the level cuts define the worst chip; ramps with thicker chips are not slowed.
@@ -187,17 +197,25 @@ def _bounds(
 
 
 def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
-    """Return the factor by which the plunge speed of every piece may grow."""
+    """Return the factor by which the plunge feed of each move may change."""
     return np.divide(limit.plunge, loads.down, out=np.full_like(loads.feed, np.inf), where=loads.down > 0)
 
 
 class KeptFeed(NamedTuple):
-    """Why a tool keeps its feed.
+    """Reason why a tool keeps its feed.
 
-    `reason` is the limit with the largest share of the cutting time, as in `_bounds`, or ``machine`` (maximum feed),
-    ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time). `line` is the first with this
-    reason, or that of the worst cut (thickest chip, then widest) for a chip limit not stated in the library. `share` is
-    its part of the cutting time; `width` is that of the cut at that line, mm.
+    Attributes
+    ----------
+    reason
+        Limit with the largest share of the cutting time: a key of `_bounds`, ``machine`` (maximum feed), ``lines``
+        (lines cannot be changed) or ``short`` (a higher feed saves no time).
+    line
+        First line with this reason. For a chip limit that the library does not state, it is the line of the worst cut,
+        with the thickest chip and then the greatest width.
+    share
+        Share of the cutting time, 0 to 1.
+    width
+        Width of the cut at that line, mm.
     """
 
     reason: str
@@ -209,7 +227,7 @@ class KeptFeed(NamedTuple):
 def why_kept(
     program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
 ) -> KeptFeed | None:
-    """Return the reason why no cut of a tool is faster, or None if the tool only plunges."""
+    """Return the reason why the cuts of a tool are not faster, or None if the tool only plunges."""
     mine = loads.cuts_of(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
     at = np.flatnonzero(mine)
     if not len(at):
@@ -229,7 +247,7 @@ def why_kept(
     chosen = max(by_reason, key=lambda name: by_reason[name])
     which = reason == chosen
     if chosen == "chip" and not limit.stated:
-        # Chips are the thickest from half the diameter on, so that a slot and its entry differ only in width.
+        # The chip reaches its maximum at half the tool diameter, so a slot and its entry differ only in width.
         for values in (loads.chip[at], loads.width[at]):
             which &= values >= values[which].max() * (1.0 - 1e-6)
     first = int(np.flatnonzero(which)[0])
@@ -240,7 +258,7 @@ def why_kept(
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
-    """Return the smallest factor of the motion of each chosen piece, since a plunge has one speed."""
+    """Return the smallest factor of the source row of each chosen move, because a plunge has a single speed."""
     least = np.full(int(source.max(initial=-1)) + 1, np.inf)
     np.minimum.at(least, source[which], factor[which])
     return np.asarray(least[source[which]])
@@ -252,9 +270,9 @@ def _stepped(factor: Floats) -> Floats:
 
 
 def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
-    """Reduce raised speeds that the machine cannot reach within their stretch, by v² changing by at most 2as.
+    """Reduce raised speeds that the machine cannot reach within their stretch: v² changes by at most 2as.
 
-    Raised stretches that do not reach their speed are lowered in steps; limits below the feed of the program stay.
+    Raised stretches that do not reach their speed are lowered in steps. Speeds at or below the programmed feed stay.
     """
     speed = speed.copy()
     gains = 2.0 * acceleration * length
@@ -277,7 +295,7 @@ def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) ->
 
 
 def _may_change(program: Program, row: int) -> bool | None:
-    """Return whether a motion may be divided, or None if even its feed must stay."""
+    """Return whether a motion can be divided; None if even its feed must stay."""
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
@@ -295,13 +313,15 @@ def _may_change(program: Program, row: int) -> bool | None:
 
 
 def _runs(speeds: Floats) -> list[PaceStretch]:
-    """Group pieces of equal length into stretches of constant speed."""
+    """Group moves of equal length into stretches of constant speed."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
     return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
 def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Reset raised stretches that save almost no time, and merge slowed ones of similar speed, at the lowest speed."""
+    """Undo raised speeds that save almost no time, and merge slowed stretches of similar speed at the lowest of their
+    speeds.
+    """
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []
@@ -321,13 +341,13 @@ def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list
 
 
 def _together(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Return the clear intervals of a motion as shares of its length; the pieces have equal length."""
+    """Return the clear intervals of a motion as shares of its length; all its moves have equal length."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
-    """Return the mask of pieces whose tool may retract at any speed, as drilling cycles do."""
+    """Return a mask of the moves whose tool may retract at any speed, as in drilling cycles."""
     slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
     return ~np.isin(pieces.tool, slow)
 
@@ -356,7 +376,7 @@ class _Way(NamedTuple):
     feed: float
 
     def over_all(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
-        """Return the interval of a vertical move above all material and the clearance."""
+        """Return the interval of a vertical move above all material and the clearance, as shares of its length."""
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
         height = low + float(over.max()) + rules.clearance
@@ -368,18 +388,18 @@ class _Way(NamedTuple):
         return [(0.0, share)] if z1 < z0 else [(share, 1.0)]
 
     def trimmed(self, free: list[tuple[float, float]], rounds: tuple[bool, bool]) -> list[tuple[float, float]]:
-        """Return the free intervals shortened next to corners that the controller may round."""
+        """Return the clear intervals, shortened next to corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
 
     def fastest(self, machine: Machine) -> float:
-        """Return the speed through air, mm/s: infinite (a rapid), or the maximum feed if the rapid is not straight."""
+        """Return the speed through air, mm/s: infinite for a rapid, or the maximum feed if rapids are not straight."""
         axes = np.count_nonzero(np.abs(self.end - self.begin) > _SAME)
         return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
 
     def worth_it(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
-        """Return the free intervals on which a rapid from rest to rest saves time."""
+        """Return the clear intervals on which a rapid from rest to rest saves time."""
         found = []
         for low, high in free:
             delta = (high - low) * (self.end - self.begin)

@@ -1,4 +1,4 @@
-"""Precedence of pieces of work: the pairs whose order is kept, by the order rules with thresholds `KEEP`."""
+"""Pairs of cuts and holes whose order must be kept, by the order rules with the thresholds `KEEP`."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ from leafcut.processes.program.proof.outlines import (
 from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
 
-#: Number of pieces reduced together, as the bits of one integer.
+#: Number of pieces of work that share one integer as a bit set.
 _BITS = 8192
-#: Maximum number of pairs of work and a later piece that detaches a part; beyond it, the search takes too long.
+#: Maximum number of pairs of a piece of work and a later piece that detaches a part; more would slow the search.
 _MOST_PAIRS = 50_000
-#: Reasons to keep an order: touching cuts, passes of a mill of unknown width, nesting, a part that may be detached.
+#: Reasons to keep an order: touching cuts, passes of a mill of unknown width, work inside an outline, a detached part.
 TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 
 
 class Precedence(NamedTuple):
-    """Pieces with marks on those that detach a part; the pairs whose order is kept; and `Section.ties`."""
+    """Pieces of work, marked if they detach a part; the pairs whose order is kept; and `Section.ties`."""
 
     pieces: tuple[PieceOfWork, ...]
     pairs: NDArray[np.int32]
@@ -59,7 +59,7 @@ class Precedence(NamedTuple):
 class _Work:
     """Input of the order rules for pieces of work; the pieces of several sections are concatenated.
 
-    `owner`, int64[m], is the piece of each feature; `section`, int64[n], the section number of each piece.
+    `owner`, int64[m], is the piece of each feature, and `section`, int64[n], is the section of each piece.
     """
 
     def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]]) -> None:
@@ -77,7 +77,7 @@ class _Work:
         self.traces: Traces = traces_of(self.features)
 
     def lines(self) -> list[Line]:
-        """Return the lines of all pieces; a piece without lines is represented by its start point."""
+        """Return the lines of all pieces of work; a piece without lines is represented by its start point."""
         lines = list(lines_of(self.features, self.traces, self.owner, KEEP.sagitta))
         without = set(range(len(self.pieces))) - {line.owner for line in lines}
         return lines + [Line(number, np.array([self.pieces[number].entry] * 2)) for number in sorted(without)]
@@ -91,12 +91,12 @@ class _Work:
 def with_precedence(
     program: Program, rows: Rows, pieces: Sequence[PieceOfWork], process: str, look: Heartbeat = unseen
 ) -> Precedence:
-    """Mark the pieces that detach a part, and return the pairs whose order is kept.
+    """Mark the pieces of work that detach a part, and return the pairs whose order is kept.
 
-    - Cuts closer than the tool width in a comment or in `rows`, or else than `TOUCHING`, keep their order: repeated
-      passes, finishing passes, holes drilled twice.
-    - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it, since
-      the closed cut may be a roughing pass.
+    - Cuts keep their order if they are closer than the tool width (from a comment or from `rows`), or than `TOUCHING`
+    if the width is unknown. Examples are repeated passes, finishing passes and holes drilled twice.
+    - A closed cut stays after the earlier work inside it. With a mill, later work inside it also stays after it,
+    because the closed cut may be a roughing pass.
     - A piece that detaches a part stays after all earlier work.
 
     Implied pairs are left out.
@@ -116,12 +116,12 @@ def with_precedence(
 def are_related(
     program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]], process: str, look: Heartbeat = unseen
 ) -> bool:
-    """Return whether the order of any two pieces of different sections matters."""
+    """Return whether the order of any two pieces of work in different sections matters."""
     return any(map(len, _related(_Work(program, rows, sections), process, look).values()))
 
 
 def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np.int64]]:
-    """Return the pairs whose order matters by cause, int64[k, 2]; for several sections, only pairs across them."""
+    """Return the pairs whose order matters, int64[k, 2] by cause; with several sections, only pairs across sections."""
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
@@ -162,7 +162,7 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
 
 
 def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, ...]:
-    """Mark the pieces that detach a part; the deepest sideways cut of the mill counts as the underside."""
+    """Mark the pieces of work that detach a part; the deepest sideways cut of the mill counts as the underside."""
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
         return pieces
@@ -179,15 +179,15 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
 
 
 def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
-    """Return the ascending first pieces of the final stages, in which every piece detaches a part.
+    """Return the first pieces of the final stages, ascending; every piece in these stages detaches a part.
 
-    All work before such a piece precedes all work after it, so each stage becomes a section of its own.
+    All work before such a first piece precedes all work after it, so each stage becomes its own section.
     """
     may, frees, bottoms = _freed_by(pieces)
     if not may.any():
         return []
     only = np.logical_and.accumulate(may[::-1])[::-1]
-    # Pieces that detach parts for certain may be reordered among each other.
+    # Pieces that certainly detach a part may change places with each other.
     lowest = np.minimum.accumulate(np.where(frees, bottoms, np.inf))[:-1]
     highest = np.maximum.accumulate(bottoms[::-1])[::-1][1:]
     found: list[int] = (1 + np.flatnonzero(only[1:] & (lowest > highest + LEVEL))).tolist()
@@ -195,10 +195,10 @@ def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
 
 
 def work_before_freeing(pieces: Sequence[PieceOfWork]) -> NDArray[np.int64]:
-    """Return the pairs (before, after) of all work and every later piece that detaches a part, int64[k, 2].
+    """Return the pairs (before, after) of a piece of work and a later piece that detaches a part, int64[k, 2].
 
-    Pieces that detach parts at one depth may be reordered. Pairs of different stages are left out. With too many pairs,
-    parts are detached in their original order.
+    Pieces that detach parts at the same depth may change places. Pairs of different stages are left out. If there are
+    too many pairs, parts are detached in the original order.
     """
     may, frees, bottoms = _freed_by(pieces)
     found = []
@@ -231,14 +231,14 @@ def no_ties(n: int) -> NDArray[np.int32]:
 
 
 def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Combine the ties of two causes."""
+    """Combine the ties of two causes, and keep the nearer tie of each piece."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
 def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces that stay on their side of every edge, or None without edges."""
+    """Return `Section.ties` of n pieces that may not cross any of the edges; None without edges."""
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
         return None
@@ -250,7 +250,7 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen) -> NDArray[np.int32]:
     """Remove implied pairs (transitive reduction); every pair goes from a lower to a higher number.
 
-    Connected groups are reduced separately, in blocks of `_BITS` pieces, so that memory grows only linearly with n.
+    Connected groups are reduced separately, in blocks of `_BITS` pieces, so that memory grows linearly with n.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
@@ -273,7 +273,9 @@ def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen)
 
 
 def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
-    """Return the pairs with low ≤ before < high not implied by others; `pairs` are sorted by after, then by −before."""
+    """Return the pairs with low ≤ before < high that no other pairs imply; `pairs` are sorted by after, then by
+    −before.
+    """
     # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}
     kept = []

@@ -1,4 +1,4 @@
-"""Classify the rows of a foreign program as cuts or travel moves, and find the barriers between pieces of work."""
+"""Classify the rows of a foreign program as cuts or travel moves, and find the blocks that separate pieces of work."""
 
 from __future__ import annotations
 
@@ -50,24 +50,25 @@ _ASSUMED_UNITS = "its units are assumed: G20 or G21 is missing"
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
 TOLERANCE = 1e-6
-#: Minimum share of switch-on events right before a cut that identifies a beam.
+#: A program drives a beam if at least this share of the switch-on events is directly before a cut.
 _MOSTLY = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Role of every row of a program in the process.
+    """Role of every row of a program: cut, travel move or neither.
 
     Attributes
     ----------
     cut, travel
-        bool[n]: the row cuts; the row moves sideways without cutting (a canned cycle does both).
+        Rows that cut, and rows that move sideways without cutting, bool[n]; a canned cycle does both.
     sideways
-        bool[n]: the row moves in X or Y.
+        Rows that move in X or Y, bool[n].
     beam
-        bool[n]: the process has a beam, and it is on.
+        Rows of a laser or torch program with the beam on, bool[n].
     deepest
-        float64[m]: Z of the deepest sideways cut in the work offset of each of `Program.modals`, mm; NaN if none.
+        Z of the deepest sideways cut in the work offset of each entry of `Program.modals`, mm, float64[m]; NaN without
+        a cut.
     tool_diameter
         Diameter of the tools that no comment describes, mm; 0 if unknown.
     """
@@ -91,7 +92,10 @@ class Rows:
 
 
 def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Rows:
-    """Classify the rows of a program; for a beam, a feed move after M5 is a travel move like a rapid."""
+    """Classify the rows of a program.
+
+    In a laser or torch program, a feed move after M5 is a travel move like a rapid.
+    """
     path = program.path
     before = path.before
     block = program.row_block
@@ -111,14 +115,14 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
-    # An arc depends on its start point, so it stays with the move that leads there.
+    # An arc depends on its start point, so it stays with the move to that point.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
     return Rows(path, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan), 0.0)
 
 
 def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return `Rows.deepest`; `aside` is the mask of rows that cut sideways."""
+    """Return `Rows.deepest`; `aside` is a mask of the rows that cut sideways."""
     keys = [(m.frame, m.shift) for m in program.modals]
     number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     of_modal = np.array([number[key] for key in keys], dtype=np.int64)
@@ -129,13 +133,13 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
 
 
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
-    """Return the mask of feed moves with the beam off, bool[n]; always False for a cutting tool."""
+    """Return a mask of the feed moves with the beam off, bool[n]; all False for a cutting tool."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam(program) if dark.any() else dark
 
 
 def _beam(program: Program) -> NDArray[np.bool_]:
-    """Return the mask of rows with the beam on; with power above zero if the program states power."""
+    """Return a mask of the rows with the beam on; if the program states power, the power must be above zero."""
     path = program.path
     switched = path.kind == Kind.SPINDLE
     on = path.value != 0.0
@@ -147,7 +151,7 @@ def _beam(program: Program) -> NDArray[np.bool_]:
 
 
 def known_process(program: Program) -> str:
-    """Detect the process: a beam is switched on before each cut, a spindle before the first move."""
+    """Detect the kind of program. A beam is switched on before each cut, but a spindle only before the first move."""
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     before = path.before
@@ -177,7 +181,7 @@ def known_process(program: Program) -> str:
 
 
 def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
-    """Return whether a beam is a torch: the text names one, or the rapids have more than one height."""
+    """Return whether a beam is a torch: the program text names one, or the rapids have more than one height."""
     if any(_TORCH.search(line) for line in program.lines[:400]):
         return True
     z = program.path.end[program.path.kind == Kind.RAPID, 2]
@@ -188,7 +192,7 @@ def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
 
 
 def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
-    """Return the blocks that always stay in place, and the reason of each."""
+    """Return the blocks that always stay in place, with the reason of each."""
     barriers: dict[int, str] = {}
     path = program.path
     hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
@@ -213,9 +217,9 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
 
 
 def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
-    """Add fixed blocks and repeated lines to the barriers, except calls that can move as a whole.
+    """Add fixed blocks and repeated lines to the barriers, except subprogram calls that can move as a whole.
 
-    These are M98 or M97 calls of plain words without parameters that leave the spindle state unchanged.
+    Calls with M98 or M97 can move if they have no parameters and leave the spindle state unchanged.
     """
     free: set[int] = set()
     held: dict[int, str] = {}
@@ -234,7 +238,7 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
 
 
 def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
-    """Return why a call and its subprogram cannot move as a whole, or ""."""
+    """Return the reason why a call and its subprogram cannot move as a whole, or ""."""
     for block in range(begin, end):
         fixed = program.fixed.get(block, "")
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
@@ -254,8 +258,8 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
 def _idle(program: Program, rows: Rows) -> list[int]:
     """Return the rows that dwell or switch the spindle between pieces of work, for an unknown purpose.
 
-    Such rows come after work and a retract, before the next travel move. Dwells at positions without work count too. A
-    beam is switched on and off during work, so its switching does not count.
+    Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut count
+    too. A beam is switched on and off in every cut, so its switching does not count.
     """
     kind = program.path.kind
     n = len(kind)
@@ -269,7 +273,7 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     ways = rows.travel & ~rows.cut
     cut, rapid, travel = last_rows(rows.cut), last_rows(kind == Kind.RAPID), last_rows(ways)
     dwells = kind == Kind.DWELL
-    # A speed set by S alone belongs to the following work (`find_sections`).
+    # A spindle speed set by S alone belongs to the following cut (`find_sections`).
     switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
     leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
@@ -287,7 +291,7 @@ def _change(one: Modal, other: Modal) -> str:
 
 
 def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
-    """Return the runs of blocks (begin, end) without barriers, on consecutive lines apart from comments."""
+    """Return the runs of blocks (begin, end) without barriers; only comments may be between their lines."""
     edges = {0, program.n_blocks}
     for block in barriers:
         edges |= {block, block + 1}

@@ -1,7 +1,7 @@
-"""Find the parts of a foreign program that can be reordered, and those that must stay.
+"""Find the cuts and holes of a foreign program that can be reordered, and the blocks that must stay.
 
-A piece of work extends from the rapid to its start point to the next such rapid. All blocks outside pieces keep their
-place and their text.
+A piece of work extends from the rapid to its start point to the next such rapid. All blocks outside pieces of work keep
+their place and their text.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ def find_sequence(
     tool_diameter: float = 0.0,
     look: Heartbeat = unseen,
 ) -> Sequence:
-    """Divide the program into sections of pieces that can be reordered, and blocks that stay.
+    """Divide a program into sections of pieces of work that can be reordered, and blocks that stay.
 
     Parameters
     ----------
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects it. `PlanError` if it is unknown.
+        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` detects it. An unknown value raises PlanError.
     merge_tools
         Merge sections with the same tool if nothing between them forbids it, to save tool changes.
     allow_reverse
@@ -71,7 +71,7 @@ def find_sequence(
 
 
 def all_stay(program: Program, process: str, reason: str) -> Sequence:
-    """Return a sequence in which the whole program stays, for one reason (`staying.PHRASES`)."""
+    """Return a sequence in which all work stays for one reason (a key of `staying.PHRASES`)."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
@@ -80,10 +80,10 @@ def all_stay(program: Program, process: str, reason: str) -> Sequence:
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
-    """Return the routing problem of a section, with one cluster per piece.
+    """Return the routing problem of a section, with one cluster per piece of work.
 
-    The first node of a piece runs from its entry to its exit. Reversible pieces have a second node for the other
-    direction; these come after all first nodes, in the order of the pieces.
+    The first node of a piece leads from its entry to its exit. A reversible piece has a second node for the opposite
+    direction. The second nodes follow all first nodes, in the order of the pieces.
     """
     entry = np.array([c.entry for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
     leave = np.array([c.exit for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
@@ -111,7 +111,7 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the nodes of `build_problem` for an order of pieces, int32[n]: the inverse of `piece_order`."""
+    """Return the nodes of `build_problem` for an order of pieces, int32[n]; this is the inverse of `piece_order`."""
     reversible = _reversible(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)
@@ -119,7 +119,7 @@ def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int
 
 
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
-    """Return the spindle speed at the first cut of each piece of a section, rpm, float64[n]."""
+    """Return the spindle speed at the first cut of each piece of work in a section, rpm, float64[n]."""
     kind, first = program.path.kind, program.first
     ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
     begin, end = first[ends].T
@@ -135,7 +135,7 @@ def _reversible(section: Section) -> NDArray[np.int32]:
 
 
 def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
-    """Return one note for every reason why blocks stay, and one if nothing can be reordered."""
+    """Return a note for every reason why blocks stay, and a note if nothing can be reordered."""
     where: dict[str, list[int]] = {}
     for item in items:
         if isinstance(item, Kept):
@@ -145,7 +145,7 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
                 where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
-        # Work that stays because of the move that leads to it is reported piece by piece (`Finder.stays`).
+        # Work that stays because of its travel move is reported separately (`Finder.stays`).
         told = where or any(isinstance(item, Kept) and item.reasons for item in items)
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))

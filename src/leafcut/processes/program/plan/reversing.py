@@ -1,8 +1,8 @@
-"""Find reversible cuts: open cuts at one depth, uniform from start to end; the user has to permit reversal.
+"""Find reversible cuts: open cuts at one depth that are uniform from start to end, if the user permits reversal.
 
-Not reversed are cuts with a different feed or kind of move at an end, that are closed or cross themselves, or dwell,
-switch or retract within the cut. A dwell of a mill at one end moves to the other end; a dwell of a beam is a pierce, so
-the cut stays.
+A cut is not reversible if it is closed or crosses itself, if it dwells, switches or retracts on the way, or if an end
+has another feed or kind of move. A dwell of a mill at one end moves to the other end. A dwell of a beam is a pierce, so
+that cut stays.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from leafcut.processes.program.proof.traces import SAGITTA, is_simple, traces_of
 
 #: Maximum gap between the ends of a closed cut, as a part of its length; `TOUCHING` is the minimum.
 _CLOSED_PART = 0.1
-#: Cosine of the change of direction at an arc (150°) beyond which the chords may miss an intersection.
+#: Cosine of 150°: if the path turns further at an arc, its chords may miss an intersection.
 _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Mark the reversible pieces of a sequence, and add a note with their number."""
+    """Mark the reversible cuts of a sequence, and add a note with their number."""
     finder = _Finder(program, rows, sequence.process)
     items = tuple(
         replace(item, pieces=tuple(map(finder.marked, item.pieces))) if isinstance(item, Section) else item
@@ -61,12 +61,12 @@ class _Finder:
         return self._fits(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
     def _same_height(self, piece: PieceOfWork) -> bool:
-        """Return whether arrival and departure have the same height, so that both ends are equally clear."""
+        """Return whether the tool arrives and leaves at the same height, so that both ends are equally clear."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
     def _fits(self, piece: PieceOfWork, stroke: ReversibleCut) -> bool:
-        """Return whether the piece starts and ends at the ends of the cut."""
+        """Return whether the piece of work starts and ends at the ends of the cut."""
         path, before = self.program.path, self.program.path.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
@@ -76,7 +76,9 @@ class _Finder:
 
 
 def _is_open(cuts: Features) -> bool:
-    """Return whether a cut is not nearly closed, and does not turn back at an arc, where it may cross itself."""
+    """Return whether the ends of a cut are far apart, and the cut does not turn back at an arc, where it may cross
+    itself.
+    """
     pieces = traces_of(cuts).flattened(SAGITTA)
     way = pieces.end - pieces.begin
     length = np.hypot(*way.T)
