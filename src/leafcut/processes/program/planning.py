@@ -1,4 +1,4 @@
-"""Plan the reordering of a foreign program: its sections become stages, its pieces of work tasks."""
+"""Plan the reordering of a foreign program: its sections become stages, and its pieces of work become tasks."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from leafcut.processes.program.model import StockProof
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Maximum number of planning steps; beyond it, the order of the program is kept.
+#: Maximum number of planning steps. If planning takes more, the program keeps its order.
 MOST_STEPS = 1_000_000
-#: Assumed cost of a path around an obstacle, as a retract height, mm.
+#: Retract height whose cost stands for a path around an obstacle without a known height, mm.
 _AROUND = 50.0
-#: Rows with a position, in coordinates of the program or of the machine.
+#: Kinds of rows with a position in program or machine coordinates.
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 
 
@@ -47,9 +47,22 @@ _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 class ForeignWork:
     """A foreign program, ready to be reordered.
 
-    `stock` is the resolution of the `judge`, or the reason why there is none. `stands` is the position of the tool
-    before its first move, if the user states it. `codes` are those of the `dangers` found without the stock. `before`
-    and `after` are other issues, reported before and after the dangers.
+    Attributes
+    ----------
+    source
+        Name of the program file.
+    sequence
+        Sections that can be reordered, and blocks that stay.
+    judge, stock
+        Judge of the remaining stock, and its grid, or the reason why there is no judge.
+    stands
+        Position of the tool before its first move, if the user states it, mm.
+    dangers
+        Dangers of the original program.
+    codes
+        Codes of the dangers that were found without the stock.
+    before, after
+        Other issues that are reported before and after the dangers.
     """
 
     source: str
@@ -76,10 +89,14 @@ class ForeignWork:
 
 
 def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
-    """Plan a program: each section becomes a stage.
+    """Plan the reordering of a program; each section becomes a stage.
 
-    `ReadError`, `OptionError`, `PlanError` or `VerifyError` if the program cannot be read or planned, or ``--strict``
-    refuses its dangers.
+    Raises
+    ------
+    ReadError, OptionError, PlanError
+        The program cannot be read or planned.
+    VerifyError
+        ``--strict`` refuses the dangers of the program.
     """
     from leafcut.gcode.dialects import dialect
 
@@ -144,11 +161,11 @@ def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
 
 
 class _TooManySteps(Exception):
-    """Planning took more than `MOST_STEPS`."""
+    """Planning took more than `MOST_STEPS` steps."""
 
 
 def _sections(job: Job, original: Program, process: str) -> Sequence:
-    """Return the sections of the program; the whole program stays if the search takes too many steps."""
+    """Return the sections of a program. If planning takes too many steps, the whole program stays."""
     from leafcut.processes.program.plan.program_rows import known_process
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
 
@@ -179,8 +196,10 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
 
 
 def _tool_diameter(job: Job) -> float:
-    """Return the diameter of the mills that no comment describes, mm: ``--tool-diameter``, or the largest tool of the
-    library if that is larger; 0 without the option.
+    """Return the diameter of the mills that no comment describes, mm.
+
+    It is ``--tool-diameter``, or the diameter of the largest tool in the library if that is larger; 0 without the
+    option.
     """
     from leafcut.processes.job import library_of
 
@@ -192,7 +211,9 @@ def _tool_diameter(job: Job) -> float:
 
 
 def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
-    """Return a stage for each section, following the previous one if no move in between has a known position."""
+    """Return a stage for each section; it starts at the end of the previous stage if no move in between has a known
+    position.
+    """
     from leafcut.processes.program.plan.resequencing import build_problem
 
     stages: list[Stage] = []
@@ -208,7 +229,9 @@ def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Po
 
 
 def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
-    """Return the cost of travel in a section; moves across an obstacle rise above it or pass around it."""
+    """Return the travel metric of a section, in which moves across an obstacle cost a rise above it or a path around
+    it.
+    """
     from leafcut.timing.travel import travel_metric
 
     objective = job.settings.solve.objective
@@ -221,7 +244,9 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
 
 
 def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
-    """Return the position of the tool before the program moves it, and the same if the first section starts there."""
+    """Return the position of the tool before the first move, and the same position if the first section starts from
+    there.
+    """
     start = job.settings.job.start_point
     if start is None:
         return None, None
@@ -245,7 +270,7 @@ def _offers(job: Job, sequence: Sequence) -> list[Issue]:
 
 
 def with_few_speed_changes(plan: Plan, order: Order) -> Order:
-    """Return the order with no more spindle speed changes per section than the original."""
+    """Return an order in which each section changes the spindle speed no more often than the original."""
     sections = plan.work.sequence.sections
     solutions = tuple(
         _few_speed_changes(plan.work.program, section, solution)
@@ -255,7 +280,7 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution; if it changes the speed too often, group all ready work by spindle speed."""
+    """Return the solution; if it changes the spindle speed too often, group the pieces of work by spindle speed."""
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)
@@ -289,14 +314,14 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
 
 
 def part_of(source: str, program: Program, sequence: Sequence) -> Part:
-    """Return the holes of a program as a part: first the holes in sections, then the fixed holes."""
+    """Return a part with the holes of a program: first the holes in sections, then the fixed holes."""
     holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
     holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]
     return Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
 
 
 def staying_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
-    """Return the rows of drilled holes outside of the sections."""
+    """Return the rows of the drilled holes outside all sections."""
     path, stays = program.path, np.ones(len(program.path), dtype=bool)
     for section in sequence.sections:
         for piece in section.pieces:

@@ -1,4 +1,4 @@
-"""The process that reorders a program: its options, its steps, and the fields of its form."""
+"""The process that reorders a program: options, steps and form fields."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _MAIN = (
 
 
 class ForeignProgram(Process):
-    """A G-code program of any CAM."""
+    """Reorders a G-code program of any CAM."""
 
     name = "program"
     title = "reordering a program"
@@ -131,7 +131,7 @@ class ForeignProgram(Process):
     )
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
-        """Return a stage for each section of the program, and a task for each piece of work in it."""
+        """Return a plan with a stage for each section of the program, and a task for each piece of work."""
         from leafcut.processes.program.planning import plan_program
 
         (source,) = sources
@@ -140,7 +140,7 @@ class ForeignProgram(Process):
 
     @property
     def passes(self) -> Sequence[Pass]:
-        """The pass that limits spindle speed changes to those of the input."""
+        """The pass that keeps the number of spindle speed changes within that of the input."""
         from leafcut.processes.program.planning import with_few_speed_changes
 
         return (with_few_speed_changes,)
@@ -158,7 +158,7 @@ class ForeignProgram(Process):
         return rewritten(plan, order)
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
-        """Return the program in its original order if the new order costs more than the original."""
+        """Return the program in its original order if the new order costs more."""
         import numpy as np
 
         from leafcut.processes.plan import OrderRefused
@@ -182,31 +182,31 @@ class ForeignProgram(Process):
         return proved(plan, best)
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return the order with faulty pieces at their original place."""
+        """Return the order with the faulty pieces of work at their original place."""
         from leafcut.processes.program.proving import with_pieces_kept
 
         return with_pieces_kept(plan, order, refused, trial)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
-        """Return the program with new heights and feeds, if requested, and a comment on newly crossed areas."""
+        """Return the program with new heights and feeds, if requested, and a comment on moves across new areas."""
         from leafcut.processes.program.finishing import finished
 
         return finished(plan, best)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the ordered sections."""
+        """Return the operations of the program, one per ordered section."""
         from leafcut.processes.program.operations import operations_of
 
         return operations_of(plan.work, best.order)
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
-        """Return dangers first, then the reasons why work keeps its place."""
+        """Return the issues: dangers first, then the reasons why pieces of work keep their place."""
         from leafcut.processes.program.finishing import issues_of
 
         return issues_of(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> ProgramDetail:
-        """Return the proof, the pieces that stay, and the stock."""
+        """Return the proof, the work that keeps its place, and the stock."""
         from leafcut.processes.program.finishing import detail_of
 
         return detail_of(plan, best)

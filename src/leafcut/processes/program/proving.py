@@ -1,4 +1,4 @@
-"""Write and prove a reordered program; pieces that fail the proof keep their place."""
+"""Write and prove a reordered program; pieces of work that fail the proof keep their place."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from leafcut.processes.program.pace import Paced
     from leafcut.processes.program.planning import ForeignWork
 
-#: Maximum number of trials before all pieces keep their place; each trial takes a full proof.
+#: Maximum number of trials before all pieces of work keep their place; each trial is a full proof.
 _MOST_TRIALS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A reordered program; `avoided` are newly crossed areas."""
+    """A reordered program with its proof; `avoided` are the new moves across areas that the original avoided."""
 
     program: Program
     certificate: Certificate | None = None
@@ -45,7 +45,10 @@ class Rewritten:
 
 
 def measured(plan: Plan, program: Program) -> Measure:
-    """Return the time and lengths of a program (on GRBL by the sent lines); moves with the beam off count as travel."""
+    """Return the time and the lengths of a program; moves with the beam off count as travel.
+
+    On GRBL, the time includes the transfer of the lines to the board.
+    """
     from leafcut.processes.program.plan.program_rows import dark_rows
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure
@@ -58,7 +61,12 @@ def measured(plan: Plan, program: Program) -> Measure:
 def rewritten(plan: Plan, order: Order) -> Candidate:
     """Return the program with its sections in the given order, without a proof.
 
-    `OrderRefused` if a section cannot be written in this order; `PostError` if not even the original order can be.
+    Raises
+    ------
+    OrderRefused
+        A section cannot be written in this order.
+    PostError
+        Even the original order cannot be written.
     """
     work: ForeignWork = plan.work
     text = work.text
@@ -71,8 +79,8 @@ def rewritten(plan: Plan, order: Order) -> Candidate:
 def proved(plan: Plan, best: Candidate) -> Candidate:
     """Prove a program, and add comments that state the proof.
 
-    It must do the same work as the original, hit no obstacle, and leave the same stock. Otherwise `OrderRefused` has
-    the first difference, and the pieces and sections at fault.
+    The program must do the same work as the original, hit no obstacle, and leave the same stock. Otherwise,
+    OrderRefused is raised with the first difference and the pieces of work and sections at fault.
     """
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 
@@ -115,10 +123,10 @@ def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
 
 
 def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-    """Return the order with more pieces at their original place; no other piece passes them.
+    """Return the order with more pieces of work at their original place; no other piece passes them.
 
-    These are the pieces at fault, or else their sections, or else all. The last resort is the unchanged program;
-    `VerifyError` if that cannot be proved either.
+    These are the pieces at fault, or else their sections, or else all pieces. The last resort is the unchanged program.
+    Raises VerifyError if that cannot be proved either.
     """
     from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
 
@@ -140,7 +148,7 @@ def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int
 
 
 def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
-    """Yield one issue per reason why pieces keep their place although a better order was found."""
+    """Yield one issue per reason why pieces of work keep their place although a better order was known."""
     by_reason: dict[str, list[tuple[int, int]]] = {}
     for place, reason in sorted(order.kept.items()):
         by_reason.setdefault(reason, []).append(place)
@@ -187,19 +195,19 @@ def _read_back(plan: Plan, text: str) -> Program:
 def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32]:
     """Return the order with the pieces `kept` at their original place; no other piece passes them.
 
-    Precedence is preserved, since both the order and the original obey it.
+    Precedence holds, because both the given order and the original order obey it.
     """
     fixed = np.array(sorted(kept), dtype=np.int32)
     piece = np.where(order < 0, ~order, order)
     staying = np.isin(piece, fixed)
-    # Even numbers: runs of pieces between kept pieces; odd numbers: kept pieces.
+    # Even numbers are runs of pieces between kept pieces, odd numbers are kept pieces.
     run = 2 * np.searchsorted(fixed, piece) + staying
     new: NDArray[np.int32] = np.where(staying, piece, order)[np.argsort(run, kind="stable")].astype(np.int32)
     return new
 
 
 def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
-    """Return the pieces with a block on one of these lines of the original, as (section, piece)."""
+    """Return the pieces of work with a block on one of these lines of the original, as (section, piece)."""
     named = np.isin(work.program.text_line, list(lines))
     return {
         (number, k)
@@ -210,7 +218,7 @@ def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
 
 
 def _section_at(work: ForeignWork, line: int) -> int:
-    """Return the section that contains a line of the original, or the last section before it; -1 for none."""
+    """Return the section that contains a line of the original, or the last section before it; -1 if there is none."""
     last, text_line = -1, work.program.text_line
     for number, section in enumerate(work.sequence.sections):
         first, final = int(text_line[section.pieces[0].begin]), int(text_line[section.pieces[-1].end - 1])

@@ -1,4 +1,4 @@
-"""Read a program of another CAM: detect its process, machine, units and feeds."""
+"""Read a program of another CAM, and detect its process, machine, units and feeds."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.read import Input
 
-#: Options that set the feed if the program takes it from the material table of the controller.
+#: Options that set the feed of a program that takes it from the material table of the controller.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
-#: Assumed thickness for the feed of the cut chart if none is given, mm.
+#: Thickness for a feed from the cut chart if the user states none, mm.
 _USUAL_THICKNESS = 3.0
 
 
@@ -43,7 +43,10 @@ BELOW_SURFACE = ("L801", "L802")
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program as read for a dialect and machine; `limits` are checked instead if the machine is assumed."""
+    """A program, read for a dialect and a machine.
+
+    If the machine was only guessed from the program, `limits` is the machine whose limits are checked.
+    """
 
     program: Program
     words: Dialect
@@ -60,28 +63,28 @@ class ProgramRead:
     def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
         """Return the dangers of the program, worst first, one issue per kind.
 
-        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` has the rows of
-        the path checked by a stock simulation, by the code of the danger.
+        In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` masks the rows
+        that a stock simulation has checked, by danger code.
         """
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
         from leafcut.proof.doubts import find_doubts
 
-        # On a laser, S is the beam power, whatever the program looks like.
+        # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
         found = find_dangers(self.program, self.checked, process, self.words.states_z, simulated)
         found += find_doubts(self.program, self.words, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
             return found
-        # The surface of a solid is not at Z0 everywhere: over lower steps, rapids run below Z0.
+        # The surface of a solid is not at Z0 everywhere, so rapids over lower steps are below Z0.
         return [replace(i, severity=Severity.WARNING) if i.code in BELOW_SURFACE else i for i in found]
 
 
 def read_file(
     program: Input, settings: Settings, dialect_name: str | None, look: Heartbeat, base: ProgramRead | None = None
 ) -> ProgramRead:
-    """Read a program from a file for the machine and dialect of the settings, or for those of another program."""
+    """Read a program file for the machine and dialect of the settings, or for those of another program (`base`)."""
     from leafcut.files.whole_files import read_program
     from leafcut.gcode.dialects import dialect
 
@@ -104,7 +107,7 @@ def run_of_controller(program: Program, words: Dialect, clearance: float) -> tup
 
 
 def read_new(run: Job, words: Dialect, text: str) -> Program:
-    """Interpret a newly written program for the machine of the run."""
+    """Interpret a newly written program for the machine of the job."""
     look = run.start_step("verifying")
     return read_foreign(
         text, "the new program", run.settings, run.machine, words, look, process="mill", choose=False
@@ -112,7 +115,7 @@ def read_new(run: Job, words: Dialect, text: str) -> Program:
 
 
 def refuse_other_languages(text: str, source: str) -> None:
-    """Refuse drawings (`OptionError`) and unsupported languages (`ReadError`), with the name of the format."""
+    """Raise OptionError for a drawing, and ReadError for a language other than G-code; both name the format."""
     from leafcut.gcode.languages import other_language
     from leafcut.read.registry import format_name
 
@@ -134,15 +137,20 @@ def read_foreign(
     choose: bool = True,
     router: bool = True,
 ) -> ProgramRead:
-    """Read a program for a machine.
+    """Read a program of another CAM for a machine.
 
     If the user named no machine and `choose` is set, laser programs are read for a laser, and QtPlasmaC programs for a
-    plasma table. With `router`, router programs are timed on a router; do not use this to change speeds or heights,
-    since their safety depends on the corner rounding of the real controller. A beam program on a spindle machine is
-    timed without spindle start.
+    plasma table. A laser or torch program on a spindle machine is timed without spindle start.
 
-    `ReadError` if the program is in another language, or is invalid; `OptionError` if ``--units`` is invalid, or the
-    program states its own units.
+    With `router`, router programs are timed on a router. Do not set it when speeds or heights will change, because
+    their safety depends on the corner rounding of the real controller.
+
+    Raises
+    ------
+    ReadError
+        The program is invalid or in another language.
+    OptionError
+        ``--units`` is invalid, or the program states its own units.
     """
     if words.language != "g-code":
         return _own(text, source, settings, machine, words)
@@ -160,7 +168,7 @@ def read_foreign(
         raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
-        # Other dialects would treat its material comments as plain comments and move cuts past them.
+        # Other dialects would ignore its material comments and move cuts past them.
         return _of_plasma_table(text, source, settings, look, process)
     if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
         chosen = _other_machine(settings, _laser_for(read.program))
@@ -182,12 +190,12 @@ _BEAMS: dict[str, tuple[Head, str]] = {
     ProgramKind.LASER: (Head.LASER, "a laser"),
     ProgramKind.PLASMA: (Head.TORCH, "a torch"),
 }
-#: Machine to suggest if the default one rejects a program: most machining centres share its dialect.
+#: Machine to suggest if the default machine rejects a program; most machining centres have the same dialect.
 _HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."
-#: Words only used by QtPlasmaC: the choice of torch or scribe, and the material number.
+#: Words that only QtPlasmaC uses: the choice of torch or scribe, and the material number.
 _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
-#: Laser profiles by rising speed; the first that is fast and large enough is chosen.
+#: Laser profiles from slow to fast; the first that is fast and large enough is chosen.
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
@@ -206,7 +214,7 @@ def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
-    """Return the program timed on the router that it is probably for; the limits of the default machine still apply."""
+    """Return the program timed on the router that it indicates; the limits of the default machine still apply."""
     from leafcut.processes.program.routers import router_for, timed_as
     from leafcut.read.machine import load_machine
 
@@ -261,7 +269,7 @@ def _laser_for(program: Program) -> str:
 
 
 def _own(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
-    """Read a program in a language other than G-code; only output of leafcut is supported."""
+    """Read a program in a language other than G-code, which must be output of leafcut."""
     import numpy as np
 
     from leafcut.gcode.interpreter import interpret
@@ -319,7 +327,9 @@ _UNIT_WORDS = {"mm": "mm", "in": "inches"}
 
 
 def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float | None, list[Issue]]:
-    """Return the feed for materials that the program does not define, mm/s, or None if it uses no material feed."""
+    """Return the feed for materials that the program does not define, mm/s; None if the program uses no
+    material feed.
+    """
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:

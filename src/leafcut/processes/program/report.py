@@ -1,4 +1,4 @@
-"""Report of a reordered program: its work, the pieces that moved, and the pieces that keep their place."""
+"""Report of a reordered program: its work, and the pieces of work that moved or kept their place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_REASONS = 6
 
 
 class ProgramReport(PathReport[ProgramDetail]):
-    """Views of a reordered program."""
+    """Facts and views of a reordered program."""
 
     came_in = "program"
     found = "read back: it does the same work as the original"
@@ -32,7 +32,9 @@ class ProgramReport(PathReport[ProgramDetail]):
             self.found = "but no cut and no hole was found in this program"
 
     def counts(self) -> list[Fact]:
-        """Return the counts of the proof, and the shares of the work that can be reordered and that are reversed."""
+        """Return the counts of the proof, and the numbers of pieces of work that can be reordered and that are
+        reversed.
+        """
         outcome, detail = self.outcome, self.outcome.detail
         numbers, turned = asdict(detail.certificate.before), detail.certificate.reversed_cuts
         nouns = {"holes": "hole", "cuts": "cutting move"}
@@ -51,7 +53,9 @@ class ProgramReport(PathReport[ProgramDetail]):
         return [*facts, Fact(sentence=f"{turned} reversed" if turned else "")]
 
     def own_facts(self) -> list[Fact]:
-        """Return the proof, fixed pieces, new moves across avoided areas, savings, and the stock that is left."""
+        """Return the proof, the fixed work, the new moves across avoided areas, the savings, and the remaining
+        stock.
+        """
         detail = self.outcome.detail
         head, *reasons = staying_words(detail, MOST_REASONS) or [""]
         stays = f"{head}: {'; '.join(reasons)}" if head else ""
@@ -71,17 +75,17 @@ class ProgramReport(PathReport[ProgramDetail]):
         return pace_facts(self.outcome.detail.pace)
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure, or a text if the order is unchanged."""
+        """Return the headline figure; it is a text if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order is unchanged."} if same else row
 
     def staying(self) -> list[str]:
-        """Return the pieces that keep their place, with reasons."""
+        """Return sentences about the pieces of work that keep their place, with reasons."""
         return staying_words(self.outcome.detail)
 
     def stock(self) -> ShownStock:
-        """Return the known stock."""
+        """Return the known stock and tools of the program."""
         return self.outcome.detail.shown
 
     def size(self, scene: Scene) -> str:
@@ -90,7 +94,7 @@ class ProgramReport(PathReport[ProgramDetail]):
 
 
 def stock_words(stock: StockProof) -> str:
-    """Return the result of comparing the remaining material, or the reason why it was not compared."""
+    """Return the result of comparing the remaining material in words, or the reason why it was not compared."""
     if stock.reason:
         return f"the remaining work was not compared: {stock.reason}"
     words = f"the remaining work is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
@@ -101,7 +105,10 @@ def stock_words(stock: StockProof) -> str:
 
 
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
-    """Return the numbers of fixed pieces and of all, and texts for reasons (one for those beyond `most`; 0: all)."""
+    """Return the number of fixed pieces of work in words, and then a text for each reason.
+
+    At most `most` reasons are listed (0 for all); further ones share a text.
+    """
     if not detail.staying:
         return []
     stay = sum(group.count for group in detail.staying)

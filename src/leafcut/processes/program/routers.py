@@ -1,4 +1,4 @@
-"""Choose the router for the cycle time of a program if the user named no machine."""
+"""Choose the router on which a program is timed if the user named no machine."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 #: Number of lines at the top of a program whose comments may name the machine.
 _TOP = 200
-#: Router software and controllers in comments, with the profile; makers come before firmware.
+#: Names of router software and controllers in comments, with the machine profile; makers come before firmware.
 #: "Carbide" alone would match the material of a tool.
 _NAMED = (
     (re.compile(r"open\s?builds", re.IGNORECASE), "openbuilds-router"),
     (re.compile(r"shapeoko|carbide\s?(?:3d|create|motion)", re.IGNORECASE), "shapeoko-router"),
     (re.compile(r"\bgrbl", re.IGNORECASE), "shapeoko-router"),
 )
-#: Controllers of both routers and mills; the spindle speed of a router decides.
+#: Controllers of both routers and mills. A program with the spindle speed of a router is for a router.
 _WITH_SPEED = (
     (re.compile(r"\bmach\s?4\b", re.IGNORECASE), "mach4-router"),
     (re.compile(r"\bmach\s?[23]\b", re.IGNORECASE), "mach3-router"),
@@ -32,7 +32,7 @@ _WITH_SPEED = (
     (re.compile(r"\bmasso\b", re.IGNORECASE), "masso-router"),
     (re.compile(r"\beding\s?cnc\b", re.IGNORECASE), "edingcnc-router"),
 )
-#: Machining centres and high-speed mills in comments; their spindles can be as fast as router spindles.
+#: Names of machining centres and high-speed mills in comments; their spindles can be as fast as router spindles.
 _CENTRE = re.compile(
     r"\b(?:haas|fanuc|mazak|okuma|doosan|hurco|brother|mori|makino|datron|tormach|fadal|sinumerik|heidenhain|fagor|"
     r"centroid|syil)\b",
@@ -44,7 +44,7 @@ _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
 def router_for(program: Program) -> tuple[str, str] | None:
-    """Return the router profile that a program indicates, and the indicating word; or None."""
+    """Return the router profile that a program indicates, and the word that indicates it; None if there is none."""
     top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
     for name, machine in _NAMED:
         if named := name.search(top):
@@ -58,9 +58,9 @@ def router_for(program: Program) -> tuple[str, str] | None:
 
 
 def timed_as(machine: Machine, router: Machine) -> Machine:
-    """Return a machine with the motion and times of a router, and its own limits.
+    """Return a machine with the motion and times of a router, but with its own limits.
 
-    Since the router is only assumed, the maximum feed is the lower of both. Units, travel, heights and spindle stay.
+    The router is only assumed, so the maximum feed is the lower of both. Units, travel, heights and spindle stay.
     """
     return replace(
         machine,

@@ -1,4 +1,4 @@
-"""Simulation of a program: machine time, motion and dangers."""
+"""Simulate a program: machine time, motion and dangers."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from leafcut.read import Input
     from leafcut.timing.grbl import SentLines
 
-#: Minimum lost time that is reported, as a share of the program time.
+#: Minimum lost time for a warning, as a share of the program time.
 WORTH_TELLING = 0.01
 
-#: Maximum number of lines between delayed moves of a stretch.
+#: Maximum number of lines between two delayed moves of one stretch.
 GAP = 20
 
 
 def simulate(program: Input, settings: Settings, dialect: str | None, progress: OnProgress | None) -> Simulation:
-    """Return the motion of a program on the machine in `settings`, its time and its dangers.
+    """Return the motion of a program on the machine in `settings`, with its time and dangers.
 
-    An exception raised by `progress` cancels the simulation.
+    An exception that `progress` raises cancels the simulation.
     """
     from leafcut.processes.program.reading import read_file, run_of_controller
     from leafcut.timing.grbl import sent_lines
@@ -40,7 +40,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     read = read_file(program, settings, dialect, looking_for(progress, "reading"))
     _check_lifts(settings, read.words)
     run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
-    # The default start point of `optimize`.
+    # `optimize` starts at X0 Y0 by default too.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
     issues = (*read.find_dangers(), *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
@@ -49,7 +49,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
 
 def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
-    """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the time."""
+    """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the program time."""
     from leafcut.timing.toolpath import starved_rows
 
     rows, lost = starved_rows(path, machine, lines)
@@ -66,7 +66,7 @@ def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float)
 
 
 def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
-    """Return the stretch with the largest loss: first line, last line, seconds (`GAP`)."""
+    """Return the stretch with the greatest loss: first line, last line, lost seconds. See `GAP`."""
     ends = np.flatnonzero(np.diff(line) > GAP)
     begins = np.append(0, ends + 1)
     ends = np.append(ends, len(line) - 1)
@@ -76,6 +76,6 @@ def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:
-    """Refuse a clearance height if the controller adds no moves of its own."""
+    """Raise OptionError for a clearance height if the controller adds no moves of its own."""
     if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
         raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")

@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
 
-#: Maximum length of a simulated piece: the larger of this share of the smallest tool diameter and this many cells.
+#: Maximum length of a simulated move: this share of the smallest tool diameter, or this number of cells if longer.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
-#: Number of rapids in the material that are reported one by one.
+#: Maximum number of rapids in the material that are reported one by one.
 _MOST_TOLD = 10
 
 
@@ -54,7 +54,7 @@ TOLERANCE = 0.01
 
 
 class _Cuts(NamedTuple):
-    """A program with its tools and shapes, and its moves with undivided cuts."""
+    """A program with its tools and their shapes; `whole` are its moves, with undivided cuts."""
 
     source: str
     read: ProgramRead
@@ -79,8 +79,12 @@ def cut_stock(
 ) -> StockCut:
     """Simulate the material removal of a program; with `same_as`, compare the remaining stock with another program.
 
-    `ReadError` or `OptionError` if a program cannot be read, the stock is not a block, or a tool shape is unknown;
-    `PlanError` if the program is for a beam or never touches the stock, or there are too many cells or moves.
+    Raises
+    ------
+    ReadError, OptionError
+        A program cannot be read, the stock is not a block, or a tool shape is unknown.
+    PlanError
+        The program drives a laser or torch, it never touches the stock, or the simulation has too many cells or moves.
     """
     from leafcut.material.mesh_field import block_of_mesh
 
@@ -137,7 +141,7 @@ def cut_stock(
 
 
 def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
-    """Return the dangers that the simulation does not check; rapids beside an assumed block are among them."""
+    """Return the dangers that the simulation does not check, including rapids beside an assumed block."""
     path = one.read.program.path
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
@@ -170,7 +174,7 @@ def _read(program: Input, settings: Settings, dialect: str | None, look: Heartbe
 
 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Simulate a program in a stock; return the stock, the moves in pieces, and the removal of each piece."""
+    """Simulate a program in a stock; return the remaining stock, the moves, and the material that each move removes."""
     from leafcut.material.cutting import cut
 
     moves = _pieces(one, field.cell)
@@ -194,7 +198,9 @@ def _assumed_block(stated: StatedPart | None) -> list[Issue]:
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:
-    """Return the smallest block around the cuts of all programs below Z0; `PlanError` if one has none there."""
+    """Return the smallest block around the cuts of all programs below Z0. Raises PlanError for a program without such
+    cuts.
+    """
     blocks = []
     for one in programs:
         block = block_around(one.whole, one.cutters)
@@ -234,7 +240,9 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
 
 
 def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
-    """Return one danger per tool for its shank or holder in the material, with the first line and the count."""
+    """Return a danger for each tool whose shank or holder is in the material, with the first line and the number of
+    lines.
+    """
     groups: dict[tuple[int, Body], list[BodyCut]] = {}
     for one in collisions:
         groups.setdefault((one.tool, one.body), []).append(one)
@@ -251,7 +259,9 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
 
 
 def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
-    """Return rapids in the material as dangers, or as warnings if the stock is uncertain; only the first are listed."""
+    """Return the rapids in the material as dangers, or as warnings if the stock is uncertain; only the first are
+    listed.
+    """
     severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
         Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", severity)
@@ -265,7 +275,7 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
 
 
 def _not_known(moves: StraightMoves) -> list[Issue]:
-    """Return an issue about cuts with unknown start, of which only the end is simulated."""
+    """Return an issue about cuts with an unknown start, of which only the end is simulated."""
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):
         return []
@@ -303,7 +313,7 @@ def _by_tool(
 
 
 def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the time of every move, by its share of the length of its row."""
+    """Return the time of every move as its share of the time of its row, by length, s."""
     length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
     whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]
     share = np.divide(length, whole, out=np.zeros_like(length), where=whole > 0)

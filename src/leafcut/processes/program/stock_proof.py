@@ -1,4 +1,4 @@
-"""The judge of the stock that a reordered program leaves, if stock and tools are known."""
+"""Create the judge of the stock that a reordered program leaves, if stock and tools are known."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Usual number of cells, maximum cell size as a share of the smallest diameter, and maximum number of cells for that.
+#: Usual number of cells, maximum cell size as a share of the smallest tool diameter, and maximum number of cells.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
 _NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diameter"
 
 
 class Judging(NamedTuple):
-    """The judge or None, its resolution or the reason for its absence, and issues of the original."""
+    """The judge, or None; its grid, or the reason why there is no judge; and issues of the original."""
 
     judge: StockJudge | None = None
     proof: StockProof | None = None
@@ -40,11 +40,17 @@ class Judging(NamedTuple):
 
 
 def stock_judge(run: Job, program: Program, source: str, process: str) -> Judging:
-    """Return the judge of new orders of a program by the stock that they leave.
+    """Return a judge that compares the stock after new orders of a program with that of the original.
 
-    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool of which only the diameter is known
-    counts as a flat end mill; cuts of tools of unknown diameter are left out. A beam program has no judge.
-    `OptionError` if the given stock is not a block, or is never touched; `PlanError` if it has too many cells.
+    Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
+    a flat end mill. Cuts of tools of unknown diameter are left out. A laser or torch program has no judge.
+
+    Raises
+    ------
+    OptionError
+        The given stock is not a block, or the program never touches it.
+    PlanError
+        The given stock has too many cells.
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.program.proof.stock_judge import StockJudge

@@ -22,7 +22,7 @@ def verify(
     *,
     allow_reverse: bool,
 ) -> Certificate:
-    """Return a certificate that both programs do the same work on the machine in `settings`, or their differences."""
+    """Return a certificate that two programs do the same work on the machine in `settings`, or their differences."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.proof.certificate import certify
     from leafcut.processes.program.reading import read_file

@@ -25,21 +25,21 @@ from leafcut.options import Settings, StockOptions
 from leafcut.read.step import ChosenSolid
 from leafcut.units import MM_PER_INCH, parse_quantity
 
-#: The only solid of a file, as drawn.
+#: Default: the only solid of a file, as drawn.
 THE_ONLY = ChosenSolid()
-#: Maximum distance between the start of a lead and the material, in addition to the tool diameter, mm.
+#: Maximum distance from the start of a lead to the material beyond the tool diameter, mm.
 _LEAD = 5.0
-#: Distance from the deepest cut down to the bottom of a derived block, mm.
+#: Depth of a derived block below the deepest cut, mm.
 _BELOW = 1.0
 #: Minimum area of an undercut, mm²; smaller areas are rounding errors.
 _SMALL_AREA = 0.1
 #: Tolerance of equal lengths, mm.
 _SAME = 1e-6
-#: Tolerance of tool diameters, mm and relative: comments round diameters, and mills are reground.
+#: Tolerance of tool diameters, mm and relative; comments round diameters, and mills are reground.
 _OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 #: Maximum length of a stock, mm.
 LONGEST = 20_000.0
-#: Distance of a cut, in stock lengths, that suggests that the stock is given in the wrong unit.
+#: Distance of a cut from the stock, in stock lengths, beyond which the stock is probably in the wrong unit.
 FAR_OFF = 3.0
 
 if TYPE_CHECKING:
@@ -53,7 +53,12 @@ if TYPE_CHECKING:
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     """Return the block of ``--workpiece``, or the box around the solid of its STL or STEP file.
 
-    `OptionError` unless it is six lengths, lower corner first, or such a path; `ReadError` without a closed solid.
+    Raises
+    ------
+    OptionError
+        The value is neither six lengths, lower corner first, nor the path of such a file.
+    ReadError
+        The file contains no closed solid.
     """
     if _is_file(text):
         from leafcut.material.mesh_field import block_of_mesh
@@ -79,7 +84,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
 
 
 def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
-    """Return the material before the first cut as a height field; `PlanError` if it has too many cells."""
+    """Return the material before the first cut as a height field. Raises PlanError if the field has too many cells."""
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
     from leafcut.material.mesh_field import field_of_mesh
@@ -110,7 +115,9 @@ def told_of(
 
 
 def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
-    """Return the solid of ``--workpiece``, or None for a block; `ReadError` if the file contains no closed solid."""
+    """Return the solid of ``--workpiece``, or None for a block. Raises ReadError if the file contains no closed
+    solid.
+    """
     return solid_file(text, which) if _is_file(text) else None
 
 
@@ -119,7 +126,7 @@ def _is_file(text: str) -> bool:
 
 
 def solid_file(path: str, which: ChosenSolid) -> Mesh:
-    """Return the solid in a file, in mm; `ReadError` if the file contains no closed solid."""
+    """Return the solid in a file, in mm. Raises ReadError if the file contains no closed solid."""
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
@@ -128,7 +135,7 @@ def solid_file(path: str, which: ChosenSolid) -> Mesh:
 
 @lru_cache(maxsize=1)
 def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
-    """Return the solid in a file; the last solid is cached, since several steps of a run need it."""
+    """Return the solid in a file; the last solid is cached, because several steps of a job need it."""
     from leafcut.read.meshes import load_mesh
 
     mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
@@ -140,9 +147,9 @@ def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 def tools_of(
     program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
 ) -> dict[int, Tool]:
-    """Return the cutting tools of a program by number, in the order of use; `OptionError` if a shape is unknown.
+    """Return the cutting tools of a program by number, in the order of use.
 
-    Without `by_options`, error messages mention no option.
+    Without `by_options`, error messages mention no option. Raises OptionError if a tool shape is unknown.
     """
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
@@ -155,7 +162,7 @@ def tools_of(
 
 
 def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
-    """Return a warning for each tool whose diameters in the library and in the comments of the program differ."""
+    """Return a warning for each tool whose diameter in the library differs from the comments of the program."""
     from leafcut.gcode.tool_comments import tool_width
 
     if not settings.job.tools:
@@ -192,7 +199,8 @@ def known_tools(
 ) -> tuple[dict[int, Tool], dict[int, int]]:
     """Return the cutting tools of a program, and the first cutting block of each tool of unknown shape.
 
-    Both are by number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end mill.
+    Both are by tool number, in the order of use. With `flat`, a tool with only a known diameter counts as a flat end
+    mill.
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
 
@@ -211,7 +219,7 @@ def known_tools(
 
 
 def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
-    """Return a block around the cuts below Z0, or None without such cuts, since the top is then unknown."""
+    """Return a block around the cuts below Z0; None without such cuts, because the top is then unknown."""
     deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
     if not deep.any():
         return None
@@ -220,7 +228,7 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 
 def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
-    """Return the given block, or the largest stock that the rapids of the program allow."""
+    """Return the given stock, or the largest stock that the rapids of the program allow."""
 
     options = run.settings.stock
     smallest = smallest_tool(cutters)
@@ -249,9 +257,9 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
 def shown_stock(
     program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
 ) -> ShownStock:
-    """Return the known stock and tools of a program; for `by_options` see `tools_of`.
+    """Return the known stock and tools of a program; see `tools_of` for `by_options`.
 
-    `ReadError` or `OptionError` if the tool library or ``--workpiece`` is unusable.
+    Raises ReadError or OptionError if the tool library or ``--workpiece`` is unusable.
     """
     if process in BEAMS:
         return CUT_THROUGH
@@ -266,7 +274,7 @@ def shown_stock(
 
 
 def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
-    """Return the known stock and tools of a program file; for `by_options` see `tools_of`."""
+    """Return the known stock and tools of a program file; see `tools_of` for `by_options`."""
     from leafcut.processes.program.reading import read_file
 
     try:
@@ -279,7 +287,9 @@ def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True
 
 
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
-    """Refuse a block (`OptionError`) if a cut below its top is far outside, since the material must be larger."""
+    """Raise OptionError if a cut below the top of a block is far outside it, because the real material must be
+    larger.
+    """
     found = beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
@@ -291,7 +301,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
 
 
 class Beyond(NamedTuple):
-    """A cut that reaches far outside a block: coordinates of the cut (`place`) and of the block edge, mm."""
+    """A cut that reaches far outside a block, with the coordinates of the cut (`place`) and of the block edge, mm."""
 
     line: int
     axis: str
@@ -299,7 +309,7 @@ class Beyond(NamedTuple):
     edge: float
 
     def issue(self, unit: str = "") -> Issue:
-        """Return a warning, with the unit in which the stock would contain all cuts."""
+        """Return a warning; `unit` is the unit in which the stock would contain all cuts, or ""."""
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
@@ -312,7 +322,7 @@ def in_unit_words(unit: str) -> str:
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """Return the unit in which the stock would contain all cuts if a cut is many stock lengths away, else ""."""
+    """Return the unit in which the stock would contain all cuts, if a cut is many stock lengths away; otherwise ""."""
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
@@ -328,7 +338,7 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
 def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:
     """Return a cut below the top of a block that is far outside it, or None.
 
-    A tool may start outside the block by its diameter and a lead.
+    A tool may start outside the block by its diameter and the length of a lead.
     """
     moves = whole_moves(program.path, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0

@@ -1,7 +1,7 @@
 """Find the reasons why pieces of work keep their place, with the line of each.
 
-A piece cannot move if every other piece has to come before or after it. The reason is the rule without which it could
-move, or else a combination of rules.
+A piece of work is fixed if every other piece has to come before or after it. The reason is the rule without which the
+piece could move; if no single rule suffices, it is a combination of rules.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
 def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
-    """Return why each piece cannot move, or None; `apart` are the first pieces of operations that are not mixed."""
+    """Return the reason why each piece of work is fixed, or None for pieces that can move.
+
+    `apart` are the first pieces of CAM operations that are not mixed.
+    """
     n = len(section.pieces)
     ties = dict(section.ties)
     operations = divided_at(list(apart), n)
@@ -68,9 +71,10 @@ def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None
 
 
 def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
-    """Return the mask of pieces that cannot move relative to any other, bool[n].
+    """Return a mask of the pieces of work that cannot change places with any other piece, bool[n].
 
-    All earlier pieces precede a piece if each of them must come before some piece no later than it.
+    All earlier pieces precede a piece if each of them has to come before that piece, or before a piece that is earlier
+    still.
     """
     if not ties or n < 2:
         return np.zeros(n, dtype=bool)
@@ -84,7 +88,7 @@ def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
 
 
 def word_at(program: Program, line: int) -> str:
-    """Return the text of a line without line number and comments, shortened."""
+    """Return the text of a program line without line number and comments, shortened for a message."""
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
     body = " ".join(_NUMBER.sub("", body).split())
@@ -98,9 +102,9 @@ def count_pieces(sequence: Sequence) -> int:
 
 
 def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
-    """Return the reasons why pieces stay, grouped, most frequent first.
+    """Return the fixed pieces of work grouped by reason, the largest group first.
 
-    `refused`: reason why a piece could not be written in a new order, by section and piece number.
+    `refused` is the reason why a piece could not be written in a new order, by section number and piece number.
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):

@@ -1,1 +1,1 @@
-"""The rewriter: writes a program with its pieces of work in a new order, in its own words."""
+"""Write a program with its cuts and holes in a new order, mostly with the text of the original."""

@@ -1,4 +1,4 @@
-"""Insert words into lines of a foreign program in the style of each line, and renumber lines."""
+"""Insert words into the lines of a foreign program in the style of each line, and renumber lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NUMBER = re.compile(r"([ \t]*+/?[ \t]*+[Nn][ \t]*+)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
 _WORD = re.compile(rf"([A-Za-z])[ \t]*({NUMBER})")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
-#: Modal words that may stand in a block of their own without causing a motion.
+#: Modal words that are allowed in a separate block, where they cause no motion.
 _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99"))
 #: Largest N-number in RS274/NGC.
 _LAST_NUMBER = 99_999
@@ -26,12 +26,12 @@ def line_end(lines: Sequence[str]) -> str:
 
 
 def code_of(line: str) -> str:
-    """Return a line without its line ending, with comments replaced by spaces."""
+    """Return a line without its line ending, with spaces in place of comments."""
     return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
 def _body_of(line: str) -> tuple[int, int, str]:
-    """Return start and end of the words of a line, and the space between them."""
+    """Return the start and the end of the words in a line, and the separator between words."""
     code = code_of(line)
     begin = _FRONT.match(code)
     assert begin is not None  # the pattern also matches an empty string
@@ -41,7 +41,7 @@ def _body_of(line: str) -> tuple[int, int, str]:
 
 
 def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
-    """Insert G words before the first word of a line and other words after the last.
+    """Insert G words before the first word of a line, and other words after the last word.
 
     >>> insert_words("N10 X5 (here)", ["G81"], ["Z-3.0"])
     'N10 G81 X5 Z-3.0 (here)'
@@ -54,10 +54,11 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
 
 
 def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
-    """Insert words into a line; if it gets too long for the controller, write modal words in a block before it.
+    """Insert words into a line; if it gets too long for the controller, write the modal words as a separate block
+    before it.
 
-    `longest` is the maximum length of a line without its line ending; the length `was` of the original line is always
-    permitted. `PostError` if the line is still too long, since motion words cannot stand alone.
+    `longest` is the maximum length of a line without its line ending. The length `was` of the original line is always
+    permitted. Raises PostError if the line is still too long, because motion words need the coordinates of the line.
 
     >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
     ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
@@ -77,7 +78,7 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
 
 
 def replace_words(line: str, texts: Mapping[str, str]) -> str:
-    """Replace the numbers after the letters in `texts`; letters that the line lacks are ignored.
+    """Replace the numbers after the letters in `texts`; letters that are not in the line are ignored.
 
     >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
     'G0 X7.5Y-2 (X5)'
@@ -91,7 +92,7 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
 
 
 def with_words(line: str, words: Sequence[str]) -> str:
-    """Replace all words of a line, but keep its number, its comments and its style.
+    """Replace all words of a line; the line number, the comments and the style of the line stay.
 
     >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
     'N10 G1X0Y1 (here)'
@@ -104,13 +105,13 @@ def with_words(line: str, words: Sequence[str]) -> str:
 
 
 def format_value(value: float) -> str:
-    """Format a number for any controller: with a decimal point, without an exponent."""
+    """Format a number for any controller, with a decimal point and without an exponent."""
     text = f"{round(value, 6) + 0.0:.6f}".rstrip("0")
     return text + "0" if text.endswith(".") else text
 
 
 def format_length(mm: float, unit: float | None) -> str:
-    """Format a length in mm in program units of `unit` mm (None: 1).
+    """Format a length in mm in program units of `unit` mm; None stands for 1.
 
     >>> format_length(-25.4, 25.4)
     '-1.0'
@@ -119,10 +120,15 @@ def format_length(mm: float, unit: float | None) -> str:
 
 
 def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[str]:
-    """Renumber lines with the start and step of the program; `lines` are (text, whether the line is new).
+    """Renumber the lines of a program with its own first number and step.
 
-    Original lines without a number stay without; new lines get a number. `PostError` if the program jumps to a number
-    or has too many lines, or a line would be longer than `longest` characters.
+    `lines` are pairs of a text and a flag for inserted lines. Inserted lines get a number; original lines without a
+    number stay without.
+
+    Raises
+    ------
+    PostError
+        The program jumps to a line number or has too many lines, or a line would exceed `longest` characters.
     """
     found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
     if not found:

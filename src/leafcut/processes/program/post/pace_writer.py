@@ -32,17 +32,19 @@ _FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
 _DIGITS = 3
 #: Decimals of division points, in millimetres and in inches.
 _DECIMALS, _DECIMALS_INCH = 4, 5
-#: Decimals of heights, which are rounded up.
+#: Decimals of heights in millimetres and in inches; heights are rounded up.
 _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
 def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat = unseen) -> str:
-    """Return the text of a program with new speeds; `PostError` if a line would be longer than `longest`."""
+    """Return the text of a program with new speeds. Raises PostError if a line would be longer than `longest`
+    characters.
+    """
     return _PaceWriter(program, pace, longest).text(look)
 
 
 def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
-    """Return the text of a program with lowered heights, rounded up."""
+    """Return the text of a program with lowered heights, which are rounded up."""
     lines = list(program.lines)
     for block, letter, height in lowered:
         unit = program.modal(block + 1).unit or 1.0
@@ -53,7 +55,10 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
 
 
 def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
-    """Return the text with changed cycle returns (G98, G99); `PostError` if a line would be longer than `longest`."""
+    """Return the text of a program with changed cycle returns (G98, G99).
+
+    Raises PostError if a line would be longer than `longest` characters.
+    """
     lines = list(program.lines)
     for block, code in returns:
         at = int(program.line[block]) - 1
@@ -96,7 +101,7 @@ class _PaceWriter:
         return "".join(lines)
 
     def _restored(self, line: str, block: int) -> str:
-        """Return an unchanged line, with the motion and feed words that it no longer inherits from earlier lines."""
+        """Return an unchanged line with the motion and feed words that it no longer inherits from earlier lines."""
         need, after = self.program.modal(block), self.program.modal(block + 1)
         reliance = self.reader.reliance(block, block + 1)
         front, back = [], []
@@ -111,7 +116,7 @@ class _PaceWriter:
         if not front and not back:
             return line
         if block in self.program.fixed or self.reader.words(block) is None:
-            # The words need a separate block. G2 and G3 cannot stand alone; fixed blocks state them anyway.
+            # The words need a separate block. G2 and G3 are not allowed there, but fixed blocks state them anyway.
             said = [word for word in (*front, *back) if word not in ("G2", "G3")]
             return " ".join(said) + self.end + line if said else line
         return "".join(insert_words_within(line, front, back, self.longest, len(line.rstrip("\r\n"))))
@@ -139,7 +144,7 @@ class _PaceWriter:
         return "".join(written) + self._last(line, block, row, last, own, unit)
 
     def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float | None) -> str:
-        """Return the original line with the speed of the last stretch."""
+        """Return the original line with the speed of the last stretch of its cut."""
         was = len(line.rstrip("\r\n"))
         code = code_of(line)
         states_feed = _FEED_WORD.search(code) is not None
@@ -175,7 +180,9 @@ class _PaceWriter:
         return ["F" + format_value(value)]
 
     def _value(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> float:
-        """Return a speed in program units per minute, rounded down; the original feed is unchanged."""
+        """Return the speed of a stretch in program units per minute, rounded down; an unchanged feed keeps its exact
+        value.
+        """
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own
         value = stretch.speed * SECONDS_PER_MINUTE / (unit or 1.0)
@@ -184,7 +191,7 @@ class _PaceWriter:
 
 
 def _without_centre(line: str) -> str:
-    """Remove the words for centre and radius of an arc from a line.
+    """Remove the centre and radius words of an arc from a line.
 
     >>> _without_centre("N5 G0 X5 Y2 I-3. J0 (J2)")
     'N5 G0 X5 Y2 (J2)'

@@ -1,6 +1,7 @@
 """Write an open cut in reverse, with the words and numbers of its own lines.
 
-Every block runs back to its start, and arcs change direction about the same centre. Coordinates are copied as text.
+Each block leads back to its start point, and arcs change direction about the same centre. Coordinates are copied as
+text.
 """
 
 from __future__ import annotations
@@ -23,20 +24,26 @@ from leafcut.processes.program.post.insertion import (
     with_words,
 )
 
-#: G word of the reversed motion, by kind.
+#: Number of the G word for the reversed motion, by kind of the original motion.
 _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
 
-#: Returns the word as the program last wrote it before a block: (letter, number, block) → word.
+#: (letter, number, block) → the word in the spelling that the program last used before the block.
 Spelled = Callable[[str, float, int], str]
 
 
 def reverse_stroke(
     program: Program, reader: BlockReader, stroke: ReversibleCut, lines: list[str], offset: int, spelled: Spelled
 ) -> tuple[list[str], Modal]:
-    """Return the lines of the reversed cut, and the modal state after them.
+    """Return the lines of a reversed cut, and the modal state after them.
 
-    `lines` are all lines of the cut, including comments, and `offset` is the number of program lines before them.
-    `spelled` writes a feed or a speed as the program does.
+    Parameters
+    ----------
+    lines
+        All lines of the cut, including comments.
+    offset
+        Number of program lines before them.
+    spelled
+        Writes a feed or a speed in the spelling of the program.
     """
     writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
     new = [*writer.lead(), *writer.body(), *writer.tail()]
@@ -74,14 +81,14 @@ class _BlockWriter:
         return self._upto(block) - 1
 
     def lead(self) -> list[str]:
-        """Return the lines that now lead to the former end of the cut."""
+        """Return the lines before the cut, which now lead to its former end."""
         lines = self.lines[: self._upto(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
             lines[self._own(block)] = replace_words(lines[self._own(block)], self._axes(len(self.stroke.rows)))
         return lines
 
     def body(self) -> list[str]:
-        """Return the lines of the cut, last block first; comments above a block move with it."""
+        """Return the lines of the cut, the last block first; comments above a block move with the block."""
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
@@ -90,13 +97,13 @@ class _BlockWriter:
         return found
 
     def tail(self) -> list[str]:
-        """Return the lines that now retract at the former start of the cut."""
+        """Return the lines after the cut, which now retract at its former start."""
         lines = self.lines[self._upto(self.stroke.tail - 1) :]
         begin = self._upto(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
             at = self._own(block) - begin
             reliance, need = self.reader.reliance(block, block + 1), self.program.modal(block)
-            # Feed and speed are those of the original here: the cut has the same at both ends.
+            # Feed and speed need no words: a reversible cut has the same values at both ends.
             front = [f"G{need.motion}"] if "motion" in reliance.relies and need.motion != self.motion else []
             lines[at] = insert_words(replace_words(lines[at], self._axes(0)), front, [])
             if "motion" in reliance.sets:
@@ -120,7 +127,7 @@ class _BlockWriter:
         }
 
     def _cut(self, block: int) -> str:
-        """Return the line of a block of the cut, reversed."""
+        """Return the line of one block of the cut, reversed."""
         number = block - self.stroke.body
         line, row = self.lines[self._own(block)], self.stroke.rows[number]
         words = self.reader.words(block)
@@ -143,11 +150,11 @@ class _BlockWriter:
         return with_words(line, said)
 
     def _motion_word(self, line: str, motion: int) -> str:
-        """Return G1, G2 or G3, written with a leading zero if the line does so."""
+        """Return G1, G2 or G3; it gets a leading zero if the original line uses one."""
         return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_of(line)) else f"G{motion}"
 
     def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
-        """Return the words for the centre of an arc, relative to its new start."""
+        """Return the words for the centre of an arc as seen from its new start."""
         if "R" in letters:
             return [f"R{letters['R']}"]
         if need.absolute_centres:
@@ -162,7 +169,7 @@ class _BlockWriter:
 
 
 def _decimal(value: Decimal) -> str:
-    """Format a number with a decimal point, without exponent or rounding."""
+    """Format a number with a decimal point, without an exponent and without rounding."""
     text = f"{value:f}"
     if "." not in text:
         return text + ".0"

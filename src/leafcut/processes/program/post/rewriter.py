@@ -1,7 +1,7 @@
 """Write a foreign program with its pieces of work in a new order.
 
-Blocks that stay and pieces keep their text. The first block of a piece gains the modal words that its new predecessor
-does not leave active; if the heights differ, a rapid is inserted before it.
+Pieces of work and fixed blocks keep their text. The first block of a piece gains the modal words that its new
+predecessor does not leave active. If the heights differ, a rapid is inserted before the piece.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ from leafcut.processes.program.post.reversing import reverse_stroke
 from leafcut.processes.program.post.source_positions import Original
 
 _TOLERANCE = 1e-6
-#: An arc without a centre is an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
+#: Words that are not allowed in a separate block: an arc without a centre is an error in rs274 ("R i j k words all
+#: missing for arc") and in GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
 _NUMBER = re.compile(r"[-+]?[0-9.]+")
 #: Modal groups that the first piece of a section may state again.
 _RESTATED = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
-#: Fields of `Modal` by the modal group on which a block relies.
+#: Modal group → fields of `Modal`.
 _FIELDS: dict[str, tuple[str, ...]] = {
     "motion": ("motion", "cycle", "cycle_words"),
     "plane": ("plane",),
@@ -59,22 +60,24 @@ def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
     look: Heartbeat = unseen, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
-    """Return the text of the program with the pieces of each section in a given order.
+    """Return the text of a program with the pieces of work of each section in a given order.
 
     Parameters
     ----------
     orders
         A permutation of the pieces of each section, integers; ~k is piece k, reversed.
+    renumber
+        Whether to renumber the lines.
     longest
-        Maximum length of a line with inserted words, unless the original line is longer.
+        Maximum length of a line with inserted words, unless the original line is longer, characters.
     obstacles
-        Rapids pass over these, or around them if the tool cannot be lifted.
+        Obstacles that rapids pass over, or around if the tool cannot be lifted.
 
     Raises
     ------
     PostError
-        An order is invalid, blocks after a section rely on a state of its last piece that no word restores, the program
-        jumps to N-numbers that would change, a line gets too long, or no rapid leads past an obstacle.
+        An order is invalid; the blocks after a section rely on a state of its last piece that no word restores; the
+        program jumps to line numbers that would change; a line gets too long; or no rapid leads past an obstacle.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -91,7 +94,7 @@ def rewrite(
 
 @contextmanager
 def _of_section(number: int) -> Iterator[None]:
-    """Add the section number to each `PostError`."""
+    """Add the section number to each PostError that is raised in the block."""
     try:
         yield
     except PostError as problem:
@@ -99,7 +102,7 @@ def _of_section(number: int) -> Iterator[None]:
 
 
 class _Rewriter:
-    """Writes the pieces in order, and tracks the modal state and the position of the tool."""
+    """Writes pieces of work in a given order, and tracks the modal state and the position of the tool."""
 
     def __init__(
         self, program: Program, sequence: Sequence, longest: int, look: Heartbeat, obstacles: Obstacles | None = None
@@ -116,11 +119,11 @@ class _Rewriter:
         self.place = [math.nan] * 3
         #: Initial height of the active series of cycles, mm.
         self.initial = math.nan
-        #: Modal groups that the new program has stated; the others have the initial state of the machine.
+        #: Modal groups that the new program has stated so far; all others have the initial state of the machine.
         self.said: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
-        """Return the lines of the new program, each with a flag for inserted lines."""
+        """Return the lines of the new program, each with a flag that marks inserted lines."""
         done = 0
         self._copy(self.territory.head)
         for item in self.sequence.items:
@@ -139,7 +142,7 @@ class _Rewriter:
         return self.out
 
     def _copy(self, lines: Many[str]) -> None:
-        """Write lines unchanged; a missing line ending before them is added."""
+        """Write lines of the original unchanged; if the line before them lacks a line ending, add it."""
         if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.extend((line, False) for line in lines)
@@ -151,7 +154,7 @@ class _Rewriter:
         self.out.append((" ".join(words) + self.end, True))
 
     def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        """Write a new rapid, preceded by G80 if a cycle is active."""
+        """Write a new rapid; if a cycle is active, G80 precedes it."""
         if self.have.cycle is not None:
             self._own("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
@@ -161,7 +164,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _stand(self, block: int) -> None:
-        """Take modal state and position from the original before a block."""
+        """Set the modal state and the tool position to those of the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -170,9 +173,9 @@ class _Rewriter:
     # -- pieces that move --------------------------------------------------------------------------------------------
 
     def _section(self, section: Section, order: NDArray[np.int64]) -> None:
-        """Write the pieces of a section in the given order.
+        """Write the pieces of work of a section in a given order.
 
-        The tool arrives at the new first piece no lower than the original at its first piece.
+        At the new first piece, the tool arrives no lower than the original program at its first piece.
         """
         pieces = section.pieces
         entry = self.original.crossing(pieces[0])
@@ -190,12 +193,17 @@ class _Rewriter:
                 floor = max(floor, self.original.departure(pieces[-1]))
 
     def _restated(self, section: Section) -> frozenset[str]:
-        """Return the modal groups that a new first piece states: the feed, and `_RESTATED` if used."""
+        """Return the modal groups that the new first piece of a section states: the feed, and the `_RESTATED` groups in
+        use.
+        """
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
     def _piece(self, piece: PieceOfWork, floor: float, turned: bool, restated: frozenset[str]) -> None:
-        """Write a piece; the tool arrives at `floor` or above. Groups `restated` are stated even if they are active."""
+        """Write a piece of work; the tool arrives at height `floor` (mm) or above.
+
+        The groups in `restated` are stated even if they are already active.
+        """
         self.look()
         program = self.program
         block, row = self.original.arrival(piece)
@@ -231,7 +239,7 @@ class _Rewriter:
     def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
         """Return the height at which a rapid to `to` clears all obstacles, mm.
 
-        If no height does, write rapids around them and return `floor`.
+        If every height hits an obstacle, write rapids around the obstacles and return `floor`.
         """
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
         over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
@@ -256,7 +264,7 @@ class _Rewriter:
         return {} if words is None else words.letters
 
     def _arrive(self, piece: PieceOfWork, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Move the tool to the height that a piece starting with a sideways rapid needs."""
+        """Move the tool to the height that a piece of work needs before its first sideways rapid."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = height_matters(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
@@ -276,14 +284,14 @@ class _Rewriter:
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
     def _arrive_drilling(self, piece: PieceOfWork, row: int, floor: float) -> None:
-        """Move the tool to the height that a canned cycle needs for its sideways move and its retract."""
+        """Move the tool to the height that a canned cycle needs for its sideways move and for its retract."""
         path = self.program.path
         if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
             self._rapid(z=floor)
         risen = self.original.risen(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
-            # Never below the R plane of the first hole.
+            # The height is never below the R plane of the first hole.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
             if self.place[2] > wanted + _TOLERANCE:
                 self._rapid(*piece.entry)
@@ -316,11 +324,14 @@ class _Rewriter:
     def _missing(
         self, reliance: Reliance, need: Modal, block: int, restated: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
-        """Return the words at the start and end of a block that set its modal state, always for groups `restated`."""
+        """Return the words at the start and at the end of a block that set the modal state it needs.
+
+        The groups in `restated` are stated even if they are already active.
+        """
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []
-        # State every group that the original has stated before, even if it has the initial state of the machine.
+        # State every group that the original states earlier, even if its value is the initial state of the machine.
         known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
         unsaid = known - self.said
         again = known & restated
@@ -341,20 +352,20 @@ class _Rewriter:
                 stated = self._letters(block)
                 words = [(w, v) for w, v in need.cycle_words if w not in stated]
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
-                    # A block that states its cycle may still rely on earlier words of the cycle.
+                    # A block that states its cycle may still use words from earlier blocks of the cycle.
                     front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
         if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
             back.append(self._text("F", need.feed, block))
-        # Beam programs state the power where the beam is switched on.
+        # Laser and torch programs state the power where the beam is switched on.
         if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
             back.append(self._text("S", need.rpm, block))
         return front, back
 
     def _text(self, letter: str, value: float, block: int) -> str:
-        """Return a word as the program last wrote it before a block, or else formatted from its value."""
+        """Return a word in the spelling that the program last used before a block, or else formatted from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
         blocks, texts = self.reader.stated.get(letter, ([], []))
@@ -366,7 +377,7 @@ class _Rewriter:
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def _stay(self, kept: Kept) -> None:
-        """Write blocks that stay; insert rapids over or around an obstacle before a rapid that would hit it."""
+        """Write fixed blocks; before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""
         lines, done = self.territory.of(kept.begin, kept.end), 0
         if self.obstacles is None:
             self._copy(lines)
@@ -389,7 +400,8 @@ class _Rewriter:
     def _crosses(self, block: int, row: int) -> bool:
         """Return whether a fixed block crosses an obstacle too low with a rapid from the current position.
 
-        Always False in an active series of cycles or with incremental coordinates: an inserted rapid would change them.
+        In an active series of cycles, or with incremental coordinates, the result is False, because an inserted rapid
+        would change the motion.
         """
         obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
@@ -414,7 +426,7 @@ class _Rewriter:
             self._rapid(z=height)
 
     def _go_on(self, kept: Kept) -> None:
-        """Restore the state on which fixed blocks rely, and update it to the state after them."""
+        """Restore the state on which fixed blocks rely, and then track the state after them."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if self.place[2] < original[2] - _TOLERANCE:
@@ -430,7 +442,7 @@ class _Rewriter:
         risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
-            # The cycles of the original retract to this initial height.
+            # In the original, the cycles retract to this initial height.
             self._rapid_to(z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
         need = program.modal(kept.begin)
@@ -460,7 +472,7 @@ class _Rewriter:
             self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
-        """Return whether an active series of cycles must end before fixed blocks."""
+        """Return whether an active series of cycles has to end before fixed blocks."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
         return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
@@ -491,11 +503,11 @@ class _Rewriter:
 
 
 class Territory:
-    """Assigns the lines of a program to its pieces.
+    """Assigns the lines of a program to its pieces of work.
 
-    Comments directly before the first block of a piece belong to it, unless a blank line separates them and more
-    comments follow. The first piece gets as many lines above it as the second; comments farther up belong to the
-    section.
+    Comments directly above the first block of a piece belong to that piece. If a blank line divides the comments, only
+    those below it belong to the piece. The first piece gets as many lines above it as the second; comments farther up
+    belong to the section.
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
@@ -507,7 +519,7 @@ class Territory:
 
     @property
     def head(self) -> tuple[str, ...]:
-        """The lines before the first piece."""
+        """The lines before the first piece of work."""
         return self._lines[: self._at(0)]
 
     @property
@@ -516,15 +528,15 @@ class Territory:
         return self._lines[self._line[-1] :] if self._line else self._lines
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
-        """Return the lines of the blocks in a range."""
+        """Return the lines of the blocks from `begin` to `end` - 1."""
         return self._lines[self._at(begin) : self._at(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of the line of `block` among the lines of a piece, given its first block."""
+        """Return the index of a block's line among the lines of a piece of work, whose first block is `begin`."""
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:
-        """Return the number of lines before the piece that starts with a block."""
+        """Return the number of lines before the block, or before the piece of work that starts with it."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0
@@ -544,7 +556,7 @@ class Territory:
             self._cut[piece.begin] = max(low, high - above)
 
     def _between(self, block: int) -> int:
-        """Return the first line of a piece that directly follows another piece."""
+        """Return the number of lines before a piece of work that directly follows another piece."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):
@@ -553,9 +565,9 @@ class Territory:
 
 
 def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
-    """Return the order as an array; ~k is piece k, reversed.
+    """Return an order of pieces of work as an array; ~k is piece k, reversed.
 
-    `PostError` if it is no permutation of the pieces, breaks a precedence, or reverses a piece that cannot be.
+    Raises PostError if the order is no permutation, breaks a precedence, or reverses a piece that cannot be reversed.
     """
     given = np.asarray(order, dtype=np.int64)
     chosen = np.where(given < 0, ~given, given)

@@ -1,4 +1,4 @@
-"""Tool positions in the original program, by which the rewriter checks its own output."""
+"""Tool positions in the original program, by which the rewriter chooses its own heights and positions."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT,
 
 
 class Original:
-    """A program with the tool position before every row, `before`: float64[n, 3], mm."""
+    """The original program with the tool position before every row (`before`, float64[n, 3], mm)."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.before = program.path.before
 
     def place_before(self, block: int) -> list[float]:
-        """Return the tool position before a block, or at the end of the program."""
+        """Return the tool position before a block, or at the end of the program, mm."""
         return list(self.program.path.place_before(int(self.program.first[block])))
 
     def initial_before(self, block: int) -> float:
-        """Return the initial height of the cycles active before a block; without a cycle, the current height."""
+        """Return the initial height of the cycles that are active before a block, mm; without a cycle, it is the
+        current height.
+        """
         if self.program.modal(block).cycle is None:
             return self.place_before(block)[2]
         row = int(self.program.first[block])
@@ -37,7 +39,9 @@ class Original:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is work, or a dwell after a sideways rapid, after the last stop or tool change."""
+        """Return whether there is a cut, or a dwell after a sideways rapid, between the last stop or tool change and a
+        block.
+        """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
         waited = False
@@ -49,7 +53,10 @@ class Original:
         return False
 
     def departure(self, piece: PieceOfWork) -> float:
-        """Return the height of the travel move after a piece, mm, or −∞; before a stop, at most its approach height."""
+        """Return the height of the travel move after a piece of work, mm, or −∞.
+
+        The height is at most the approach height of the piece, because the original may retract higher before a stop.
+        """
         path, first = self.program.path, self.program.first
         row = int(first[piece.end])
         if row < len(path) and path.kind[row] == Kind.DRILL:
@@ -64,14 +71,14 @@ class Original:
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
     def crossing(self, piece: PieceOfWork) -> float:
-        """Return the lowest height at which the original moves to the start of a piece, mm."""
+        """Return the lowest height at which the original moves to the start of a piece of work, mm."""
         row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
     def arrival(self, piece: PieceOfWork) -> tuple[int, int]:
-        """Return the block and the row of the move to the start of a piece."""
+        """Return the block and the row of the move to the start of a piece of work."""
         path, first = self.program.path, self.program.first
         for block in range(piece.begin, piece.end):
             for row in range(int(first[block]), int(first[block + 1])):
@@ -85,7 +92,7 @@ class Original:
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
     def risen(self, rows: range) -> tuple[float, float] | None:
-        """Return the initial height and the R plane of the first hole with G98 in a series, or None."""
+        """Return the retract height and the R plane of the first hole with G98 in a series, mm, or None."""
         path = self.program.path
         for row in rows:
             if path.kind[row] == Kind.DRILL:

@@ -1,6 +1,7 @@
-"""Find new moves across areas that the original avoided, where an unknown obstacle such as a clamp may stand.
+"""Find new moves across areas that the original avoided, where there may be an unknown obstacle such as a clamp.
 
-A point that the original tool reached is clear down to that height; elsewhere or lower, there may be an obstacle.
+A point that the tool reached in the original is clear down to that height. Elsewhere or lower, there may be an
+obstacle.
 """
 
 from __future__ import annotations
@@ -19,22 +20,32 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.proof.clearance import at_machine_height
 
-#: Distance from a move of the original within which an area is not avoided, mm (half the width of a narrow clamp).
+#: Points within this distance of a move of the original are not avoided, mm (half the width of a narrow clamp).
 NEAR = 5.0
 #: Tolerance of heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
-#: Distance between the points of a move that are examined, mm.
+#: Distance between examined points of a move, mm.
 _STEP = 1.0
 #: Number of moves examined at once.
 _MOVES = 200
-#: Shift between moves under different work offsets, so that they do not overlap, mm.
+#: Shift that keeps moves under different work offsets apart, mm.
 _APART = 1e7
 #: Maximum distance of chords from their arcs, mm.
 _CHORD_ERROR = 0.02
 
 
 class _Moves(NamedTuple):
-    """Straight moves: both ends, float64[n, 6], mm; rows of the program; sideways rapids at a known height."""
+    """Straight moves.
+
+    Attributes
+    ----------
+    ends
+        Start and end of each move, float64[n, 6], mm.
+    row
+        Row of the program.
+    crosses
+        Whether the move is a sideways rapid at a known height.
+    """
 
     ends: Floats
     row: Indices
@@ -47,7 +58,7 @@ class _Moves(NamedTuple):
 def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> AvoidedAreas:
     """Return the rapids of a new program across areas where the original was never as low.
 
-    `safe_z` is the machine height, mm, at or above which a tool is retracted after a move in machine coordinates.
+    `safe_z` is the height in machine coordinates, mm, from which on a tool is retracted after a machine move.
     """
     number: dict[object, int] = {}
     level = not any(np.isfinite(p.path.end[p.path.kind <= Kind.DRILL, 2]).any() for p in (original, new))
@@ -67,9 +78,9 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
 
 
 def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Moves:
-    """Return the moves of a program, those of each work offset shifted by a separate distance.
+    """Return the moves of a program; moves under different work offsets are shifted apart.
 
-    A move with unknown start is reduced to its end. With `level`, no program states Z, and all moves are at Z0.
+    A move with an unknown start is reduced to its end. With `level`, no program states Z, and all moves are at Z0.
     """
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if level:
@@ -93,10 +104,10 @@ def _rounded(moves: _Moves) -> list[tuple[float, ...]]:
 
 
 def _unvouched(was: Floats, now: Floats) -> Mask:
-    """Return the mask of new moves with a point that is not `NEAR` any original move at its height or lower."""
+    """Return a mask of the new moves with a point that is not `NEAR` any original move at its height or lower."""
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))
-    # A vertical move proves its whole height range.
+    # A vertical move shows that its whole height range is clear.
     upright = (np.abs(was[:, 3:5] - was[:, :2]) <= _ROOM).all(axis=1)
     z = np.where(upright, np.minimum(was[:, 2], was[:, 5]), np.maximum(was[:, 2], was[:, 5]))
     begin, end, lowest = now[:, :2], now[:, 3:5], np.minimum(now[:, 2], now[:, 5])

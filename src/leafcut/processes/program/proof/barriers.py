@@ -1,4 +1,4 @@
-"""Barriers that must keep their order (pauses, tool changes, work offsets …), and the work between them."""
+"""Barriers that must keep their order (pauses, tool changes, work offsets …), and the groups of work between them."""
 
 from __future__ import annotations
 
@@ -21,27 +21,41 @@ from leafcut.processes.program.proof.matching import change_of_state
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import describe, place
 
-#: Further kinds of barriers: block delete (/), comments or settings that the controller obeys, and messages.
+#: Further kinds of barriers: block delete (/), comments and settings that the controller obeys, and messages.
 SKIPPED, OBEYED, MESSAGE = -1, -2, -3
 #: Barriers without a tool position.
 PLACELESS = (SKIPPED, OBEYED, MESSAGE, Kind.DWELL)
 
 _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
-#: Kinds that a tool change may consist of; it can be omitted as a whole if the tool stays the same.
+#: Kinds of rows in a tool change, which can be omitted as a whole if the tool stays the same.
 _PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
-#: Barriers compared by their full text, since their effect is not modelled.
+#: Barriers that are compared by their full text, because their effect is unknown.
 _SAYING = (Kind.FOREIGN, Kind.SHIFT)
 #: Blocks that set an offset from the tool position: G92, G10 L10, L11 and L20.
 _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
 class Mark(NamedTuple):
-    """A barrier, or a dwell that belongs to one.
+    """A barrier, or a dwell that belongs to a barrier.
 
-    `what` has all values that must be equal in both programs. `kind` is a `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
-    `key` is the row number, minus 0.5 for barriers before a row. `place` is the position of the tool, mm; `exactly`:
-    the block may move from there, so it must be the same. `said` is text for messages. `unsure`: the height of the tool
-    is unknown and not at machine zero.
+    Attributes
+    ----------
+    what
+        All values that must be equal in both programs.
+    kind
+        A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
+    key
+        Row number; minus 0.5 for a barrier before the row.
+    line
+        Line of the program.
+    place
+        Position of the tool, mm.
+    exactly
+        Whether the position must be the same, because the block may move from there.
+    said
+        Text for messages.
+    unsure
+        Whether the tool is at an unknown height other than machine zero.
     """
 
     what: tuple[object, ...]
@@ -56,7 +70,7 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """Marks with no work between them, and the number of features before them (`after`)."""
+    """Barriers without work between them; `after` is the number of features before them."""
 
     marks: tuple[Mark, ...]
     after: int
@@ -68,13 +82,16 @@ class Wall:
 
     @property
     def is_tool_change(self) -> bool:
-        """Whether these barriers only change the tool."""
+        """Whether the barriers only change the tool."""
         kinds = {mark.kind for mark in self.marks}
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
 
 def barriers_of(program: Program, path: Toolpath, source: Indices, states: States) -> list[Mark]:
-    """Return the barriers in order; `path` may have expanded cycles, `source` are the program rows of its rows."""
+    """Return the barriers of a program in order.
+
+    `path` may have expanded cycles; `source` is the program row of each of its rows.
+    """
     kind, before = path.kind, path.before
     frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
@@ -93,7 +110,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
         state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
-        # The next program may rely on the length offset being off.
+        # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = without_digests(said)
         words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
@@ -106,9 +123,10 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
 
 
 def _context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
-    """Return the modal state that a barrier block may depend on: all of it if the block is not understood.
+    """Return the modal state that may affect a barrier block; for a block that is not understood, it is the whole
+    state.
 
-    A shift of the origin depends only on the units, G91, the tool and the active offsets.
+    A shift of the origin depends only on the units, the distance mode, the tool and the active offsets.
     """
     m = program.modal(block)
     if kind is Kind.SHIFT:
@@ -121,14 +139,14 @@ def _context(program: Program, block: int, kind: Kind, said: str, register: floa
     return (*rest, register)
 
 
-#: Letters of M words and their arguments; blocks of these alone depend on no modal state unless a macro runs.
+#: Letters of M words and their arguments. A block of these words alone depends on no modal state.
 _PLAIN = frozenset("MPQTELR$")
-#: Modal values that an unknown block may read: all except the count of shifts, which are barriers themselves.
+#: Modal values that an unknown block may read: all but the count of origin shifts, which are barriers themselves.
 _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
 def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
-    """Yield the blocks with block delete (/), and messages in blocks that are no other barrier."""
+    """Yield the blocks with block delete (/), and the messages in blocks that are no other barrier."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
     for block, said in program.said.items():
@@ -161,7 +179,7 @@ def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
 
 
 def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield differences between settings in lines that never run (an uncalled subprogram, or after the end)."""
+    """Yield differences between settings in lines that never run, such as an uncalled subprogram."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
         [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
@@ -174,20 +192,20 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
 
 
 def _plain(program: Program, line: int) -> str:
-    """Return the normalized text of a line."""
+    """Return the normalized text of a program line."""
     return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
     marks: list[Mark], features: Features, travel: Indices, across: Indices, states: States
 ) -> tuple[list[Mark], Mask]:
-    """Return the marks including dwells that belong to barriers, and the mask of the features that are such dwells.
+    """Return the barriers including the dwells that belong to them, and a mask of the features that are such dwells.
 
-    A dwell before the first work of a stage belongs to the barrier, and a dwell after the last work and a rapid
-    (drilling cycles end with one). A dwell that leads into a cut without a rapid, such as a pierce delay, belongs to
-    that cut.
+    A dwell before the first cut of a stage belongs to the barrier, and so does a dwell after the last cut and a rapid
+    (or after a drilling cycle, which ends with a rapid). A dwell that leads into a cut without a rapid, such as a
+    pierce delay, belongs to that cut.
 
-    `travel` and `across` are the rows of all rapids, and of rapids in x or y, int64[k].
+    `travel` and `across` are the rows of all rapids, and of rapids in X or Y, int64[k].
     """
     keys = np.array([-1.0, *(mark.key for mark in marks), np.inf])
     dwell = features.kind == Kind.DWELL
@@ -196,7 +214,7 @@ def with_dwells(
     begin, end = keys[at - 1], keys[at]
     last_work = np.maximum(_last_before(work, rows), begin)
     head = (last_work == begin) & (_last_before(across, rows) <= begin)
-    # An unknown block may have cut, so it matters whether the dwell comes before or after the rapid away from there.
+    # An unknown block may cut, so it matters whether the dwell comes before or after the rapid away from it.
     foreign = np.array([False, *(mark.kind == Kind.FOREIGN for mark in marks), False])[at - 1]
     waits_there = foreign & (_last_before(travel, rows) <= begin)
     coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
@@ -224,7 +242,7 @@ def _last_before(among: Indices, rows: Indices | Floats) -> Floats:
 
 
 def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
-    """Group the marks into walls; `work` are the rows of the features, int32[n], in order."""
+    """Group consecutive barriers without work between them; `work` are the ascending rows of the features, int32[n]."""
     walls: list[Wall] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
     together: list[Mark] = []
@@ -237,12 +255,20 @@ def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
 
 
 class ComparisonGroups(NamedTuple):
-    """Groups of work between matching barriers, and the differences of the barriers.
+    """Groups of work between matching barriers, and the differences between the barriers.
 
-    `before` and `after` are the numbers of features up to the end of each group except the last. `mark_of` is the new
-    mark by the key of the equal original mark. `states` are barriers that differ only in the machine state, with the
-    changes in the words of `matching.changes`; `implied` are patterns for those messages that follow from removed or
-    added tool changes and work offsets.
+    Attributes
+    ----------
+    before, after
+        Number of features up to the end of each group except the last, in the original and in the new program.
+    mark_of
+        New barrier by the key of the equal original barrier.
+    differences
+        Differences between the barriers.
+    states
+        Barriers that differ only in the machine state, with the changes in the words of `matching.changes`.
+    implied
+        Patterns of change messages that follow from removed or added tool changes and work offsets.
     """
 
     before: list[int]
@@ -256,8 +282,8 @@ class ComparisonGroups(NamedTuple):
 def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     """Match the barriers of both programs; return the groups of work between them, and the differences.
 
-    Both programs must have the same marks in the same order. Only whole tool changes may be missing in the new program;
-    the work on both sides of them then forms one group.
+    Both programs must have the same barriers in the same order. Only whole tool changes may be missing in the new
+    program; the work on both sides of a missing one forms a single group.
     """
     if _tool_changes(after) >= _tool_changes(before):
         return _aligned(before, after)
@@ -276,7 +302,9 @@ def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
 
 
 def _other_tool_change(wall: Wall, others: list[Wall]) -> Difference:
-    """Report a tool change that is not in the original, with the original change to the same tool if there is one."""
+    """Report a tool change that is not in the original, together with the original change to the same tool if there is
+    one.
+    """
     said, tools = ", ".join(mark.said for mark in wall.marks), _tools(wall)
     for other in others:
         was = ", ".join(mark.said for mark in other.marks)
@@ -302,7 +330,9 @@ def _soft(walls: list[Wall]) -> list[Wall]:
 
 
 def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
-    """Match marks from both ends; unmatched marks in the middle differ, and the work there forms one group."""
+    """Match barriers from both ends; unmatched barriers in the middle differ, and the work between them forms one
+    group.
+    """
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
     head = next((i for i in range(shorter) if one[i][0].what != other[i][0].what), shorter)
@@ -370,7 +400,7 @@ def _noun(mark: Mark) -> str:
 
 
 def _state_changes(one: Mark, other: Mark) -> list[str]:
-    """Return the changes of machine state at two barriers that are otherwise equal; else an empty list."""
+    """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
     names = ("direction", "coolant") if one.kind == Kind.DWELL else ("direction", "coolant", "radius")
@@ -387,7 +417,7 @@ def _state_changes(one: Mark, other: Mark) -> list[str]:
 
 
 def _implied(marks: list[Mark], which: str) -> Iterator[str]:
-    """Yield patterns for the changes of tool and work offset that follow from removed or added barriers."""
+    """Yield patterns of the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
             name, shown = ("tool", str(ref)) if mark.kind == Kind.TOOL else ("work offset", f"G{ref / 10:g}")
@@ -396,7 +426,7 @@ def _implied(marks: list[Mark], which: str) -> Iterator[str]:
 
 
 def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:
-    """Yield the barriers at which the tool is lower, at unknown height, or not at the required position."""
+    """Yield the barriers at which the tool is lower, at an unknown height, or not at the required position."""
     for mark in marks:
         new = mark_of.get(mark.key)
         if new is None or mark.kind in PLACELESS:

@@ -1,6 +1,6 @@
 """The proof of a rewritten program: `certify` compares the work of two programs and returns a `Certificate`.
 
-It knows only the two programs, not how the second was derived from the first.
+The comparison uses only the two programs; it does not know how the second was derived from the first.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either dir
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
-#: Longest comment, characters: the 80 of a GRBL line, less parentheses and line number.
+#: Maximum length of a comment, characters: a GRBL line has 80, and parentheses and line number need some of them.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
 
@@ -69,28 +69,40 @@ def certify(
     look: Heartbeat = unseen,
     notes: bool = False,
 ) -> Certificate:
-    """Return the proof that two programs do the same work, or the differences between them.
+    """Return a proof that two programs do the same work, or the differences between them.
 
-    - Barriers (`barriers`): the same, in the same order, with the tool no lower. The tool is at the same position at an
-      unknown block. Only whole tool changes may be missing.
-    - Between two barriers (`matching`): the same holes, cuts and dwells, in any order, with these exceptions.
+    - Barriers (`barriers`): both programs have the same barriers in the same order, with the tool no lower. At an
+    unknown block, the tool is at the same position. Only whole tool changes may be missing.
+    - Between two barriers (`matching`): both programs have the same holes, cuts and dwells, in any order, except for
+    the rules below.
     - Cuts that touch each other keep their order (`order_rules`).
-    - Work inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`).
-      With a laser or torch, only work before the cut must stay before it.
+    - Work inside a closed cut, or inside an outline with tabs, stays before or after it (`outlines`). With a laser or
+    torch, only work before the cut must stay before it.
     - Passes of a mill at two levels or side by side, and rows, keep their order (`order_rules`).
     - Work before a mill detaches a part stays before it (`order_rules`).
     - Rapids depart, cross and arrive no lower than in the original at the same point (`rapids`).
     - The new program reaches no farther than the original. If the work offset of the machine is known, it stays within
-      the travel.
+    the travel.
 
-    Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
+    Feed moves above the work count as cuts; feed moves of a laser or torch that is off do not. If only one program uses
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A line
-    may be divided into different feed moves if the points between lie within half of `tolerance_mm` of it; moves of no
-    length do not count.
+    may be divided into several feed moves if the intermediate points are within half of `tolerance_mm` of it. Moves of
+    zero length do not count.
 
-    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `tool_diameter_mm` is the diameter
-    of the mills that no comment describes. `look` is the callback for progress and cancellation. With `notes`, the
-    certificate also notes if parts are detached in a new order. For parts side by side, this is not a difference.
+    Parameters
+    ----------
+    machine
+        Machine whose travel is checked.
+    allow_reverse
+        Whether open cuts at one level may be reversed (`reversed_cuts`).
+    tool_diameter_mm
+        Diameter of the mills that no comment describes.
+    beyond
+        Bounds that the new program may reach in addition to those of the original, mm.
+    look
+        Callback for progress and cancellation.
+    notes
+        Whether to note that parts are detached in a new order. For parts side by side, this is not a difference.
 
     Raises
     ------
@@ -112,7 +124,8 @@ def certify(
 def proof_lines(certificate: Certificate, version: str, name: str = "the original") -> list[str]:
     """Return the comment lines for the top of the new program, without comment signs.
 
-    `name` is the file name of the original, without characters that could end a comment, and shortened to its end.
+    `name` is the file name of the original. Characters that could end a comment are replaced, and long names are
+    shortened to their end.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:
@@ -127,7 +140,7 @@ def proof_lines(certificate: Certificate, version: str, name: str = "the origina
 
 
 def _digest(program: Program) -> str:
-    """Return the SHA-256 of a program's text, read in groups of lines to save memory."""
+    """Return the SHA-256 digest of a program's text."""
     digest = hashlib.sha256()
     for begin in range(0, len(program.lines), _LINES_AT_ONCE):
         text = "".join(program.lines[begin : begin + _LINES_AT_ONCE])
@@ -136,7 +149,7 @@ def _digest(program: Program) -> str:
 
 
 class _Comparison:
-    """A comparison of two programs: the first differences of each check, their total number, and notes."""
+    """A comparison of two programs: the first differences of each check, the number of all differences, and notes."""
 
     def __init__(
         self,
@@ -163,7 +176,7 @@ class _Comparison:
         self.count += max(count, len(new))
 
     def certificate(self, straight: float | None, machine: Machine | None, beyond: Bounds | None) -> Certificate:
-        """Compare the programs; `straight` is the tolerance for merging straight cuts, mm, or None."""
+        """Compare the programs; `straight` is the tolerance for merging straight cuts, mm, or None for no merging."""
         original, new = self.programs
         written_out = only_moves(original.path) != only_moves(new.path)
         before, after = (
@@ -185,7 +198,9 @@ class _Comparison:
         )  # fmt: skip
 
     def _compare_work(self, before: ProgramWork, after: ProgramWork, grouping: ComparisonGroups) -> tuple[Pairing, int]:
-        """Add the differences of the work between barriers; return the matched features and the number of reversals."""
+        """Add the differences of the work between barriers; return the matched features and the number of reversed
+        cuts.
+        """
         both = [one_way(work) if self.allow_reverse else as_it_is(work) for work in (before, after)]
         features = [
             replace(
@@ -214,7 +229,7 @@ class _Comparison:
 
 
 def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
-    """Yield a difference if the programs state different units, which may explain all other differences."""
+    """Yield a difference if the programs state different units, because that may explain all other differences."""
     units = [{m.unit for m in program.modals if m.unit} for program in programs]
     stated = [first_with_units(program) for program in programs]
     written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
@@ -225,7 +240,7 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
 
 
 def _reach(features: list[Feature]) -> Bounds | None:
-    """Return the bounds of features that are already reported, including R planes and retracts."""
+    """Return the bounds of features that are already reported as different, including R planes and retracts."""
     places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
     places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
     if not places:
@@ -236,7 +251,10 @@ def _reach(features: list[Feature]) -> Bounds | None:
 
 
 def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]) -> Iterator[Difference]:
-    """Yield the axes on which the new program reaches farther; the cuts are equal, so the ends of moves suffice."""
+    """Yield the axes on which the new program reaches farther than the original.
+
+    The ends of moves suffice, because the cuts are equal.
+    """
     bounds = [one for one in beyond if one is not None]
     lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
     highest = np.fmax.reduce([(-math.inf,) * 3, *(high for _, high in bounds)])
@@ -251,7 +269,11 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bo
 
 
 def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
-    """Return the move that ends farthest along an axis (sign 1) or against it, or -1, and its signed coordinate."""
+    """Return the move that ends farthest along an axis (`sign` 1) or against it (`sign` -1), and its coordinate times
+    `sign`.
+
+    Without a move, the row is -1.
+    """
     moves = path.kind <= Kind.DRILL
     ends = np.where(moves, path.end[:, axis], np.nan)
     np.multiply(ends, sign, out=ends)
@@ -261,7 +283,9 @@ def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return the moves outside the travel up to the first shift of the origin, after which the position is unknown."""
+    """Return the moves outside the travel of the machine, up to the first shift of the origin; later positions are
+    unknown.
+    """
     if machine is None or machine.work_offset is None:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))

@@ -29,15 +29,15 @@ from leafcut.processes.program.proof.rapids import RapidGaps, heights_of
 from leafcut.processes.program.proof.traces import traces_of
 from leafcut.proof.difference import MOST_LISTED, place
 
-#: Two features of the original, the earlier one first, and their relation in words.
+#: Two features of the original, the earlier first, and the message about their relation.
 _Pair = tuple[int, int, str]
 
 
 class ChangedOrder:
-    """Checks of the order of the work in a new program.
+    """Checks the order of the work in a new program.
 
-    `new_of`, int64[n], is the index of each feature in the new program, -1 if it is missing. `flat`: the tool is a beam
-    or a pen, which does no roughing.
+    `new_of`, int64[n], is the index of each original feature in the new program, or -1 if it is missing. `flat` means
+    that the tool is a beam or a pen, which makes no roughing passes.
     """
 
     def __init__(
@@ -53,12 +53,12 @@ class ChangedOrder:
         self.features, self.new_of, self.flat, self.look = before.features, new_of, flat, look
         self.unchanged = bool((np.diff(new_of[new_of >= 0]) > 0).all())
         self.traces = traces_of(self.features)
-        # A run has no rapids between its features.
+        # A run is a series of features without rapids between them.
         run = np.cumsum(heights_of(before, gaps).follows == 0)
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
-        """Yield features with unknown position that moved in the order, and touching cuts in changed order."""
+        """Yield touching cuts in changed order, and features with unknown position that moved in the order."""
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
@@ -72,7 +72,10 @@ class ChangedOrder:
             yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
 
     def inside(self) -> Iterator[Difference]:
-        """Yield work whose order to a closed cut or tabbed outline around it changed (beams: only if cut later)."""
+        """Yield work that changed sides in the order with a closed cut or a tabbed outline around it.
+
+        With a beam or a pen, only work that is now cut later counts.
+        """
         if self.unchanged or not len(self.traces.feature):
             return
         n = int(self.run[-1]) + 1
@@ -104,7 +107,7 @@ class ChangedOrder:
                 yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
 
     def passes(self, width: float) -> Iterator[Difference]:
-        """Yield nearby passes of a mill of this width in changed order, and parts that are detached too early."""
+        """Yield nearby passes in changed order for a mill of this width (mm), and parts that are detached too early."""
         if self.unchanged or not len(self.features):
             return
         first = ~self.gaps.opened_by_feature[self.gaps.gap_of]
@@ -143,7 +146,7 @@ class ChangedOrder:
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _freed_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
-        """Yield (feature, last feature of an outline) if the feature is now cut after the outline detaches its part.
+        """Yield (feature, last feature of an outline) if the outline now detaches its part before the feature is cut.
 
         Another part at the same depth or deeper may be detached in either order.
         """
@@ -170,7 +173,7 @@ class ChangedOrder:
                 yield int(visits.first[np.argmax(later)]), int(visits.last[outline])
 
     def parts_note(self) -> list[str]:
-        """Return a note if outlines of parts are cut in a different order."""
+        """Return a note if the outlines of parts are cut in a different order."""
         features, run = self.features, self.run
         n = int(run[-1]) + 1 if len(run) else 0
         last = np.searchsorted(run, np.arange(n), side="right") - 1
@@ -197,7 +200,7 @@ class ChangedOrder:
         ]
 
     def _part_outlines(self) -> Indices:
-        """Return the runs that are outlines of parts: closed, and nested at an even depth."""
+        """Return the runs that are outlines of parts: closed cuts inside an even number of other outlines."""
         lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         outlines = list(outlines_of(lines, None, FREE, self.look))
         if not outlines:
@@ -213,7 +216,7 @@ class ChangedOrder:
         return parts
 
     def _difference(self, what: str, one: int, other: int, text: str) -> Difference:
-        """Return a difference between two features, at the lines of the first feature in both programs."""
+        """Return a difference between two features, with the lines of the first feature in both programs."""
         features = self.features
         said = [place(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
@@ -221,7 +224,7 @@ class ChangedOrder:
 
 
 def _moved(begins: Indices) -> Mask:
-    """Return the mask of visits that changed their order relative to any other visit."""
+    """Return a mask of the visits that changed their order relative to any other visit."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
     least = np.minimum.accumulate(np.where(here, begins, np.iinfo(np.int64).max)[::-1])[::-1] < begins
@@ -230,7 +233,7 @@ def _moved(begins: Indices) -> Mask:
 
 
 def _overtaken(rank: Indices, which: Indices) -> list[int]:
-    """Return the features of `which` that changed their order relative to any other feature."""
+    """Return the features in `which` that changed their order relative to any other feature."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
     here = rank[which]

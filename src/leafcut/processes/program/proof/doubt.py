@@ -1,4 +1,4 @@
-"""Thresholds of the order rules, for both policies in doubt: keep the order of two pieces, or leave it free."""
+"""Thresholds of the order rules for two policies in doubt: keep the order of two pieces of work, or allow any order."""
 
 from __future__ import annotations
 
@@ -12,33 +12,35 @@ class Doubt:
     Attributes
     ----------
     keep
-        Whether the order is kept in doubt. A line of very many points then encloses its convex hull, and several lines
-        need not form a ring to enclose an area.
+        Whether the order is kept in doubt. If so, a line with very many points encloses its convex hull, and several
+        lines need not form a ring to enclose an area.
     sagitta
         Maximum distance of an arc from its chords, mm.
     gap, open_part
         A line is closed if the gap between its ends is within `gap`, mm, or within this part of its length.
     alone
-        Maximum gap of a line that is closed for certain, mm.
+        Maximum gap of a line that is certainly closed, mm.
     still
-        Maximum length of a move that is not sideways, mm: a plunge may drift by rounding.
+        Maximum length of a move that does not count as sideways, mm: a plunge may drift by rounding.
     width
-        Assumed width of an unknown tool, mm: passes at different depths keep their order within it.
+        Assumed width of an unknown tool, mm; passes at different depths keep their order within this distance.
     beside, beside_part
-        Passes at one depth run side by side if this part of the shorter one is within this distance of the other, mm.
+        Two passes at one depth run side by side if this part of the shorter pass is within this distance of the other,
+        mm.
     lean, widening
-        Rows are parallel within this part of their length; their spacing grows by at most this factor.
+        Rows are parallel if they diverge by at most this part of their length. Their spacing grows by at most this
+        factor.
     through, surely_through, around_through
-        Distances from the deepest cut, mm. Within them, a cut may go through the material, goes through for certain,
-        or is an outline that may contain scrap.
+        Distances from the deepest cut, mm. A cut within them may go through the material, certainly goes through, or is
+        an outline that may contain scrap.
     area, sure_area
-        Minimum area of a part that may be detached, and of a part that is detached for certain, mm².
+        Minimum area of a part that may be detached, and of a part that is certainly detached, mm².
     tab
         Minimum height of a tab, mm; lower rises belong to the lowest level.
     smaller
         An inner area is smaller than this part of the outer area; otherwise both are passes of one outline.
     same_depth
-        Parts whose outlines differ in depth by at most this distance, mm, may be detached in any order.
+        Parts may be detached in any order if their outlines differ in depth by at most this distance, mm.
     """
 
     keep: bool
@@ -62,14 +64,14 @@ class Doubt:
     same_depth: float
 
 
-#: Keeps the order in doubt. 12.7 mm (half an inch) exceeds the tools of desktop machines and most routers.
+#: Thresholds that keep the order in doubt. Few tools of desktop machines and routers exceed 12.7 mm (half an inch).
 KEEP = Doubt(
     keep=True, sagitta=0.02, gap=0.05, open_part=0.1, alone=0.005, still=1e-6,
     width=12.7, beside=1.0, beside_part=0.45, lean=0.02, widening=1.05,
     through=1.0, surely_through=1.0, around_through=0.6, area=1.0, sure_area=1.0, tab=0.2, smaller=0.95,
     same_depth=0.01,
 )  # fmt: skip
-#: Leaves the order free in doubt.
+#: Thresholds that allow any order in doubt.
 FREE = Doubt(
     keep=False, sagitta=0.002, gap=0.01, open_part=0.0, alone=0.01, still=0.01,
     width=6.0, beside=0.99, beside_part=0.55, lean=0.015, widening=1.01,

@@ -1,6 +1,7 @@
-"""Explain unmatched features in the terms of a machinist: each change once, without its consequences.
+"""Explain unmatched features in a machinist's terms: each change once, without its consequences.
 
-A changed feed word is one difference, and a cut that only starts at the changed end of its predecessor is none.
+A changed feed word is a single difference. A cut that only starts at the changed end of its predecessor is no
+difference.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from leafcut.processes.program.proof.matching import (
 )
 from leafcut.proof.difference import place
 
-#: Maximum number of explained missing features (the rest is only counted), and of candidates per grid cell.
+#: Maximum number of missing features that are explained, and of candidates per grid cell; further features are counted.
 _MOST_EXPLAINED, _MOST_TRIED = 20_000, 40
 #: Maximum number of stretches in the search for moved features.
 _MOST_MOVED = 200
@@ -35,15 +36,15 @@ _MOST_NAMED = 3
 #: Tolerance of equal points, mm.
 _NEAR = 1e-6
 
-#: Consecutive features without a move between them; a single hole.
+#: Consecutive features without a move between them, or a single hole.
 Stretch = list[Feature]
 _Item = TypeVar("_Item")
 
 
 class Explanation(NamedTuple):
-    """Explained differences in the order of their lines, and their minimum number `found`.
+    """The explained differences in the order of their lines.
 
-    `phrases` are changes of work that is in both programs, in words.
+    `found` is the minimum number of differences. `phrases` describe the changes of work that is in both programs.
     """
 
     differences: list[Difference]
@@ -52,7 +53,9 @@ class Explanation(NamedTuple):
 
 
 class _Changed(NamedTuple):
-    """A feature, its counterpart, and their differences: in the start, and all others."""
+    """A feature, its counterpart in the new program, and their differences in words: in the start point, and all
+    others.
+    """
 
     one: Feature
     other: Feature
@@ -61,7 +64,10 @@ class _Changed(NamedTuple):
 
 
 def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explanation:
-    """Explain each unmatched feature: done elsewhere, changed, moved, missing or new; `implied` ones are left out."""
+    """Explain each unmatched feature as done elsewhere, changed, moved, missing or new.
+
+    Changes that match a pattern in `implied` are left out.
+    """
     known = re.compile("|".join(implied) or r"(?!)")
     elsewhere, missing, extra = _done_elsewhere(pairing, room)
     counted = max(len(missing) - _MOST_EXPLAINED, 0)
@@ -70,7 +76,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
     sides = pairing.before, pairing.after
     stretches = [list(_stretches(rest)) for rest in (gone, new)]
     if counted:
-        # New features may be counterparts of the features that were only counted.
+        # New features may be counterparts of features that were counted but not explained.
         stretches[1] = []
     found += _moved(stretches[0], stretches[1], sides, room)
     for words, verb, rest, side in (
@@ -87,7 +93,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
 
 
 def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], list[Feature], list[Feature]]:
-    """Return the features done before or after another barrier, and the others."""
+    """Return the differences for features that are done before or after another barrier, and the remaining features."""
     missing, extra = pairing.missing, pairing.extra
     if not any(f.group for f in (*missing, *extra)):
         return [], missing, extra
@@ -103,7 +109,7 @@ def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], lis
 
 
 def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) -> Iterator[list[_Item]]:
-    """Yield groups of consecutive items; `goes_on` tells whether an item belongs to the group of the previous one."""
+    """Yield groups of consecutive items; `goes_on` decides whether an item joins the group of its predecessor."""
     group: list[_Item] = []
     for item in items:
         if group and not goes_on(group[-1], item):
@@ -117,7 +123,7 @@ def _grouped(items: Iterable[_Item], goes_on: Callable[[_Item, _Item], bool]) ->
 def _changed(
     missing: list[Feature], extra: list[Feature], room: Room, known: re.Pattern[str]
 ) -> tuple[list[_Changed], list[Feature], list[Feature]]:
-    """Return the features that changed in place, the missing features, and the new features."""
+    """Return the features that changed in place, the missing features and the new features."""
     cells = sorted_into_cells(extra, room.place, 2)
     pairs, gone = [], []
     for feature in missing:
@@ -136,7 +142,7 @@ def _changed(
 
 
 def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
-    """Yield the changes, with equal changes merged into one difference and consequences left out."""
+    """Yield the changes; equal changes form one difference, and consequences of other changes are left out."""
     differing = [pair for pair in pairs if pair.rest]
     ends = [
         {f.number: f.place[:3] for f in side}
@@ -192,7 +198,7 @@ def _adjacent(one: Stretch, other: Stretch) -> bool:
 
 
 def _whole(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:
-    """Return the difference for adjacent stretches that are missing or new."""
+    """Return the difference for adjacent stretches that are all missing or all new."""
     features = [feature for stretch in group for feature in stretch]
     holes = [_hole(stretch, side) for stretch in group]
     text = (
@@ -226,7 +232,7 @@ def _stretch_said(stretch: Stretch, hole: str) -> str:
 
 
 def _hole(stretch: Stretch, side: Features) -> str:
-    """Describe a hole: a cycle, or vertical cuts that no cut continues; "" for other work."""
+    """Describe a hole: a cycle, or vertical cuts without adjoining cuts; "" for other work."""
     first, last = stretch[0], stretch[-1]
     if _is_cycle(first):
         return f"{name_of(first.exact[0])} at {place(*first.place[:3])}"
@@ -272,7 +278,7 @@ def _moved(
 
 
 def _only_moved(one: Stretch, other: Stretch, room: Room) -> bool:
-    """Return whether holes, dwells and cuts differ only in position, or a single cut only in its end."""
+    """Return whether two stretches differ only in position, or two single cuts only in their end."""
     if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
         return False
     if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
@@ -304,7 +310,7 @@ def _also(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
 
 
 def _same(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
-    """Return whether two points are equal; unknown coordinates are equal."""
+    """Return whether two points are equal; two unknown coordinates are equal."""
     if a is None:
         return False
     return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
@@ -315,7 +321,7 @@ def _said(feature: Feature) -> str:
 
 
 def _counted(features: list[Feature]) -> str:
-    """Return the count in words: ``3 holes``, ``7 cuts and 1 dwell``."""
+    """Return the number of features in words: ``3 holes``, ``7 cuts and 1 dwell``."""
     nouns = Counter(_noun([feature]) for feature in features)
     return " and ".join(f"{n} {noun}{'s' if n > 1 else ''}" for noun, n in nouns.most_common())
 

@@ -1,6 +1,6 @@
 """Features: the holes, cuts and dwells of a toolpath as columns, with all values that the proof compares.
 
-A million features must fit into memory, so rarely changing values are kept in tables.
+A million features must fit into memory, so values that rarely change are kept in tables.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last
 
 Selection = Indices | Mask | slice | int
 
-#: Values that must be equal. All but the first three are `States`; so is the plane, except for arcs.
+#: Values that must be equal. All but the first three come from `States`; so does the plane, except for arcs.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
     "length", "frame", "radius", "blending", "feed_mode", "direction", "stated", "obeyed",
 )  # fmt: skip
 #: Points, mm: end of a cut or bottom of a hole, start, centre of an arc.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: Amounts: mm/s, rpm (negative for M4), mm, s, D as written, mm, mm.
+#: Amounts: feed in mm/s, speed in rpm (negative for M4), peck in mm, dwell in s, D number, two tolerances in mm.
 AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
 #: Heights that may be higher in the new program, mm.
 HEIGHT = ("r_plane", "retract")
@@ -45,10 +45,10 @@ _ALL = slice(None)
 
 
 class States:
-    """Modal state at every row of a toolpath: `number`, int32[n], is its row of `table`.
+    """Modal state at every row of a toolpath.
 
-    `table` has a column by name (see `EXACT` and `AMOUNT`), with one value per distinct state. `plane` is the plane of
-    radius compensation, or 0 without compensation.
+    `number`, int32[n], is the state of each row. `table` has a column for each value (see `EXACT` and `AMOUNT`), with
+    one entry per distinct state. `plane` is the plane of radius compensation, or 0 without compensation.
     """
 
     def __init__(self, number: Ints, table: dict[str, NDArray]) -> None:
@@ -57,7 +57,7 @@ class States:
 
     @classmethod
     def of_columns(cls, columns: Iterable[tuple[str, NDArray]], n: int) -> States:
-        """Build the states from columns, taken one after the other to save memory."""
+        """Build the states from columns with n values each; the columns are read one by one to save memory."""
         number, table = np.zeros(n, dtype=np.int64), dict[str, NDArray]()
         for name, column in columns:
             values, which = _numbered(column)
@@ -72,7 +72,7 @@ class States:
         return cls(number.astype(np.int32), table)
 
     def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return a column, optionally only the given rows."""
+        """Return the values of a column for the given rows."""
         column: NDArray = self.table[name][self.number[rows]]
         return column
 
@@ -82,7 +82,9 @@ class States:
 
 
 def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
-    """Return the distinct values of a column and the index of each row; fast if few rows differ from the previous."""
+    """Return the distinct values of a column, and the index of each row's value; fast if few rows differ from the
+    previous.
+    """
     if not len(column):
         return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
     begins = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1])
@@ -91,9 +93,9 @@ def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
 
 
 class Tables(NamedTuple):
-    """Data of arcs and cycles, one row each; the first row of each table is all zeros, for other features.
+    """Data of arcs and cycles. The first entry of each column is 0, for features that are no arc or no cycle.
 
-    Columns of arcs are `center` (float64[a, 3], mm), `plane` and `turns`; those of cycles, `r_plane` and `peck` (mm).
+    Arcs have `center` (float64[a, 3], mm), `plane` and `turns`; cycles have `r_plane` and `peck` (mm).
     """
 
     center: Floats
@@ -105,7 +107,8 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Holes, cuts and dwells in program order; `of` returns the columns named in `EXACT`, `PLACE` …
+    """Holes, cuts and dwells in program order; `of` returns the columns named in `EXACT`, `PLACE`, `AMOUNT` and
+    `HEIGHT`.
 
     Attributes
     ----------
@@ -120,7 +123,7 @@ class Features:
     state, arc, cycle
         int32[n]: rows in `states` and in `tables`.
     group
-        int64[n]: features of different groups are never equal.
+        int64[n]: features of different groups never match.
     """
 
     row: Ints
@@ -141,7 +144,7 @@ class Features:
         return len(self.row)
 
     def of(self, name: str, rows: Selection = _ALL) -> NDArray:
-        """Return the column with this name, optionally only the given rows."""
+        """Return the column with this name for the given rows."""
         column: NDArray
         match name:
             case "x" | "y" | "depth":
@@ -172,7 +175,7 @@ class Features:
         return np.column_stack([self.of(name, rows) for name in names])
 
     def pick(self, which: Mask | Indices) -> Features:
-        """Return the features with these indices, or selected by this mask."""
+        """Return the features with these indices, or those that a mask selects."""
         return replace(self, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
 
@@ -184,7 +187,7 @@ def name_of(kind: int) -> str:
     return CUTS[Kind(kind)] if kind < FIRST_CYCLE else kind.to_bytes(7, "big").lstrip(b"\0").decode("ascii", "replace")
 
 
-#: Lowest number of a cycle: the bytes of its name, read as an integer above all kinds.
+#: Lowest number of a cycle. The number is the name of the cycle, read as the bytes of an integer.
 FIRST_CYCLE = 256
 
 
@@ -219,9 +222,9 @@ def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
 def states_of_program(program: Program) -> States:
     """Return the states at every row of a program, from its rows and from its modal words.
 
-    The words of a block apply to its own motions. The spindle direction comes from M3, M4 and M5, since a torch needs
-    no S. `stated` has bits for units stated, spindle started since the tool change, and length offset not cancelled.
-    `obeyed` is the number of earlier comments and settings that the controller obeys.
+    The words of a block apply to its own motions. The spindle direction comes from M3, M4 and M5, because a torch needs
+    no S. `stated` has a bit for stated units, for a spindle start since the tool change, and for a length offset that
+    is not cancelled. `obeyed` is the number of earlier comments and settings that the controller obeys.
     """
     path = program.path
     if not len(program.modals):
@@ -260,18 +263,18 @@ def states_of_program(program: Program) -> States:
     return States.of_columns(columns(), len(path))
 
 
-#: State `length` is the register plus this factor times the number of blocks that may have changed the tool table.
+#: The state `length` is the register plus this factor times the number of blocks that may have changed the tool table.
 TAKEN = 1 << 20
 
 
 def _table_of(path: Toolpath) -> Indices:
-    """Return the number of unknown blocks before the length offset of each row was activated."""
+    """Return the number of unknown blocks before the active length offset of each row was stated."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
     return path.latest(Kind.OFFSET, count)
 
 
 def _started(path: Toolpath, direction: Indices) -> Indices:
-    """Return 0 for rows where the spindle turns without a start since the last tool change, else 1.
+    """Return 0 for rows where the spindle turns without a start since the last tool change, and 1 for all others.
 
     M6 stops the spindle in LinuxCNC and on Haas machines; other controllers differ.
     """
@@ -282,7 +285,7 @@ def _started(path: Toolpath, direction: Indices) -> Indices:
 
 
 def compensated_moves(path: Toolpath, states: States) -> Mask:
-    """Return the mask of moves under radius compensation, and of the first move after it, which is still affected."""
+    """Return a mask of the moves under radius compensation, and of the first move after it, which is still affected."""
     moving = np.flatnonzero(path.kind <= Kind.DRILL)
     on = states.of("radius", moving) != 40
     mask = np.zeros(len(path), dtype=bool)
@@ -291,9 +294,9 @@ def compensated_moves(path: Toolpath, states: States) -> Mask:
 
 
 def _length_taken(path: Toolpath) -> Indices:
-    """Return 0 for rows whose length offset may have been cancelled since its activation, else 1.
+    """Return 0 for rows whose length offset may be cancelled since it was stated, and 1 for all others.
 
-    A tool change or a move to a machine position (G28, G53) cancels it in some controllers, such as Fanuc and Haas.
+    On some controllers, such as Fanuc and Haas, a tool change or a move to a machine position (G28, G53) cancels it.
     """
     offset = path.kind == Kind.OFFSET
     taken, lost = last_rows(offset), last_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)]))
@@ -315,7 +318,7 @@ _UNITS = re.compile(r"G\s*0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
 
 
 def features_of(path: Toolpath, states: States, which: Mask) -> Features:
-    """Return the features of the rows `which`: cuts, cycles, dwells, and rapids under radius compensation."""
+    """Return the features in the rows `which`: cuts, cycles, dwells, and rapids under radius compensation."""
     rows = np.flatnonzero(which)
     kind = path.kind[rows].astype(np.int64)
     start = path.before[rows]
@@ -349,7 +352,9 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
 
 
 def is_uniform(cuts: Features) -> bool:
-    """Return whether the first and last cuts have the usual kind and feed of all (no lead-in or lead-out)."""
+    """Return whether the first and last cuts have the usual kind and feed of all cuts, as without lead-in and
+    lead-out.
+    """
     if len(cuts) == 1:
         return True
     arc, feed = (cuts.kind != Kind.FEED).tolist(), cuts.feed.round(6).tolist()

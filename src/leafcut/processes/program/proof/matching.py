@@ -16,17 +16,17 @@ from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLAC
 from leafcut.proof.difference import place
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Features that agree to this (mm, mm/s, rpm, s) are matched in bulk; the others one by one.
+#: Features that agree within this difference (mm, mm/s, rpm, s) are matched in bulk, all others one by one.
 _QUANTUM = 1e-6
-#: Tolerances of feeds (relative, and mm/s), dwells (s) and speeds (relative, and rpm): a rewritten program keeps the
-#: words of the original, so numbers differ only by rounding and a change of units.
+#: Tolerances of feeds (relative, and mm/s), dwells (s) and speeds (relative, and rpm). A rewritten program keeps the
+#: words of the original, so its numbers differ only by rounding and by a change of units.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
-#: Maximum number of single comparisons; the rest counts as different. Only programs with little in common need more.
+#: Maximum number of single comparisons; further features count as different. Only very different programs need more.
 _MOST_LOOKS = 3_000_000
 
 
 class Room(NamedTuple):
-    """Tolerance of positions, mm; with a `beam`, S is its power."""
+    """Tolerance of positions, mm. With a `beam`, S is the beam power."""
 
     place: float
     beam: bool = False
@@ -59,7 +59,7 @@ class Pairing(NamedTuple):
 
 
 def pair(before: Features, after: Features, room: Room) -> Pairing:
-    """Match features within the tolerances `room`; equal features are matched in order."""
+    """Match the features of two programs within the tolerances `room`; equal features are matched in order."""
     new_of = np.full(len(before), -1, dtype=np.int64)
     old, new = _paired_at_once(before, after, room.place)
     new_of[old] = new
@@ -73,7 +73,7 @@ def pair(before: Features, after: Features, room: Room) -> Pairing:
 
 
 def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
-    """Return the matching rows of both programs that agree up to rounding noise."""
+    """Return the matching rows of both programs that agree except for rounding errors."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
     old, new = _alike(number[: len(before)], number[len(before) :])
@@ -88,7 +88,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
-    """Match equal numbers from both ends while they agree, then first with first, so that neighbours stay matched."""
+    """Match equal numbers from both ends as long as they agree, then in order, so that neighbours stay matched."""
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
     head = int(differs[0]) if len(differs) else min(n, m)
@@ -115,7 +115,7 @@ def _rounded(features: Features) -> Iterator[Indices]:
 
 
 def _hashed(features: Features) -> NDArray[np.uint64]:
-    """Return a hash of each feature; the caller checks matches for collisions."""
+    """Return a hash of each feature; callers must check matches for collisions."""
     mixed = np.zeros(len(features), dtype=np.uint64)
     for column in _rounded(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -124,7 +124,7 @@ def _hashed(features: Features) -> NDArray[np.uint64]:
 
 
 def _counted(number: Indices) -> Indices:
-    """Return a key for each row: its number, combined with the count of earlier rows with this number."""
+    """Return a key for each row, which combines its number with the count of earlier rows with this number."""
     order = np.argsort(number, kind="stable")
     ordered = number[order]
     begins = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -150,8 +150,8 @@ Pairs = list[tuple[Feature, Feature]]
 def paired_one_by_one(
     before: list[Feature], after: list[Feature], room: Room
 ) -> tuple[Pairs, list[Feature], list[Feature]]:
-    """Return the pairs of features equal within `room`, and the unmatched features of both programs."""
-    # Backwards, so that the first feature is at the end of its cell, where removing it is cheap.
+    """Return the pairs of features that are equal within `room`, and the unmatched features of both programs."""
+    # The first feature is at the end of its cell, where its removal is cheap.
     cells = sorted_into_cells(after[::-1], room.place, 3)
     pairs, missing, looks = [], [], 0
     for feature in before:
@@ -175,7 +175,7 @@ def _equal(a: Feature, b: Feature, room: Room) -> bool:
 
 
 def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
-    """Group features by the cells of `cells_around`, in order."""
+    """Group features by their own grid cell (`cells_around`), in order."""
     cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
         cells[next(cells_around(feature, tolerance, axes))].append(feature)
@@ -183,7 +183,9 @@ def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> d
 
 
 def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
-    """Yield the grid cells in x, y (and z) near a feature, its own first; unknown coordinates get a far cell."""
+    """Yield the grid cells near a feature in x, y (and z), its own cell first; unknown coordinates get a separate far
+    cell.
+    """
     size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
     at = feature.place[:axes]
     own = tuple(math.floor(v / size) if math.isfinite(v) else _FAR for v in at)
@@ -214,10 +216,10 @@ def _stated_changes(was: int, now: int) -> Iterator[str]:
             yield gone if was & bit else new
 
 
-#: First word of the messages of `changes` about the start of a cut.
+#: Prefix of the messages of `changes` about the start of a cut.
 START = "start "
 
-#: Name and number format of the values that must be equal. Kind and arcs have separate messages.
+#: Name and number format of the values that must be equal; kinds and arcs have their own messages.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "plane": ("plane", lambda v: f"G{v}"),
     "tool": ("tool", str),
@@ -233,13 +235,13 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
 
 
 def change_of_state(name: str, was: int, now: int) -> str:
-    """Describe the change of a value in `EXACT`."""
+    """Describe the change of one of the values in `EXACT`."""
     what, shown = _EXACT_WORDS[name]
     return f"{what} {shown(was)} became {shown(now)}"
 
 
 def changes(a: Feature, b: Feature, room: Room) -> list[str]:
-    """Describe the differences of feature `b` from `a` beyond the tolerances; an empty list if there are none."""
+    """Describe the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
     near = room.place + 1e-9
     found = []
     if a.exact[0] != b.exact[0]:
@@ -275,7 +277,9 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
 
 
 def _changes_of_way(a: Feature, b: Feature, near: float) -> Iterator[str]:
-    """Describe changes of arc and start point; a centre that moves with the start is not reported separately."""
+    """Describe changes of arc and start point. A centre that moves together with the start is not reported
+    separately.
+    """
     if a.exact[2] != b.exact[2]:
         yield f"turns of the arc {a.exact[2]} became {b.exact[2]}"
     begun = not _near(a.place[3:6], b.place[3:6], near)

@@ -1,7 +1,7 @@
-"""Order rules: find the pieces of work whose order matters, for the planner and for the proof.
+"""Order rules, which find the pieces of work whose order matters. The planner and the proof share them.
 
 Rules that depend on unknown facts, such as tool width, have two sets of thresholds. The planner uses `KEEP` and gets
-every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order matters for certain.
+every pair whose order may matter. The proof uses `FREE` and gets the pairs whose order certainly matters.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from leafcut.processes.program.proof.traces import Traces
 
 #: Maximum depth difference within one level, mm.
 LEVEL = 0.01
-#: Minimum part of the length at the lowest level; otherwise the cut follows a surface.
+#: Minimum part of a cut's length at its lowest level; below it, the cut follows a surface.
 _LEVEL_PART = 0.25
 #: Maximum gap between the ends of a closed cut, mm.
 _CLOSED = 1.0
-#: Number of points along a cut at which its distance to another cut is measured.
+#: Number of points of a cut at which its distance to another cut is measured.
 _PLACES = 40
-#: Segments per line in the index, which keeps bounding boxes small; pairs of lines compared at once.
+#: Segments per line in the spatial index (short lines have small bounding boxes), and pairs of lines compared at once.
 _SEGMENTS, _PAIRS = 32, 2000
-#: Touching pairs in changed order after which the search ends; compared pairs beyond which the order is unproved.
+#: Number of touching pairs in changed order that ends the search, and maximum number of compared pairs; if it is
+#: exceeded, the order is not proved.
 _ENOUGH, _MOST_COMPARED = 1_000, 1_000_000_000
 #: Maximum ratio of the length of a straight row to the distance between its ends.
 _STRAIGHT = 1.01
@@ -44,24 +45,28 @@ _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """Work between two travel moves, one row per visit.
+    """Work between two travel moves; each visit is one row.
 
     Attributes
     ----------
     first, last
-        int64[n]: first and last feature.
+        First and last feature, int64[n].
     start
-        float64[n, 2]: start point, mm.
+        Start point, float64[n, 2], mm.
     bottom, floor
-        float64[n]: lowest Z of all cuts, and of sideways cuts, mm; infinite without a cut.
-    cuts, level, closed
-        bool[n]: the visit cuts sideways; much of its length is at its lowest level; it ends at its start.
+        Lowest Z of all cuts, and of sideways cuts, float64[n], mm; infinite without a cut.
+    cuts
+        Whether the visit cuts sideways, bool[n].
+    level
+        Whether much of its length is at its lowest level, bool[n].
+    closed
+        Whether its sideways cuts end where they start, bool[n].
     ends
-        float64[n, 2, 2]: start and end of the sideways cuts, mm; NaN without a cut.
+        Start and end of the sideways cuts, float64[n, 2, 2], mm; NaN without a cut.
     length
-        float64[n]: XY length of the sideways cuts, mm.
+        XY length of the sideways cuts, float64[n], mm.
     sideways
-        bool[m]: the feature cuts sideways.
+        Whether each feature cuts sideways, bool[m].
     """
 
     first: Indices
@@ -80,7 +85,7 @@ class Visits:
 def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
     """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs.
 
-    `doubt` decides from which length a move is sideways.
+    `doubt` has the minimum length of a sideways move.
     """
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     made = kind != Kind.DWELL
@@ -120,7 +125,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
 
 
 def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
-    """Return a spatial index of the lines, split into short parts, and the piece of work of each part."""
+    """Return a spatial index of lines, split into short parts, and the piece of work of each part."""
     coordinates: list[Floats] = []
     owner: list[int] = []
     for line in lines:
@@ -140,9 +145,9 @@ def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
 def touching_in_new_order(
     features: Features, traces: Traces, new_of: Indices, tolerance: float, look: Heartbeat = unseen
 ) -> tuple[Indices, bool]:
-    """Return touching features whose order changed, int64[k, 2], earlier first, and whether the search is complete.
+    """Return touching features whose order changed, int64[k, 2], the earlier first, and whether the search is complete.
 
-    `new_of`, int64[n], is the position of each feature in the new order, -1 if it is missing. The search ends after
+    `new_of`, int64[n], is the position of each feature in the new order, or -1 if it is missing. The search ends after
     `_ENOUGH` pairs.
     """
     found, compared = np.zeros((0, 2), dtype=np.int64), 0
@@ -164,7 +169,7 @@ def touching_in_new_order(
     return unique_pairs(*found.T), compared <= _MOST_COMPARED
 
 
-#: Filter of visit pairs: (int64[k], int64[k]) → bool[k].
+#: Selects pairs of visits: (int64[k], int64[k]) → bool[k].
 PairFilter = Callable[[Indices, Indices], Mask]
 
 
@@ -173,7 +178,8 @@ def passes_at_levels(
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
-    Cuts that follow a surface, and holes, are exempt; with `KEEP`, only from each other.
+    A cut that follows a surface is exempt, and so is a hole. With `KEEP`, a pair is exempt only if both of its cuts
+    follow a surface, or if both are holes.
     """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, still = visits.cuts & ~visits.level, ~visits.cuts
@@ -194,7 +200,9 @@ def passes_at_levels(
 def passes_side_by_side(
     visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
-    """Yield pairs of cuts at one depth, not both closed, within a finishing allowance of each other, int64[k, 2]."""
+    """Yield pairs of cuts at one depth within a finishing allowance of each other, int64[k, 2], unless both are
+    closed.
+    """
     both = np.logical_and if doubt.keep else np.logical_or
     follows, reach = visits.cuts & ~visits.level, min(doubt.beside, width)
 
@@ -214,7 +222,9 @@ def passes_side_by_side(
 def passes_beside(
     visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
 ) -> Iterator[tuple[str, Indices]]:
-    """Yield the pairs of nearby passes, int64[k, 2], each with their relation in words; pairs may recur."""
+    """Yield pairs of nearby passes, int64[k, 2], each with a description of their relation; a pair may occur several
+    times.
+    """
     for said, rule in (
         ("is at another level beside", passes_at_levels),
         ("runs side by side with", passes_side_by_side),
@@ -224,7 +234,7 @@ def passes_beside(
 
 
 def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
-    """Return the mask of pairs at different depths; False if a depth is unknown."""
+    """Return a mask of the pairs at different depths; False if a depth is unknown."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(visits.bottom[a] - visits.bottom[b])
     different: Mask = (gap > LEVEL) & np.isfinite(gap)
@@ -232,7 +242,7 @@ def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
 
 
 def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
-    """Return the share of the shorter cut of each pair that is within `reach` of the longer cut, float64[k]."""
+    """Return for each pair the share of the shorter cut within `reach` (mm) of the longer cut, float64[k]."""
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
     whole = np.full(len(used), shapely.MultiLineString(), dtype=object)
@@ -250,7 +260,7 @@ def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: f
 
 
 def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indices:
-    """Return the pairs of consecutive rows of a surface, int64[k, 2]; the rows advance to one side."""
+    """Return the pairs of consecutive rows of a surface that advance to one side, int64[k, 2]."""
     found: list[tuple[int, int]] = []
     run: list[tuple[int, int]] = []
     last = 0.0
@@ -272,7 +282,10 @@ def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indi
 
 
 def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
-    """Return the signed offset of a row to the left of the previous row, mm, along +x or +y; NaN if not parallel."""
+    """Return the signed distance from a row to the next, mm; NaN if they are not parallel.
+
+    It is positive to the left of the row, with the row directed along +x (or +y).
+    """
     along, other = row[1] - row[0], follower[1] - follower[0]
     length, other_length = float(np.hypot(*along)), float(np.hypot(*other))
     along = along / length
@@ -288,7 +301,7 @@ def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
 
 
 def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doubt) -> Mask:
-    """Return the mask of features that cut sideways at the lowest level of their visit; tabs are higher.
+    """Return a mask of the features that cut sideways at the lowest level of their visit; tabs are higher.
 
     A cut that never rises has no tabs, so all of it belongs to the lowest level.
     """
@@ -310,7 +323,7 @@ def detached_parts(
     features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: Doubt,
     look: Heartbeat = unseen,
 ) -> tuple[Mask, Mask]:  # fmt: skip
-    """Return the masks of visits that may detach a part, and that detach one for certain, bool[n] each.
+    """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
 
     `visit` is the visit of each feature; `above` is the distance of each visit from the deepest cut, mm.
     """
@@ -321,11 +334,16 @@ def detached_parts(
 
 
 def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:
-    """Return the masks of visits that may detach a part, and that detach one for certain, bool[n] each.
+    """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
 
-    An outline inside another outline through the material is scrap, unless other work starts inside it. `outlines` are
-    those at the lowest level of the visits that may cut through; `above`, float64[n], is the distance of each visit
-    from the deepest cut, mm.
+    The area of an outline inside another outline through the material is scrap, unless other work starts inside it.
+
+    Parameters
+    ----------
+    outlines
+        Outlines at the lowest level of the visits that may cut through.
+    above
+        Distance of each visit from the deepest cut, float64[n], mm.
     """
     n = len(visits.first)
     # If several cuts form an outline, any of them may be the last.

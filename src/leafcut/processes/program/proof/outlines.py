@@ -1,4 +1,4 @@
-"""Find the areas enclosed by a single cut, or by several cuts with tabs between them."""
+"""Find the areas that a single cut encloses, or several cuts with tabs between them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.processes.program.proof.traces import Traces
 
 #: Maximum distance of touching cuts, mm.
 TOUCHING = 0.05
-#: Maximum gap between consecutive cuts of a line, mm: programs state three decimals, or four in inches.
+#: Maximum gap between consecutive cuts of a line, mm. Programs state three decimals, or four in inches.
 MEETING = 0.01
 #: Maximum tab, mm. With a mill, the gap between the cuts includes the tool width.
 MILL_TAB, BEAM_TAB = 12.0, 3.0
@@ -30,11 +30,11 @@ MILL_TAB, BEAM_TAB = 12.0, 3.0
 _MOST_LINES = 64
 #: Maximum number of points of a line; with more points, the convex hull replaces its area.
 _MOST_POINTS = 20_000
-#: Inset of an area, so that a line is not inside the area that it encloses, mm.
+#: Inset of an area, mm; without it, a line could be inside the area that it encloses.
 _EDGE = 1e-5
-#: Number of chords of a quarter of a round end.
+#: Number of chords per quarter circle at the round end of a buffered line.
 _END_SEGMENTS = 4
-#: For `FREE`: a third end within this multiple of the nearest distance makes the position of a tab unclear.
+#: For `FREE`: if a third end is within this multiple of the shortest distance, the position of a tab is unclear.
 _CLEARLY = 1.02
 #: Maximum difference of centroids and lengths of one line cut at two depths, mm.
 _SAME_LINE = 0.05
@@ -45,16 +45,17 @@ _TABBED_PART = 0.09
 
 
 class Line(NamedTuple):
-    """A line without gaps, float64[n, 2] in mm, and the number of the piece of work that cuts it."""
+    """A line without gaps (`points`, float64[n, 2], mm), and the number of the piece of work that cuts it."""
 
     owner: int
     points: Floats
 
 
 class Outline(NamedTuple):
-    """An area, and the pieces of work that cut it, in ascending order.
+    """An area, and the ascending numbers of the pieces of work that cut its outline.
 
-    `alone`: a single line certainly closes the area. `joined`: several lines enclose it, or a single line with a tab.
+    `alone` means that a single line certainly closes the area. `joined` means that several lines enclose it, or a
+    single line with a tab.
     """
 
     area: Any
@@ -64,7 +65,10 @@ class Outline(NamedTuple):
 
 
 def lines_of(features: Features, traces: Traces, owner: Indices, sagitta: float) -> Iterator[Line]:
-    """Yield the lines of all pieces (`owner`, -1 to leave out); holes and dwells become lines of zero length."""
+    """Yield the lines of all pieces of work; holes and dwells become lines of zero length.
+
+    `owner` is the piece of work of each feature; features with -1 are left out.
+    """
     traces = traces.pick(np.flatnonzero(owner[traces.feature] >= 0)).flattened(sagitta)
     waits = features.kind[traces.feature] == Kind.DWELL
     cuts = traces.pick(~waits)
@@ -87,7 +91,7 @@ def is_point(line: Line) -> bool:
 
 
 def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
-    """Return the area enclosed by a line, or None, and whether the line is certainly closed."""
+    """Return the area that a line encloses, or None, and whether the line is certainly closed."""
     if len(points) < 4:
         return None, False
     if doubt.keep and len(points) > _MOST_POINTS:
@@ -110,7 +114,7 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
 
 
 def _enclosed(lines: Any, meeting: float) -> Any:
-    """Return the area enclosed by lines with gaps up to `meeting` (mm), or None."""
+    """Return the area that lines with gaps up to `meeting` (mm) enclose, or None."""
     # The chords of round ends must reach half the gap.
     reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
     strip: Any = shapely.get_parts(shapely.buffer(lines, reach, quad_segs=_END_SEGMENTS))
@@ -133,9 +137,9 @@ def _exteriors(polygons: NDArray[np.object_]) -> Indices:
 
 
 def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heartbeat = unseen) -> Iterator[Outline]:
-    """Yield the areas enclosed by several open lines; with `FREE` also by a single line with one tab.
+    """Yield the areas that several open lines enclose; with `FREE` also those of a single line with one tab.
 
-    Lines are joined if they touch, or if their ends are nearest to each other and within `tab` (mm).
+    Lines are joined if they touch. They are also joined if their ends are nearest to each other and within `tab` (mm).
     """
     if len(lines) < (2 if doubt.keep else 1):
         return
@@ -172,7 +176,7 @@ def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heart
 
 
 def _has_tab(line: Any) -> bool:
-    """Return whether the gap of an open line is a small part of its length, and the line encloses no area itself."""
+    """Return whether the gap of an open line is a small part of its length, and the line encloses no area by itself."""
     points = shapely.get_coordinates(line)
     gap = float(np.hypot(*(points[-1] - points[0])))
     enough = len(points) > 3 and gap <= _TABBED_PART * shapely.length(line)
@@ -184,8 +188,8 @@ def _joints(
 ) -> tuple[Indices, Indices, Indices, NDArray[np.object_]]:
     """Return the joints at both ends of each line, int64[n, 2], and for each tab its two lines and its gap as a line.
 
-    A tab lies between two joints if they are nearest to each other and within `tab`; with `clear`, only if no third
-    joint is about as near. The gaps within a joint come last.
+    A tab connects two joints that are nearest to each other and within `tab` (mm). With `clear`, no third joint may be
+    almost as near. Gaps within a joint are at the end of the list.
     """
     ends = shapely.get_coordinates(np.stack([shapely.get_point(lines, 0), shapely.get_point(lines, -1)], axis=1))
     _, first, of = np.unique((ends / TOUCHING).round(), axis=0, return_index=True, return_inverse=True)
@@ -251,9 +255,10 @@ def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> lis
 def outlines_of(
     lines: Sequence[Line], tab: float | None, doubt: Doubt, look: Heartbeat = unseen, chosen: Mask | None = None
 ) -> Iterator[Outline]:
-    """Yield the outlines of single lines, then outlines joined across tabs up to `tab` (mm), unless it is None.
+    """Yield the outlines of single lines, and then the outlines that are joined across tabs up to `tab` (mm, None for
+    none).
 
-    `chosen` is the mask of pieces of work whose single outlines are yielded, bool[n]; None means all.
+    `chosen` is a mask of the pieces of work whose single outlines are yielded, bool[n]; None means all.
     """
     open_: list[Line] = []
     for line in lines:
@@ -275,7 +280,7 @@ def _is_open(points: Floats) -> bool:
 
 
 def starts_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
-    """Yield outlines, each with the ascending pieces of work that have a line starting inside it."""
+    """Yield outlines, each with the ascending pieces of work that have a line which starts inside it."""
     if not lines:
         return
     starts: Any = shapely.points(np.array([line.points[0] for line in lines]))

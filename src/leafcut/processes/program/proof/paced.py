@@ -1,4 +1,6 @@
-"""Prove new speeds and heights: the same path, higher speeds only within limits, lower moves only through air."""
+"""Prove new speeds and heights: the path is the same, speeds stay within limits, and lower moves pass only
+through air.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Maximum distance of a rounded division point from its cut, mm.
+#: Maximum distance of a division point from its cut, mm; the point is rounded when it is written.
 _OFF = 2e-4
 #: Tolerance of equal points, mm.
 _SAME = 1e-6
@@ -28,7 +30,7 @@ _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
-    """Return the changed speeds by row of the original; `VerifyError` if the path or the work differs."""
+    """Return the changed speeds by row of the original. Raises VerifyError if the path or the work differs."""
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
     count = len(after)
@@ -56,7 +58,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
 
 
 def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
-    """Return the stretches of a straight cut, and the row after it in the new program."""
+    """Return the stretches of a straight cut, and the row after the cut in the new program."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
@@ -108,7 +110,7 @@ def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyErro
 
 
 def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
-    """Return the highest new speed on every piece of a program, mm/s; infinite for a rapid."""
+    """Return the highest new speed of every simulated move, mm/s; infinite for a rapid."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
     first = np.searchsorted(loads.source, every, side="left")
@@ -120,7 +122,7 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Fl
         speed[low:high] = 0.0
         begin = 0.0
         for until, value in parts:
-            # A piece touched only at its edge, because of a rounded division point, is not part of the stretch.
+            # A move that the stretch touches only at its edge, by a rounded division point, is not part of it.
             a, b = math.floor(begin * count + 1e-3), math.ceil(until * count - 1e-3)
             mine = slice(low + a, low + max(b, a))
             speed[mine] = np.maximum(speed[mine], value)
@@ -132,12 +134,15 @@ def check_limits(
     loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
     cutters: Mapping[int, Cutter],
 ) -> Floats:  # fmt: skip
-    """Check new speeds against the loads; return the speed of every piece, mm/s, or raise `VerifyError`."""
+    """Check new speeds against the loads and return the speed of every simulated move, mm/s.
+
+    Raises VerifyError if a speed exceeds its limit.
+    """
     speed = speeds_on(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
-    # Slightly less, so that a speed may equal its limit.
+    # The ratio is slightly reduced, because a speed may equal its limit.
     ratio /= 1.0 + _PART
     upright = loads.upright
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
@@ -183,7 +188,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def made_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program that changed from cuts to rapids, and the subset that replaces arcs."""
+    """Return the rows of the new program that changed from cuts to rapids, and those of them that replace arcs."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0
@@ -202,7 +207,7 @@ def made_rapid(
 def check_lowered(
     before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
 ) -> None:
-    """Check that a program differs only in lower moves, and that these stay clear of the material; else `VerifyError`.
+    """Raise VerifyError unless a program differs only in lower moves, and these stay clear of the material.
 
     `loads` are those of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y must
     stay above `bent_above` plus the clearance, mm.
@@ -215,7 +220,7 @@ def check_lowered(
     rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
     ends, over = loads.moves.ends, loads.removed.over
     rises = loads.upright & (ends[:, 5] > ends[:, 2])
-    # Plunges with a lower start, and pecks into their own hole, may meet material; sideways moves may not.
+    # Plunges with a lower start and pecks into their own hole may touch material, but sideways moves may not.
     digs = loads.upright & ~loads.moves.rapid
     drills = after.kind[loads.source] == Kind.DRILL
     cycle = after.ref[loads.source[drills]]
@@ -223,7 +228,7 @@ def check_lowered(
     planes[drills] = np.array([one.r_plane for one in after.cycles])[cycle] if len(cycle) else 0.0
     pecks = drills & (np.minimum(ends[:, 2], ends[:, 5]) < planes - _SAME)
     mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
-    # A vertical approach to an unchanged R plane only starts lower.
+    # A vertical approach to an unchanged R plane differs only in its lower start.
     alike = np.zeros(len(after), dtype=np.bool_)
     for row in np.flatnonzero(after.kind == Kind.DRILL).tolist():
         one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]

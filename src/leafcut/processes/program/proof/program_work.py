@@ -1,4 +1,4 @@
-"""`ProgramWork`: the features, the travel moves and the barriers of a program, for the proof."""
+"""`ProgramWork`: the features, travel moves and barriers of a program, for the proof."""
 
 from __future__ import annotations
 
@@ -27,10 +27,20 @@ STILL = 1e-6
 class ProgramWork:
     """One of the two compared programs.
 
-    `path` has expanded cycles if the other program has none; `source`, int64[n], is the program row of each of its
-    rows. `features` lack the dwells that belong to barriers. `travel`, int64[k], are the rows of moves without cutting:
-    rapids, and feed moves of a beam that is off. `travel_from` and `drill_from` are the positions before these rows and
-    before the drilling cycles, mm. For `dark_rapids` see `Program`.
+    Attributes
+    ----------
+    path, source
+        Toolpath, with expanded cycles if the other program has none, and the program row of each of its rows, int64[n].
+    features
+        Holes, cuts and dwells, without the dwells that belong to barriers.
+    travel
+        Rows of moves without cutting, int64[k]: rapids, and feed moves of a beam that is off.
+    travel_from, drill_from
+        Positions before these rows and before the drilling cycles, mm.
+    marks, walls
+        Barriers, single and grouped.
+    dark_rapids
+        See `Program`.
     """
 
     path: Toolpath
@@ -46,10 +56,21 @@ class ProgramWork:
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool, straight: float | None = None) -> ProgramWork:
-    """Return the work of a program; `PlanError` if a cycle has more pecks than any machine would drill.
+    """Return the work of a program.
 
-    `written_out` expands drilling cycles into single moves; with `beam`, feed moves with the beam off are travel.
-    `straight` is the tolerance in mm for merging the feed moves of a straight cut into one feature; None: do not merge.
+    Parameters
+    ----------
+    written_out
+        Expand drilling cycles into single moves.
+    beam
+        Treat feed moves with the beam off as travel.
+    straight
+        Tolerance for merging the feed moves of a straight cut into one feature, mm; None for no merging.
+
+    Raises
+    ------
+    PlanError
+        A cycle has more pecks than any machine would drill.
     """
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
@@ -87,19 +108,19 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
 
 
 def only_moves(path: Toolpath) -> bool:
-    """Return whether a program works without drilling cycles; a program without work fits any other."""
+    """Return whether a program works without drilling cycles; False for a program without work."""
     working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
     return bool(working.any()) and not bool((path.kind == Kind.DRILL).any())
 
 
 def goes_across(begin: Floats, end: Floats) -> Mask:
-    """Return the mask of moves that change x or y; the first position of an axis counts as a move."""
+    """Return a mask of the moves that change x or y; the first position of an axis counts as a move."""
     moved: Mask = np.isfinite(end[:, :2]) & ~(np.abs(end[:, :2] - begin[:, :2]) <= STILL)
     return moved[:, 0] | moved[:, 1]
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether the spindle is off between two cuts without a barrier; dark feed moves then count as travel."""
+    """Return whether the spindle is off on the way between two cuts without a barrier between them, as for a beam."""
     path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
@@ -109,7 +130,7 @@ def cuts_with_beam(program: Program) -> bool:
 
 
 def has_no_mill(program: Program) -> bool:
-    """Return whether a program cuts with a beam, or never moves its tool in Z, like a plotter."""
+    """Return whether a program cuts with a beam, or never moves its tool in Z, as for a plotter."""
     path = program.path
     z = path.end[path.kind <= Kind.DRILL, 2]
     rises = (np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any()
@@ -117,7 +138,9 @@ def has_no_mill(program: Program) -> bool:
 
 
 def _with_end(program: Program) -> Program:
-    """Return the program with a row for its end even if M2 and M30 are missing, to check the position there."""
+    """Return the program with a row for its end even if M2 and M30 are missing, so that the position there is
+    checked.
+    """
     path = program.path
     if len(path) and path.kind[-1] == Kind.END:
         return program
@@ -133,18 +156,18 @@ def _with_end(program: Program) -> Program:
     return replace(program, path=closed)
 
 
-#: Maximum number of rows in a line, since the effort grows with its square.
+#: Maximum number of rows in a line; the effort grows with the square of it.
 _MOST_ROWS = 1000
 #: G61 and G61.1, in tenths: the tool may stop at the end of every move.
 _STOPPING = (610, 611)
 
 
 def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
-    """Return the rows of a toolpath that remain if every straight cut is a single row.
+    """Return the rows of a toolpath that remain if every straight cut becomes a single row.
 
-    Feeds of no length (up to `still`, mm) are left out. Consecutive feeds with the same feed rate and in the same state
-    become one, the last, if all points between its ends are within `tolerance`, mm, and in order. Feeds under or
-    directly after radius compensation, in inverse time or with exact stops are unchanged.
+    Feed moves of no length (up to `still`, mm) are left out. Consecutive feed moves with the same feed and state become
+    one move if all intermediate points are within `tolerance`, mm, and in order; the last row of them remains. Feed
+    moves under or directly after radius compensation, in inverse time or with exact stops are unchanged.
     """
     before, end = path.before, path.end
     feeds = (path.kind == Kind.FEED) & np.isfinite(before).all(axis=1) & np.isfinite(end).all(axis=1)
@@ -169,7 +192,7 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
 
 
 def _alike(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
-    """Return the mask of rows after the first that are feeds in the same state as the previous row."""
+    """Return a mask of the rows after the first that are feed moves in the same state as the previous row."""
     both = feeds[rows[1:]] & feeds[rows[:-1]]
     same_state = states.number[rows[1:]] == states.number[rows[:-1]]
     alike: Mask = both & same_state & (path.value[rows[1:]] == path.value[rows[:-1]])
@@ -177,7 +200,7 @@ def _alike(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
 
 
 def _end_of_line(path: Toolpath, rows: Indices, tolerance: float) -> int:
-    """Return the number of feeds from the first that lie on one line, at least 1."""
+    """Return the number of consecutive feed moves from the first that form a straight line, at least 1."""
     start = path.before[rows[0]]
     count = 1
     while count < min(len(rows), _MOST_ROWS):

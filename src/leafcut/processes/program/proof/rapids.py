@@ -1,4 +1,4 @@
-"""Check rapids between cuts: never lower than in the original at the same point, and no interrupted cuts."""
+"""Check rapids between cuts: they are never lower than in the original at the same point, and they interrupt no cut."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ from leafcut.proof.difference import MOST_LISTED, place
 _MOST_GROUPED = 2_000
 #: Number of features whose rapids are compared together.
 _AT_ONCE = 30_000
-#: Flags: a sideways rapid starts, or ends, at an unknown height.
+#: Flags: a sideways rapid starts at an unknown height, or ends at one.
 FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class RapidGaps:
-    """Rapids between stops (features and barriers): gap k is before stop k, the last gap after all stops.
+    """Rapids between stops, which are features and barriers. Gap k is before stop k; the last gap is after all stops.
 
-    An unknown height (after a move in machine coordinates) counts as infinite, since the tool is retracted there.
-    A sideways rapid moves in x or y.
+    An unknown height (after a move in machine coordinates) counts as infinite, because the tool is retracted there. A
+    sideways rapid moves in x or y.
 
     Attributes
     ----------
     feature
-        int32[n]: feature of stop k, -1 for a barrier.
+        Feature of stop k, int32[n]; -1 for a barrier.
     gap_of
-        int32[m]: gap before each feature.
+        Gap before each feature, int32[m].
     rows, across
-        bool[n + 1]: the gap has rapids; the gap has sideways rapids.
+        Whether the gap has rapids, and whether it has sideways rapids, bool[n + 1].
     line
-        int64[n + 1]: line of the first rapid.
+        Line of the first rapid, int64[n + 1].
     leave, arrive, cross
-        Height at the start of the first sideways rapid, at the end of the last, and the lowest height between them,
-        mm; infinite if there are none.
+        Height at the start of the first sideways rapid, height at the end of the last, and lowest height between them,
+        mm; infinite without sideways rapids.
     down_here, down_there
         Lowest height of descents before the first sideways rapid, and after the last, mm.
     top
         Greatest height, mm; minus infinity without rapids.
     unknown, unknown_first, unknown_last
-        int8[n + 1]: sum of `FROM` and `TO`, for all sideways rapids, for the first and for the last.
+        Sum of `FROM` and `TO` for all sideways rapids, for the first and for the last, int8[n + 1].
     lit, lit_first, lit_last
-        bool[n + 1]: the spindle (beam) is on in any sideways rapid, in the first, in the last.
+        Whether the spindle (beam) is on in any sideways rapid, in the first, and in the last, bool[n + 1].
     """
 
     feature: Ints
@@ -88,7 +88,7 @@ class RapidGaps:
 
 
 def gaps_of(work: ProgramWork) -> RapidGaps:
-    """Return the rapids of a program by gap."""
+    """Return the rapids of a program, grouped by gap."""
     barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
     number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
@@ -107,7 +107,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     np.maximum.at(last, gap[ways], ways)
     has_across = last >= 0
     moves = np.arange(len(at))
-    # A retract passes only where the tool came down before.
+    # A retract needs no check: the tool rises where it came down before.
     sinks = ~across & (high < low)
     here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
     amid = across | (sinks & ~here & ~there)
@@ -119,7 +119,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
         on[:-1] &= work.states.of("speed", row) != 0
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
-    # At machine zero or above, the tool is retracted whatever the work offset.
+    # At machine zero or above, the tool is retracted for any work offset.
     lost = across & ~at_machine_height(work.path, 0.0)[row]
     unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
     any_unknown = np.zeros(n, dtype=np.int8)
@@ -153,7 +153,7 @@ def _least(n: int, gap: Indices, value: Floats) -> Floats:
 
 
 def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
-    """Return all rapids in order, including those to the R planes of cycles: key, row, start and end."""
+    """Return all rapids in order, including those to the R planes of cycles, as key, row, start and end."""
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     over, level = path.end[drill].copy(), work.drill_from.copy()
@@ -173,11 +173,11 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class AllowedHeights:
-    """Minimum heights that the original permits at each feature, mm; infinite permits only unknown heights.
+    """Lowest heights that the original permits at each feature, mm; infinite if only unknown heights are permitted.
 
-    `leave` and `arrive` are those of the departure after the feature and of the arrival before it; `down_here` and
-    `down_there` those of descents. `follows`: the feature has no rapid before it. `first`: it is the first after a
-    barrier.
+    `leave` is the height of the departure after the feature, and `arrive` that of the arrival before it. `down_here`
+    and `down_there` are the same for descents. `follows` marks features without a rapid before them, and `first` marks
+    the first feature after a barrier.
     """
 
     leave: Floats
@@ -189,7 +189,7 @@ class AllowedHeights:
 
 
 def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
-    """Return the minimum heights that the original permits at each feature."""
+    """Return the lowest heights that the original permits at each feature."""
     before, after = gaps.gap_of, gaps.gap_of + 1
     # If a barrier follows, the tool departs in the next gap with rapids before any work.
     n = len(gaps.rows)
@@ -200,12 +200,12 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     first = ~gaps.opened_by_feature[before]
     arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
     arrive = np.where(gaps.rows[before], arrive, np.inf)
-    # The tool reaches the first work of a stage from anywhere, and leaves the last work towards the next stage. The
-    # limit is the height at which it left, or reached, that point.
+    # The tool reaches the first feature of a stage from anywhere, and leaves the last feature towards the next stage.
+    # The limit is the height at which it left, or reached, that point.
     visit = np.cumsum(gaps.across[before] | first)
     first_of_visit = np.searchsorted(visit, visit)
     last_of_visit = np.searchsorted(visit, visit, side="right") - 1
-    # The same applies if the tool retracts and dwells, since a dwell is not bound to a height.
+    # The same applies if the tool retracts and dwells, because a dwell is possible at any height.
     waits = (work.features.kind == Kind.DWELL) & gaps.rows[before] & ~gaps.across[before] & ~first
     last = ~gaps.closed_by_feature[after] | np.append(waits[1:], False)
     reached = arrive[first_of_visit]
@@ -230,7 +230,9 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
 
 
 def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
-    """Return the heights with the higher limit at both ends of each reversed run, whose ends are exchanged."""
+    """Return the heights for reversed runs: both ends of a run, which are exchanged, get the higher of their two
+    limits.
+    """
     if not (turned >= 0).any():
         return heights
     arrive, leave = heights.arrive.copy(), heights.leave.copy()
@@ -252,8 +254,14 @@ def compare_rapids(
 ) -> tuple[list[Difference], int]:
     """Return the rapids of the new program that are lower than in the original or interrupt a cut, and their number.
 
-    `new_of` and `mark_of` give the new feature of each original feature, -1 if missing, and the new barrier by the key
-    of the original. `turned` is the run of each feature if it is reversed, else -1.
+    Parameters
+    ----------
+    new_of
+        New feature of each original feature, or -1 if it is missing.
+    turned
+        Run of each feature if the run is reversed, or else -1.
+    mark_of
+        New barrier by the key of the original barrier.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
@@ -281,7 +289,8 @@ def compare_rapids(
     return found, count
 
 
-#: Kind of difference; message with a placeholder for the point, and the point, by row; old lines; new lines; faults.
+#: A check of rapids: kind of difference; row → message with a placeholder, and the point to insert; lines in the
+#: original; lines in the new program; mask of the faulty rapids.
 RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
@@ -293,7 +302,7 @@ def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam:
     old = np.flatnonzero(new_of >= 0)
     old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
     old_of[new_of[old]] = old
-    # In chunks: the columns of all features would need more memory than the programs.
+    # The columns of all features at once would need more memory than the programs.
     for begin in range(0, len(old), _AT_ONCE):
         some = old[begin : begin + _AT_ONCE]
         yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
@@ -343,7 +352,7 @@ def _of_some(
 def _lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
-    """Yield the masks of rapids to, from and between features in which the beam is now on and was off before."""
+    """Yield masks of the rapids to, from and between features in which the beam is now on and was off before."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
@@ -373,12 +382,12 @@ def _heights_by_feature(
         return lambda row: (f"{word} {{}} at {_said(after[row])}, {_said(before[row])} before", place(*places[row, :2]))
 
     arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
-    # If there is no rapid now, an added predecessor is reported elsewhere.
+    # Without a rapid, an added predecessor is the cause, which is reported elsewhere.
     low_there = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
     low_there &= rows | ~gaps.opened_by_feature[before] | (previous >= 0)
     leave = gaps.leave[after]
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
-    # So is a removed successor without a rapid in between.
+    # A removed successor without a rapid in between is reported elsewhere too.
     low &= old_gaps.rows[old_after] | ~old_gaps.closed_by_feature[old_after] | (goes_to >= 0)
     yield "lower retract", message("a rapid leaves", allowed.leave[old], leave), *retract, low
     yield "lower approach", message("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
@@ -409,7 +418,9 @@ def _heights_by_feature(
 
 
 def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
-    """Return the unknown heights of sideways rapids at a feature; next to a barrier, only of the nearest rapid."""
+    """Return the flags of unknown heights at each feature; next to a barrier, only the nearest sideways rapid
+    counts.
+    """
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
         nearest, inside = gaps.unknown_first, gaps.closed_by_feature
@@ -417,13 +428,13 @@ def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[n
 
 
 def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
-    """Return the mask of rapids whose height was known before and is unknown now."""
+    """Return a mask of the rapids whose height was known before and is unknown now."""
     less: Mask = (now & ~before) != 0
     return less
 
 
 def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
-    """Return the lowest sideways rapid of the same group and tool as each feature, or else of its group, mm."""
+    """Return the lowest sideways rapid in the group and with the tool of each feature, or else in its group, mm."""
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
     lowest = np.full(len(group), np.inf)
@@ -439,7 +450,7 @@ def _said(height: float) -> str:
 
 
 def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of rapids to and from barriers, and of the parking positions."""
+    """Yield the checks of rapids to and from barriers, and of parking positions."""
     original, old_gaps, new, gaps = both
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
@@ -482,7 +493,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     )
     low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
     yield "lower approach", message("to"), *lines, low
-    # Between two barriers no feature limits the descent.
+    # Between two barriers, no feature limits the descent.
     between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
     sunk = [
         np.minimum(np.minimum(side.down_here[gap], side.down_there[gap]), side.cross[gap])
@@ -507,12 +518,12 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
 
 
 def _leave_or_top(gaps: RapidGaps) -> Floats:
-    """Return the departure height at the start of each gap; without a sideways rapid, the greatest height."""
+    """Return the departure height at the start of each gap, mm; without a sideways rapid, it is the greatest height."""
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
 def _down_at_once(gaps: RapidGaps) -> Floats:
-    """Return the lowest descent at the start of each gap; without a sideways rapid, of the whole gap."""
+    """Return the lowest descent at the start of each gap, mm; without a sideways rapid, it is that of the whole gap."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
@@ -521,7 +532,8 @@ def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
-    """Yield the rapids right after a change of length offset (G43, G49) that are lower than any in the original.
+    """Yield the rapids right after a change of length offset (G43, G49) that are lower than any such rapid in the
+    original.
 
     Heights before and after the change are not comparable.
     """
@@ -536,9 +548,9 @@ def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -
 
 
 def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
-    """Return the lowest rapid between a change of length offset and work, and its line, by register.
+    """Return the lowest rapid between a change of length offset and the next feature, with its line, by register.
 
-    Rapids after the first sideways rapid at a known height are left out, since their heights are compared elsewhere.
+    Rapids after the first sideways rapid at a known height are left out, because their heights are compared elsewhere.
     """
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row

@@ -1,7 +1,7 @@
-"""Compare programs with reversed cuts: normalize the direction of every open cut at one level.
+"""Compare programs with reversed cuts: every open cut at one level gets a reference direction in both programs.
 
-The conditions are checked again here, from the motion alone: a cut lies at one level, does not close or cross itself,
-has no lead-in or lead-out, and the tool arrives and leaves by rapids.
+The conditions are checked again here, from the motion alone: a cut is at one level, it does not close or cross itself,
+it has no lead-in or lead-out, and the tool arrives and leaves by rapids.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from leafcut.processes.program.proof.traces import is_simple
 
 #: Largest gap between the ends of a closed cut, mm.
 _CLOSED = 0.01
-#: Reference direction of cuts in the comparison; it is parallel to no line in a usual drawing.
+#: Reference direction of cuts in the comparison. Lines in a usual drawing are not parallel to it.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
-#: Values that are constant in a reversible run; dwells differ in feed and time, arcs in kind, plane and turns.
+#: Values that must be constant in a reversible run. Dwells differ in feed and time, arcs in kind, plane and turns.
 _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
 
 
 class Turned(NamedTuple):
-    """The work with its open cuts in the reference direction.
+    """The work of a program with its open cuts in the reference direction.
 
-    The features are sorted run by run; a reversed run keeps its place in the order. `run`, int64[n], is the number of
-    the run of each feature if it is reversible, else -1.
+    The features are sorted run by run, and a reversed run keeps its place in the order. `run`, int64[n], is the run of
+    each feature if that run is reversible, or else -1. `turned` marks the features that are reversed.
     """
 
     work: ProgramWork
@@ -89,14 +89,14 @@ def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices 
 
 
 def _upright(features: Features, rows: Indices) -> Mask:
-    """Return the mask of cuts without sideways movement, and of dwells."""
+    """Return a mask of the cuts without sideways movement, and of the dwells."""
     moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
 def _steady(features: Features, rows: Indices, body: Indices) -> bool:
-    """Return whether the machine state is constant in a run, and its body lies at one level."""
+    """Return whether the machine state is constant in a run, and its body is at one level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
     arcs = body[features.kind[body] != Kind.FEED]
@@ -121,7 +121,7 @@ def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> 
 
 
 def runs_turned(one: Turned, other: Turned, new_of: Indices) -> Indices:
-    """Return the run of each feature if the other program reverses that run, else -1."""
+    """Return the run of each feature if the other program has it in the opposite direction, or else -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
     turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)

@@ -1,6 +1,6 @@
 """Check that the new program states the modes of a safe-start line: G90, G17, G40, G94 and others.
 
-A mode that is not stated keeps the last state of the machine, which the compared motion does not show.
+A mode that is not stated keeps the last state of the machine, which a comparison of motion does not show.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import Mark
 from leafcut.processes.program.proof.program_work import ProgramWork
 
-#: An unknown block may rely on any mode.
+#: Kinds of rows that rely on a mode; an unknown block may rely on any mode.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
 _CYCLES = (Kind.FOREIGN, Kind.DRILL)
 _ROUND = (*_ARCS, Kind.DRILL)
@@ -30,7 +30,7 @@ _MOVES = (*_CUTS, Kind.RAPID)
 class _Mode(NamedTuple):
     """A mode: its name, its G words (a regular expression of their numbers), and the kinds of rows that rely on it.
 
-    A `rare` word is not known to every controller, so the new program must not add it.
+    A `rare` word is unknown to some controllers, so the new program must not add it.
     """
 
     said: str
@@ -56,7 +56,7 @@ _MODES = (
     _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
     _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
 )
-#: A G word other than G0 to G3; numbers may contain blanks.
+#: A G word except G0 to G3; numbers may contain blanks.
 _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
@@ -69,7 +69,7 @@ def no_longer_stated(
 ) -> Iterator[Difference]:
     """Yield the modes that the original states before the work that relies on them, and the new program does not.
 
-    `new_of` and `mark_of` give the matched features and barriers. Only cuts of both programs count, since an added cut
+    `new_of` and `mark_of` are the matched features and barriers. Only cuts in both programs count, because an added cut
     relies on the same modes as its neighbours.
     """
     words = [_words(program) for program in programs]
@@ -85,7 +85,7 @@ def no_longer_stated(
 
 
 def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Mark]) -> tuple[Mask, Mask]:
-    """Return the masks of rows that both programs have; all rows if no work is missing or new."""
+    """Return masks of the rows that both programs have; all rows if no work is missing or new."""
     old = np.flatnonzero(new_of >= 0)
     features = old, new_of[old]
     keys = set(mark_of), {mark.key for mark in mark_of.values()}
@@ -106,7 +106,9 @@ def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: d
 
 
 class _Relying(NamedTuple):
-    """Whether the first row that relies on a mode precedes its word; its line; the number of cuts before the word."""
+    """Whether the first row that relies on a mode precedes the word, the line of the row, and the number of cuts before
+    the word.
+    """
 
     first: bool
     line: int
@@ -114,7 +116,7 @@ class _Relying(NamedTuple):
 
 
 def _words(program: Program) -> dict[int, str]:
-    """Return the normalized text of lines with a G word other than G0 to G3, by line number."""
+    """Return the normalized text of all lines with a G word except G0 to G3, by line number."""
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
@@ -144,6 +146,6 @@ def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, m
 
 
 def _first_with(program: Program, lines: list[int]) -> int:
-    """Return the first block on any of these lines, or the number of blocks."""
+    """Return the first block on any of these lines; the number of blocks if there is none."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks

@@ -1,4 +1,4 @@
-"""The second proof of a reordered program: it leaves the same stock, as a height field, with no worse collisions.
+"""The second proof of a reordered program: it leaves the same stock, as a height field, and has no worse collisions.
 
 It shares only the interpretation of the programs with the first proof (`certificate`), which compares the cuts.
 """
@@ -31,7 +31,7 @@ _KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
 
 @dataclass(frozen=True)
 class _Met:
-    """Collisions of a tool with the material: greatest depth, mm, line of the first, and number of moves."""
+    """Collisions of a tool with the material: greatest depth, mm, line of the first collision, and number of moves."""
 
     deepest: float
     line: int
@@ -42,9 +42,17 @@ class _Met:
 class StockJudge:
     """Compares the stock that programs leave, and their collisions, with the original.
 
-    `tools` are those of the original by number, if their shape is known or assumed to be flat. `given`: the user
-    described the stock, which otherwise is a block around the cuts. `left` and `met` are the stock that the original
-    leaves, and its collisions by tool and kind.
+    Attributes
+    ----------
+    tools, cutters, bodies
+        Tools of the original with a known shape or assumed to be flat, the shapes of their edges, and of their shanks
+        and holders, by number.
+    stock, given
+        Stock before the first cut, and whether the user described it; otherwise it is a block around the cuts.
+    left, met
+        Stock that the original leaves, and its collisions by tool and kind.
+    touched
+        Whether the original cuts at all.
     """
 
     tools: Mapping[int, Tool]
@@ -67,12 +75,12 @@ class StockJudge:
         given: bool,
         look: Heartbeat = unseen,
     ) -> StockJudge:  # fmt: skip
-        """Simulate the original and return its judge; `PlanError` if the program has too many pieces."""
+        """Simulate the original and return its judge. Raises PlanError if the simulation has too many moves."""
         left, met, touched = _cut(original, cutters, bodies, stock, look)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
     def check(self, new: Program, look: Heartbeat = unseen) -> None:
-        """Check that a program leaves the same stock without deeper collisions; else `VerifyError`."""
+        """Raise VerifyError unless a program leaves the same stock, without deeper collisions."""
         left, met, _ = _cut(new, self.cutters, self.bodies, self.stock, look)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:
@@ -91,7 +99,7 @@ class StockJudge:
                 )
 
     def issues(self) -> Iterator[Issue]:
-        """Yield the collisions of the original, one issue per tool and kind."""
+        """Yield the collisions of the original, one issue per tool and kind of collision."""
         for (tool, kind), found in self.met.items():
             deep = f"up to {found.deepest:.2f} mm deep"
             if kind == "rapid":

@@ -1,4 +1,4 @@
-"""Traces: cuts projected to the XY plane, as straight pieces and arcs of at most an eighth of a turn."""
+"""Traces: cuts projected to the XY plane, as straight segments and arcs of at most an eighth of a turn."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from leafcut.model.toolpath import Kind, plane_axes
 from leafcut.processes.program.proof.features import Features
 
 _PIECE = math.pi / 4
-#: Maximum number of pieces of one arc; with many turns the pieces get longer.
+#: Maximum number of segments of an arc; with many turns, the segments get longer.
 _MOST_PIECES = 1024
 #: Largest difference of radius within one circle, mm.
 _SAME_RADIUS = 0.01
 #: Maximum distance of an arc from its chords in the search for self-intersections, mm.
 SAGITTA = 0.001
-#: Maximum number of chords per piece of an arc.
+#: Maximum number of chords per segment of an arc.
 _MOST_CHORDS = 1000
 
 
@@ -28,10 +28,20 @@ _COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs as curves with parameter s = 0 … 1, one row each.
+    """Arcs as curves with a parameter s from 0 to 1; each arc is one row.
 
-    `center`, float64[m, 3], is in mm; `axes`, int64[m, 3], are the first, second and normal axis of the plane. Further
-    columns: angle (rad) and radius (mm) at the start and their changes, and the same for the normal axis (mm).
+    Attributes
+    ----------
+    center
+        Centre, float64[m, 3], mm.
+    axes
+        First, second and normal axis of the plane, int64[m, 3].
+    start, sweep
+        Angle at the start, and its change, rad.
+    radius, grows
+        Radius at the start, and its change, mm.
+    level, rises
+        Position on the normal axis at the start, and its change, mm.
     """
 
     center: Floats
@@ -44,7 +54,7 @@ class Arcs:
     rises: Floats
 
     def at(self, which: Indices, s: Floats) -> Floats:
-        """Return the XY points of arcs `which` at parameters `s`, float64[k, 2]."""
+        """Return the XY points of the arcs `which` at the parameters `s`, float64[k, 2], mm."""
         angle = self.start[which] + s * self.sweep[which]
         radius = self.radius[which] + s * self.grows[which]
         places = np.empty((len(which), 3))
@@ -56,7 +66,9 @@ class Arcs:
         return places[:, :2]
 
     def bow(self, which: Indices, length: Floats) -> Floats:
-        """Return the maximum distance of a piece of `length` (in s) from its chord (error of linear interpolation)."""
+        """Return the maximum distance of an arc segment from its chord, mm; `length` is the range of s in the
+        segment.
+        """
         radius = self.radius[which] + np.abs(self.grows[which])
         angle = np.abs(self.sweep[which]) * length
         bow: Floats = np.minimum(radius * angle**2 / 8.0, 2.0 * radius) + np.abs(self.grows[which]) * length
@@ -65,10 +77,18 @@ class Arcs:
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """Pieces in the order of their features.
+    """Segments of cuts, in the order of their features.
 
-    `begin` and `end` are float64[k, 2], mm; `bow` is the maximum distance of the piece from the straight line between
-    them, mm. `arc` is the row of `arcs`, or -1; `low` and `high` are its parameter range.
+    Attributes
+    ----------
+    feature
+        Feature of each segment.
+    begin, end
+        Start and end, float64[k, 2], mm.
+    bow
+        Maximum distance of the segment from the straight line between its ends, mm.
+    arc, low, high
+        Row in `arcs`, or -1, and the range of its parameter.
     """
 
     feature: Indices
@@ -81,11 +101,11 @@ class Traces:
     arcs: Arcs
 
     def pick(self, which: Indices | Mask) -> Traces:
-        """Return the pieces selected by `which`."""
+        """Return the segments that `which` selects."""
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def flattened(self, sagitta: float) -> Traces:
-        """Return the pieces with each arc divided into chords within `sagitta` (mm) of it."""
+        """Return the segments with each arc divided into chords; the arc is at most `sagitta` (mm) away from them."""
         # The chord error is proportional to the square of the angle for a circle, and to the angle for a spiral.
         spiral = (self.arc >= 0) & (np.abs(self.arcs.grows[self.arc]) > _SAME_RADIUS) if len(self.arcs.grows) else False
         ratio = self.bow / sagitta
@@ -104,7 +124,7 @@ class Traces:
 
 
 def traces_of(features: Features) -> Traces:
-    """Return the traces of features; none for an unknown end, a point for an unknown start."""
+    """Return the traces of features; a feature with unknown end has none, and one with unknown start is a point."""
     x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
@@ -137,7 +157,7 @@ def traces_of(features: Features) -> Traces:
 
 
 def _arcs(features: Features) -> Arcs:
-    """Return arcs as curves; the turns of a helix count as one turn in the XY plane."""
+    """Return the arcs as curves; all turns of a helix about Z count as one turn."""
     plane, turns = features.of("plane"), features.of("turns")
     axes = np.array([plane_axes(p) if p in (17, 18, 19) else (0, 1, 2) for p in plane.tolist()], dtype=np.int64)
     axes = axes.reshape(-1, 3)
