@@ -1,4 +1,4 @@
-"""`Work` and `Process`: kinds of work with their options; a process also generates programs."""
+"""`Work` and `Process`: the kinds of work with their options. A process also generates programs."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
     from leafcut.report.path_report import PathReport
 
-#: Groups of a form: the key of a title, and names of options.
+#: Groups of a form in the studio: the key of the title, and the names of the options.
 FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
 
-#: Options that forms of several processes show, by group of the form.
+#: Options in the forms of several processes, by group.
 SEARCH = ("preset", "time_limit", "algorithm", "objective")
 SEARCH_MORE = (
     "iterations",
@@ -59,7 +59,7 @@ def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]
 
 
 def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs: Conditions) -> dict[str, Conditions]:
-    """Return options of a group, each with the conditions for its use.
+    """Return the options of a group that a kind of work uses, each with the conditions for its use.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
     return {name: needs.get(name, specs[name].needs) for name in chosen if name not in left_out}
 
 
-#: Options that several processes use: search, programs from drawings, and cutting data for programs without feeds.
+#: Options of several processes: for the search, for programs from drawings, and for cutting data that a program lacks.
 ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 _LOOKED_UP = (absent("cut_speed"),)
@@ -83,7 +83,7 @@ LOOKED_UP = use(CutDataOptions, "cut_speed")
 LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
 LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
 
-#: Help of cutting data that a program does not state, and of the tools and the solid of a program.
+#: Help texts and defaults of options that have a special meaning for foreign programs.
 HELP_OF_CUTTING_DATA = {
     "thickness": ("thickness of the sheet, for cutting data that the program does not state", "unknown"),
     "material": ("material of the sheet, by its name in the cut chart", ""),
@@ -257,14 +257,14 @@ class Process(Work, Protocol):
         return replace(reference, order=replace(order, solutions=tuple(restated(plan.job, plan.stages, order))))
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
-        """Write the program, read it back, and judge it; return the candidate with its program.
+        """Write the program, read it back and judge it; return the candidate with its program.
 
         Raises
         ------
         VerifyError
-            Names the first difference or danger, and their number.
+            The program is not proved; the message has the first difference or danger, and the number of others.
         OrderRefused
-            The proof fails, but another order may pass it.
+            The program is not proved, but another order may pass the proof.
         """
         from leafcut.processes.job import refuse
 
@@ -298,7 +298,7 @@ class Process(Work, Protocol):
         raise NotImplementedError
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
-        """Return an order that leaves the refused tasks at their position in the input; trials count from 1."""
+        """Return an order that leaves the refused tasks at their position in the input; `trial` counts from 1."""
         raise VerifyError(f"the program was not written: {refused}")
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
@@ -306,7 +306,7 @@ class Process(Work, Protocol):
         return best
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
-        """Return the work of each tool with its order."""
+        """Return the work of each tool, with its order."""
         ...
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:

@@ -45,7 +45,9 @@ def _search_order(process: Process, plan: Plan) -> Order:
 
 
 def _refuse_early(plan: Plan, given: Candidate) -> None:
-    """Refuse work beyond the travel of the machine before the search starts: no order would change that."""
+    """Raise VerifyError before the search if the work exceeds the travel of the machine, because no order would change
+    that.
+    """
     from leafcut.proof.envelope import check_envelope
 
     refuse_too_large(check_envelope(given.path, plan.job.machine), plan.part, plan.job.settings)

@@ -17,7 +17,9 @@ CUTTING_MACHINES = {
 
 
 def for_cutting(settings: Settings) -> Settings:
-    """Set the default machine for the cutting process, because the general default machine cannot cut sheet."""
+    """Return the settings with the default machine of the cutting process; the general default machine cannot cut
+    sheet.
+    """
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
     process_prefix = f"{_cut_process(settings)}_"

@@ -1,4 +1,4 @@
-"""Settings, machine, deadline and progress of a run, and checks that all processes share."""
+"""Settings, machine, deadline and progress of a job, and checks that all processes share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Job:
-    """Settings, machine and progress of one run; its searches share `deadline`, its lower bounds share `bounds`."""
+    """Settings, machine and progress of one job.
+
+    Its searches share the `deadline`, and its lower bounds share the deadline `bounds`.
+    """
 
     settings: Settings
     machine: Machine
@@ -37,22 +40,27 @@ class Job:
     bounds: Deadline = field(default_factory=Deadline)
 
     def quiet(self) -> Job:
-        """Return the same run without progress messages."""
+        """Return the same job without progress messages."""
         return replace(self, progress=None, observe=None)
 
     def for_dialect(self, dialect: Dialect) -> Job:
-        """Adapt the run to a dialect: without machine moves, the tool retracts to the clearance height."""
+        """Adapt the job to a dialect: without moves in machine coordinates, the tool retracts to the clearance
+        height.
+        """
         if dialect.has_machine_moves or self.machine.safe_z is None:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
     def report(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
-        """Report the current step, the share of the work done, and a trial result."""
+        """Report the current step, the share of the work that is done, and the result of a trial."""
         if self.progress is not None:
             self.progress(Progress(step, share, trial=trial))
 
     def start_step(self, step: str) -> Heartbeat:
-        """Report the start of a step; return a function that repeats the report. The receiver may raise to cancel."""
+        """Report the start of a step, and return a function that repeats the report.
+
+        The receiver of the report may raise an exception to cancel the job.
+        """
         return looking_for(self.progress, step)
 
     def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
@@ -96,7 +104,7 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
 
 
 def refuse(problems: Sequence[Difference]) -> None:
-    """Refuse a program with differences: raise VerifyError with the first difference, and the number of others."""
+    """Raise VerifyError if a program has differences; the message has the first difference and the number of others."""
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
@@ -107,8 +115,9 @@ _LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"
 
 
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Raise VerifyError if a part exceeds the travel, with a hint at a wrong unit (ezdxf files state metres by
-    default).
+    """Raise VerifyError if a part exceeds the travel of the machine.
+
+    The message hints at a wrong unit, because files of ezdxf state metres by default.
     """
     try:
         refuse(problems)
@@ -130,8 +139,10 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:
-    """Return issues about unchecked limits and assumed values of a machine. A part on the negative side of the zero is
-    a warning, or a note if ``--origin`` set the zero. `box` is the extent of the work (`placing.negative_axes`).
+    """Return issues about unchecked limits and assumed values of a machine.
+
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero. `box` is the extent of
+    the work, see `placing.negative_axes`.
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):

@@ -20,16 +20,20 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.difference import Difference
 
-#: Tolerance for constant Z, mm: a laser program may state its height once.
+#: Tolerance for a constant Z, mm; a laser program may state a single height.
 _FLAT = 1e-6
 
 
 def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
     """Return the obstacles for a program (None without zones), and issues.
 
-    Raises PlanError if the program cuts inside an obstacle, which no order or route can avoid, or if a move might cross
-    an obstacle at an unknown position. Raises OptionError if a clearance height is given, but the program never moves
-    Z.
+    Raises
+    ------
+    PlanError
+        The program cuts inside an obstacle, which no order or route can avoid, or a move at an unknown position may
+        cross one.
+    OptionError
+        A clearance height is given, but the program never moves Z.
     """
     from leafcut.processes.zones import crossing_heights, parse_zones
     from leafcut.proof.difference import MOST_LISTED
@@ -122,7 +126,10 @@ def _lowest_tip(path: Toolpath, tool: int) -> float:
 
 
 def _tool_radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
-    """Return the radius of each tool, mm, from the library or else from comments, and the tools of unknown radius."""
+    """Return the radius of each tool, mm, and the numbers of the tools with an unknown radius.
+
+    The radius comes from the library, or else from a comment.
+    """
     from leafcut.gcode.tool_comments import tool_width
 
     radii: dict[int, float] = {}

@@ -1,4 +1,4 @@
-"""Classification of the layers of a drawing: cut, marked, outline of the sheet, or left out."""
+"""Classification of the layers of a drawing: cut, marked, outline of the sheet, or ignored."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 
 
 def matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
-    """Return a function that tests whether a layer name matches any of the patterns, which may contain the wildcards *
-    and ?; case is ignored.
+    """Return a function that tests whether a layer name matches any pattern; case is ignored, and * and ? are
+    wildcards.
     """
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: any(t.match(layer) for t in tests)
 
 
 def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Issue]) -> list[str]:
-    """Return the kind of each contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or "" if it is left out.
+    """Return the kind of each contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet``, or "" for a contour to ignore.
 
-    ``maybe sheet`` means that only the layer name suggests the outline of the sheet. A kind stated in the drawing is
-    kept unless an option overrides it. Texts are marked on mark layers, and left out on other layers.
+    ``maybe sheet`` means that only the layer name suggests the outline of the sheet. A kind stated in the drawing stays
+    unless an option overrides it. Texts on mark layers are marked, and texts on other layers are ignored.
     """
     names = {c.layer for c in contours}
     by_option = {name: _kind_by_option(name, options) for name in names}
@@ -52,7 +52,10 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
 
 
 def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
-    """Resolve the kinds of texts: a text on a mark layer is marked if its font has strokes, any other is left out."""
+    """Return the kinds with a decision for each text: it is marked if it is on a mark layer and its font has strokes.
+
+    All other texts are ignored.
+    """
     texts = [k for k, c in enumerate(contours) if c.kind == "text"]
     failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}
     left_out = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())

@@ -1,8 +1,8 @@
 """Search for the order of a plan.
 
-Quick searches first order all stages, each between its neighbours, and so fix the first and last choice of each stage.
-Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so a longer
-time limit never gives a worse order.
+First, quick searches order all stages, each between its neighbours. They fix the first and the last choice of each
+stage. Then a thorough search orders each stage between these ends. The quick searches do a fixed amount of work, so a
+longer time limit never gives a worse order.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from leafcut.order.stop import Deadline
 if TYPE_CHECKING:
     from leafcut.processes.job import Job
 
-#: Number of rounds of quick searches over all stages by preset, and number of iterations of each search.
+#: Number of rounds of quick searches over all stages, by preset, and number of iterations of each quick search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
 #: Maximum number of tasks for which the quick search is nearly always optimal.
 _FEW = 18
-#: Share of the time limit for all quick searches; the first search of each stage runs in any case.
+#: Share of the time limit for all quick searches. The first quick search of each stage always runs.
 _QUICK_PART = 0.3
-#: Above this number of tasks, one quick search of each stage is enough: little of the time is travel between stages.
+#: Above this number of tasks, a single quick search of each stage is enough, because travel between stages is short.
 _MANY = 20_000
 
 
-#: A function that searches the order of a stage, or of a part of it: (number of the stage, problem, options).
+#: Searches the order of a stage, or of a part of it: (number of the stage, problem, options) → solution.
 SearchOne = Callable[[int, RoutingProblem, SolveOptions], Solution]
 
 
 def find_order(
     job: Job, stages: Sequence[Stage], options: SolveOptions | None = None, deadline: Deadline | None = None
 ) -> Order:
-    """Return the best order of all stages that the search finds in its time.
+    """Return the best order of all stages that the search reaches within its time.
 
     Parameters
     ----------
@@ -53,8 +53,12 @@ def find_order(
     deadline
         Deadline of the search; default: the deadline of the job. A nearest-neighbour order has no deadline.
 
-    Raises SolveError if the precedence of the tasks cannot be kept, or if the algorithm does not support it. Raises
-    PlanError if the algorithm returns an order that does not do each task once (`check_order`).
+    Raises
+    ------
+    SolveError
+        The precedence of the tasks cannot be kept, or the algorithm does not support it.
+    PlanError
+        The algorithm returns an order that does not do each task once (`check_order`).
     """
     from leafcut.order.solve import solve
 
@@ -126,18 +130,20 @@ def nearest_order(job: Job, stages: Sequence[Stage]) -> Order:
 
 
 def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
-    """Set the number of ants to the number of parts of a stage, if requested."""
+    """Return the ant options; the number of ants is the number of parts of the stage, if requested."""
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
 def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
-    """Return the solutions of an order; if its choices differ from its solutions, recompute costs and bounds."""
+    """Return the solutions of an order. If its choices differ from its solutions, costs and bounds are computed
+    again.
+    """
     if all(
         np.array_equal(searched.nodes, nodes) for searched, nodes in zip(order.solutions, order.choices, strict=True)
     ):
         return list(order.solutions)
     given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
-    job = replace(job, bounds=Deadline.of_bounds(job.settings.solve))  # the search may have used all of its own
+    job = replace(job, bounds=Deadline.of_bounds(job.settings.solve))  # the search may have used up its own deadline
     solutions = []
     for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _linked_problem(stages, number, order.choices)
@@ -164,7 +170,7 @@ def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: fl
 
 
 def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:
-    """Order the stages one after another, with the choices that the user wants first at the start of their stage."""
+    """Order the stages one after another; the choices that the user wants first are at the start of their stage."""
     from leafcut.order.solve import keep_better
 
     choices, solutions = list[Ints](), list[Solution]()
@@ -190,8 +196,9 @@ def solve_together(
     stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
     bounds: Callable[[RoutingProblem], Deadline] = lambda _: Deadline(),
 ) -> list[Solution]:  # fmt: skip
-    """Return a solution for every stage; a stage that follows another stage starts at its end. `quick` searches without
-    progress reports. `bounds` returns the deadline for the lower bound of a problem.
+    """Return a solution for every stage; a stage that follows another stage starts at its end.
+
+    `quick` searches without progress reports. `bounds` returns the deadline for the lower bound of a problem.
     """
     followers = [number for number, stage in enumerate(stages) if stage.follows and number]
     if not followers or options.algorithm in ("nn", "none"):
@@ -287,7 +294,7 @@ def _search_between(
     search: SearchOne,
     options: SolveOptions,
 ) -> Solution:
-    """Search the order of a stage. `fixed` is whether the start and the end of the known path must not change."""
+    """Search the order of a stage; `fixed` states whether the start and the end of the known path must stay."""
     from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known_path) - int(fixed[1])

@@ -1,6 +1,6 @@
-"""Placing of a drawing on the machine before planning: mirror it, rotate it about its zero, then set the origin.
+"""Place a drawing on the machine before planning: mirror it, rotate it about its zero, and set the origin.
 
-Because this happens before planning, leads, kerf side, climb milling and arc directions need no correction. Only this
+Because this happens before planning, leads, kerf side, climb milling and arc directions need no correction. No other
 module sets the zero of a program.
 """
 
@@ -22,7 +22,7 @@ from leafcut.options import ORIGINS, ReadOptions
 
 #: Cosine and sine of multiples of 90°, without rounding.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-#: Tolerance between the start of a table's travel and the machine zero, mm: a margin for leads is common.
+#: Maximum distance between the start of a table's travel and the machine zero, mm; a margin for leads is common.
 TABLE_START = 20.0
 #: Tolerance of equal positions, mm.
 _SAME_PLACE = 0.01
@@ -31,7 +31,7 @@ _SAME_ANGLE = 1e-9
 
 
 def placed(part: Part, options: ReadOptions) -> Part:
-    """Mirror, rotate and move a part as `options` request, and record its zero."""
+    """Mirror, rotate and move a part as the options request, and record its zero."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     # The transpose of the matrix is its inverse: the zero in the original drawing.
@@ -46,7 +46,7 @@ def placed(part: Part, options: ReadOptions) -> Part:
 
 
 def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
-    """Place the mesh of a part's surface like the part; `part` is the part as read."""
+    """Place the mesh of a part's surface in the same way as the part; `part` is the part before placing."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
@@ -55,17 +55,19 @@ def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
-    """Rotate and shift a mesh like the solid of a part; a part from a drawing leaves it unchanged."""
+    """Rotate and shift a mesh in the same way as the solid of a part; for a part from a drawing, the mesh is
+    unchanged.
+    """
     return mesh if part.zero is None or not part.zero.up else turned_mesh(mesh, part.zero.up, part.zero.z)
 
 
 def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
-    """Rotate a mesh until the direction `up` (`model.part.TURNS`) points up, then lower it by `z` mm."""
+    """Rotate a mesh until its direction `up` (a key of `model.part.TURNS`) points up, and lower it by `z` mm."""
     return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
 
 
 def placing_words(file: str, part: Part, options: ReadOptions) -> str:
-    """Return the file name of a part and its placing, for the header of the program.
+    """Return the file name of a part and its placing for the header of the program.
 
     Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. The -x direction of
     the solid points up, and its Z12.5 becomes Z0. After mirroring and rotation, its X10 Y20 becomes X0 Y0.
@@ -87,7 +89,7 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
     """Return the axes on which the work is negative: "X", "Y" or "X and Y"; "" if the work offset is known.
 
-    `box` has the smallest x and y, then the largest x and y of the work, mm. An axis counts if all work is negative. If
+    `box` has the smallest x and y and the largest x and y of the work, mm. An axis counts if all work is negative. If
     the travel of the axis starts at machine zero, it counts if any work is negative.
     """
     if machine.work_offset is not None:
@@ -106,7 +108,7 @@ def _exact(length: float) -> str:
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
-    """Return the matrix that mirrors and then rotates, float64[2, 2]."""
+    """Return the matrix that mirrors and then rotates a point, float64[2, 2]."""
     mirror = np.diag([-1.0 if options.mirror == "x" else 1.0, -1.0 if options.mirror == "y" else 1.0])
     quarters = round(options.rotate / (0.5 * math.pi))
     c, s = math.cos(options.rotate), math.sin(options.rotate)
@@ -126,7 +128,7 @@ def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tu
 
 
 def _place_name(part: Part, options: ReadOptions) -> str:
-    """Return the name of the point that becomes zero, such as "lower left corner of the part"; "" for coordinates."""
+    """Return a name for the point that becomes zero, such as "lower left corner of the part"; "" for coordinates."""
     if not isinstance(options.origin, str):
         return ""
     name = options.origin if options.origin == "centre" else f"{options.origin.replace('-', ' ')} corner"

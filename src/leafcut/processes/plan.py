@@ -31,29 +31,29 @@ class Plan:
     job, part, dialect
         The job with its final machine, the placed part, and the dialect of the program.
     work
-        The tasks in the form of the process.
+        The tasks in a form that only the process knows.
     spec
         The request that the judge reads; it does not depend on the plan.
     kind
         Name of the process in the outcome; for a foreign program, ``drill``, ``mill``, ``laser`` or ``plasma``.
     box
-        Smallest x and y, then largest x and y of the work, mm; None for no check.
+        Smallest x and y and largest x and y of the work, mm; None for no check.
     made_for
         Solid or surface for which the program is written, and its placing; "" for none.
     compared_with
-        The order with which the header compares the time.
+        Name of the order with which the header compares the time.
     start
         First position of the tool, mm, if the user states it.
     keeps_given
-        Whether the order of the input must not change; then no order is searched.
+        Whether the order of the input must not change; then there is no search.
     search_share
         Share of the remaining time for the search; the passes get the rest.
     unforced
-        Whether the order of the input, or the nearest-neighbour order, may replace a slower result of the search.
+        Whether the order of the input or the nearest-neighbour order may replace a slower result of the search.
     encoding
         Encoding of the program file.
     limits
-        The machine whose limits are checked, if the machine of the job only times the program.
+        The machine whose limits are checked, if the machine of the job only determines the times.
     """
 
     job: Job
@@ -82,8 +82,9 @@ class Plan:
 
 
 class OrderRefused(VerifyError):
-    """An order that cannot be written or proved. `faulty` has pairs (stage, task) at fault, `stages` whole stages, as
-    far as they are known.
+    """The program of an order cannot be written or proved.
+
+    `faulty` are the pairs (stage, task) at fault, and `stages` are whole stages at fault, if they are known.
     """
 
     def __init__(self, reason: str, faulty: Iterable[tuple[int, int]] = (), stages: Iterable[int] = ()) -> None:
@@ -91,7 +92,7 @@ class OrderRefused(VerifyError):
         self.faulty, self.stages = set(faulty), set(stages)
 
 
-#: A function that improves an order for effects between neighbouring tasks, such as leads and heat.
+#: Improves an order for effects between neighbouring tasks, such as leads and heat.
 Pass = Callable[[Plan, Order], Order]
 
 

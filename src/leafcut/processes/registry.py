@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Format, Source
     from leafcut.report.path_report import PathReport
 
-#: Built-in processes in the order of all lists: name → module and class.
+#: Built-in processes: name → module and class. All lists have this order.
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
     "cut": "leafcut.processes.sheet.process:SheetCutting",
@@ -104,7 +104,7 @@ def _reserved_words() -> frozenset[str]:
 
 
 def _unique_names(process_: Process) -> tuple[str, ...]:
-    """Return the names that no other process may use: values of ``--process``, tables of options, and flags."""
+    """Return the names that must be unique among processes: values of ``--process``, tables of options, and flags."""
     tables = (f"[{group.section}]" for group in process_.options)
     flags = (flag_name(option) for group in process_.options for option in group.specs())
     return (*(f"--process {word}" for word in process_.asked_as), *tables, *flags)
@@ -122,7 +122,7 @@ PACKAGED = PluginKind(
 
 
 def process(name: str) -> Process:
-    """Return a process by its name. Raises OptionError if the name is unknown, or the plug-in cannot be used."""
+    """Return a process by its name. Raises OptionError if the name is unknown or the plug-in cannot be used."""
     return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
 
 
@@ -145,13 +145,14 @@ def names() -> tuple[str, ...]:
 
 
 def commands() -> tuple[str, ...]:
-    """Return the commands of all processes; no process is loaded."""
+    """Return the commands of all processes without loading the processes."""
     return tuple(_COMMAND_OF.get(name, name) for name in names())
 
 
 def of_command(word: str) -> Process | None:
-    """Return the process of a command, or None; other processes are not loaded. Raises OptionError for an unusable
-    plug-in.
+    """Return the process of a command, or None, without loading other processes.
+
+    Raises OptionError if the process is a plug-in that cannot be used.
     """
     built_in = next((name for name in BUILT_IN if _COMMAND_OF.get(name, name) == word), None)
     name = built_in or next((name for name in PACKAGED.names() if name == word), None)
@@ -159,8 +160,9 @@ def of_command(word: str) -> Process | None:
 
 
 def of_drawings(word: str) -> Process | None:
-    """Return the process for drawings that a value of ``--process`` selects; None for "auto" and for processes that
-    read programs.
+    """Return the process for drawings that a value of ``--process`` selects.
+
+    The result is None for "auto" and for processes that read programs.
     """
     named = None if word == "auto" else of_command(word)
     candidates = [named] if named or word == "auto" else processes()
@@ -171,7 +173,7 @@ def of_drawings(word: str) -> Process | None:
 
 
 def processes() -> Iterator[Process]:
-    """Yield all processes except plug-ins that cannot be loaded (`process` reports the reason)."""
+    """Yield all processes except plug-ins that cannot be loaded; `process` reports the reason for these."""
     for name in names():
         try:
             yield process(name)
@@ -210,7 +212,7 @@ def command(name: str) -> Any:
 
 
 def asked_words() -> tuple[str, ...]:
-    """Return all values of ``--process``: first for processes that read drawings, then for those that read programs."""
+    """Return all values of ``--process``, those for drawings before those for programs."""
     words = [
         word
         for kind in ("drawing", "program")
@@ -241,10 +243,10 @@ def machine_can_do(name: str, head: Head) -> bool:
 
 
 def guess(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
-    """Return the command for an input that may be used in several ways; "auto" for the usual one.
+    """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
-    The head of a named machine decides, then the given options, then the layers of the drawing. Raises OptionError if
-    the input has no usual command, and nothing decides.
+    The head of a named machine decides, then the given options, and then the layers of the drawing. Raises OptionError
+    if the input has no usual command and nothing decides.
     """
     format_, source = inputs[0]
     names, usual_name = [name for name in format_.processes if name in BUILT_IN], _USUAL["drawing"]
@@ -274,7 +276,7 @@ def _fitting_options(names: list[str], settings: Settings) -> list[str]:
 
 
 def _named_by_layers(names: list[str], source: Source, settings: Settings) -> str:
-    """Return the process for which layers of the drawing are named, if few holes are drawn; else ""."""
+    """Return the process to which layer names of the drawing refer, if the drawing has few holes; otherwise ""."""
     from leafcut.processes.suitability import COUNTED, WholeDrawing
     from leafcut.read import read_whole
 
@@ -338,7 +340,7 @@ def _usual_name(inputs: Sequence[tuple[Format, Source]]) -> str:
 
 
 def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
-    """Return the value of ``--process`` needed to repeat the job; "" if the inputs alone determine the process."""
+    """Return the value of ``--process`` that repeats the job; "" if the inputs alone determine the process."""
     chosen = process_for(inputs, asked)
     implied = asked in ("auto", chosen.command) and _usual_name(inputs) == chosen.name
     return "" if implied else asked

@@ -1,4 +1,4 @@
-"""Collection of the settings of a run, and refusal of options that its kind of work does not use."""
+"""Collect the settings of a job, and refuse options that its kind of work does not use."""
 
 from __future__ import annotations
 
@@ -26,12 +26,23 @@ def collect(
     defaults: Path | None = None,
     own: Iterable[type[OptionGroup]] | None = None,
 ) -> Settings:
-    """Return the settings from a file of defaults, overridden by an options file, overridden by `values`.
+    """Return the settings from `values`, an options file and a file of defaults; the earlier of them takes precedence.
 
-    `values` maps option names to values; None means "not given". Numbers without a unit have the same meaning in all
-    three (`units.BARE_UNIT`). Paths in the defaults are relative to their file. `own` are the option groups of the
-    requested process: if only these and shared options are given, no other process is loaded. Raises OptionError for an
-    unknown name, with the nearest known name, and for a value out of bounds; errors in a file name the line.
+    Numbers without a unit have the same meaning in all three (`units.BARE_UNIT`). Paths in the defaults are relative to
+    their file.
+
+    Parameters
+    ----------
+    values
+        Option name → value; None means "not given".
+    own
+        Option groups of the requested process. If the values need only these and shared groups, no other process is
+        loaded.
+
+    Raises
+    ------
+    OptionError
+        A name is unknown, or a value is out of bounds; for a file, the message names the line.
     """
     asked = frozenset(name for name, value in values.items() if value is not None)
     groups = registry.groups(own)
@@ -61,8 +72,9 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 
 
 def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[OptionGroup]:
-    """Return the group of an option; `groups` are searched first. Raises OptionError for a removed option, with the
-    reason, and for an unknown one, with the nearest name.
+    """Return the group of an option; `groups` are searched first.
+
+    Raises OptionError for a removed option, with the reason, and for an unknown option, with the nearest name.
     """
     if group := _groups_by_option(tuple(groups)).get(name):
         return group
@@ -74,7 +86,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
 
 @cache
 def _groups_by_option(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
-    """Return option → group; cached, because a page of the studio looks up hundreds of options."""
+    """Return option → group. The result is cached, because a page of the studio looks up hundreds of options."""
     return {name: group for group in groups for name in group.specs()}
 
 
@@ -94,9 +106,10 @@ def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]
 
 
 def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
-    """Return the settings for a kind of work, without the unused options of a file. `input_kind` is the name of the
-    input's format. Raises OptionError if an option that the user gave directly is not used, or if an option names a
-    missing file.
+    """Return the settings for a kind of work, without unused options from files.
+
+    `input_kind` is the format of the input. Raises OptionError if an option on the command line is not used, or if an
+    option names a missing file.
     """
     unused = unused_options(settings, work, input_kind)
     for name, reason in unused.items():
@@ -108,7 +121,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
 
 
 def _check_files(settings: Settings) -> None:
-    """Refuse options that name a missing file; other errors are reported by the readers."""
+    """Raise OptionError for an option that names a missing file; readers report all other errors."""
     for name in sorted(settings.given):
         group = group_of(name, settings.groups)
         if group.specs()[name].names_input:
@@ -123,7 +136,7 @@ def files_read(settings: Settings) -> list[str]:
 
 
 def why_unused(name: str, title: str, instead: str = "") -> str:
-    """Return the message for an unused option: the present work (`title`), the works that use it, and a remedy."""
+    """Return the message for an unused option, with the works that use it and a remedy; `title` is the present work."""
     titles = [work.title for work in registry.works() if name in work.used()]
     title_list = " and ".join(", ".join(titles).rsplit(", ", 1))
     return f"not used for {title}; it applies to {title_list}; {instead or 'leave it out'}"
@@ -135,7 +148,7 @@ def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict
 
 
 def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
-    """Yield each given option that is not used, with reason and remedy."""
+    """Yield each given option that a kind of work does not use, with reason and remedy."""
     used = work.used()
 
     def value_of(name: str) -> Any:
@@ -154,7 +167,7 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
 
 
 def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Resolve the files named by options (name → value) against a folder. Raises OptionError for an unknown name."""
+    """Resolve the files that options name (name → value) against a folder. Raises OptionError for an unknown name."""
     placed = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
@@ -165,7 +178,7 @@ def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
-    """Return table → option → group. The table of a process also accepts the shared options that the process uses."""
+    """Return table → option → group; the table of a process also accepts the shared options that the process uses."""
     sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
     group_of_option = {name: group for group, name, _ in all_options()}
     for process in registry.processes():
@@ -185,7 +198,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
 
 @dataclass(frozen=True)
 class PlacedOption:
-    """An option of a TOML file, and its line number if known."""
+    """An option of a TOML file, with its line number if known."""
 
     group: type[OptionGroup]
     name: str
@@ -194,8 +207,10 @@ class PlacedOption:
 
 
 def placed_options(file: Path) -> list[PlacedOption]:
-    """Return the options of a TOML file with their lines, each checked on its own. Raises OptionError if the file
-    cannot be read, or if an option is unknown, given twice, or invalid; the error names the line.
+    """Return the options of a TOML file with their lines; each option is checked separately.
+
+    Raises OptionError if the file cannot be read, or if an option is unknown, given twice or invalid; the message names
+    the line.
     """
     try:
         content = toml_bytes(file)

@@ -11,8 +11,9 @@ from leafcut.options import JobOptions
 
 
 def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
-    """Raise PlanError for a machine without a spindle, or for heights in the wrong order. `work` completes the message:
-    "which cannot drill".
+    """Raise PlanError for a machine without a spindle, or for heights in the wrong order.
+
+    `work` is a verb that completes the message "which cannot …", such as "drill".
     """
     if machine.head is not Head.SPINDLE:
         raise PlanError(f"{machine.name} has a {machine.head}, which cannot {work}; choose another --machine")
@@ -34,14 +35,16 @@ def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
 def take_tool(
     builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
 ) -> None:
-    """Change to a tool, and start spindle and coolant. `clearance` is the height after the change on a machine without
-    a safe height, mm. `pause` adds M0, for a controller whose M6 does not wait.
+    """Change to a tool, and start spindle and coolant.
+
+    `clearance` is the height after the change on a machine without a safe height, mm. `pause` adds M0 for a controller
+    whose M6 does not wait.
     """
     builder.tool(tool.number)
     if pause:
         builder.pause()
     if machine.safe_z is None:
-        # This move comes after the change: before it, the length offset of the other tool would apply.
+        # This move comes after the change, because the length offset of the previous tool applies before it.
         builder.rapid(z=clearance)
     builder.spindle(tool.spindle_rpm)
     if machine.spindle_start_s > 0:

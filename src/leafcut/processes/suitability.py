@@ -26,9 +26,16 @@ _JOIN_TOLERANCE = 0.05
 
 @dataclass(frozen=True)
 class Suitability:
-    """The rating of a drawing by a process: `score` from 0 (possible) to 1 (clearly intended). `reason` is the key of
-    the message, and `figures` has its values. `contours` and `holes`, bool[n], mark the geometry that the process would
-    machine; None for none.
+    """The rating of a drawing by a process.
+
+    Attributes
+    ----------
+    score
+        Rating from 0 (possible) to 1 (clearly intended).
+    reason, figures
+        Key of the message, and its values.
+    contours, holes
+        Masks of the geometry that the process would machine, bool[n]; None for none.
     """
 
     score: float
@@ -106,7 +113,7 @@ class WholeDrawing:
 
     @property
     def figures(self) -> dict[str, int | str]:
-        """Values for messages."""
+        """Numbers of holes and outlines for messages."""
         return {"holes": self.n_holes, "outlines": self.n_outlines}
 
 

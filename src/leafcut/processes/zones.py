@@ -1,4 +1,4 @@
-"""Keep-out zones: rectangles on the table, parsed from texts."""
+"""Keep-out zones: rectangles on the table, parsed from text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.units import parse_quantity
 
-#: Clearance of rapids above a zone, mm, an allowance for chips and for errors of the measured height.
+#: Clearance of rapids above a zone, mm; it allows for chips and for errors of the measured height.
 ABOVE = 1.0
 
 
@@ -23,25 +23,28 @@ def _coordinate(text: str) -> float:
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
-    """Parse texts of the form "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to rectangles, float64[k, 4], mm.
+    """Parse texts such as "x0 y0 x1 y1" or "x0 y0 x1 y1 height" to rectangles, float64[k, 4], mm.
 
-    Each number may have a unit, and the corners may be in any order. `crossing_heights` reads the heights. Raises
-    OptionError if a text does not have four or five finite numbers.
+    Each number may have a unit, and the corners may be in any order. The heights are left out, see `crossing_heights`.
+    Raises OptionError if a text does not have four or five finite numbers.
     """
     rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
 def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
-    """Return the lowest height at which a rapid may cross each zone, float64[k], mm: `ABOVE` mm over the height of the
-    zone, or `otherwise` for a zone without a height.
+    """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
+
+    This is `ABOVE` mm over the height of the zone, or `otherwise` for a zone without a height.
     """
     tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
     return np.where(np.isnan(tops), otherwise, tops + ABOVE)
 
 
 def boxes_of(rectangles: Sequence[str], bottom: float) -> NDArray[np.float64]:
-    """Return the zones with a height as boxes from `bottom`, float64[k, 6]: lower corner, upper corner, mm."""
+    """Return the zones with a height as boxes from height `bottom` up, float64[k, 6]: lower corner, upper
+    corner, mm.
+    """
     heights = crossing_heights(rectangles, math.nan) - ABOVE
     rows = np.column_stack([parse_zones(rectangles), np.full(len(heights), bottom), heights])
     return rows[~np.isnan(heights)][:, [0, 1, 4, 2, 3, 5]]

@@ -1,4 +1,4 @@
-"""Charts: best cost over the time of a search, and bars."""
+"""Charts: the best cost over the time of a search, and bars."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _EMPTY = 1e-9
 _MARGIN = 0.08
 _SPACE_UNDER_BOUND = 0.14
 
-#: Kinds of time in stacking order, with their names.
+#: Kinds of motion in stacking order, with their displayed names.
 TIME_KINDS = {
     "rapid": "rapids",
     "feed": "cutting",
@@ -39,7 +39,7 @@ TIME_KINDS = {
 
 @dataclass(frozen=True)
 class _Axes:
-    """Ranges of the axes, and whether the time axis is logarithmic (`log`)."""
+    """Ranges of the axes. `log` states whether the time axis is logarithmic."""
 
     seconds: tuple[float, float]
     costs: tuple[float, float]
@@ -57,7 +57,7 @@ class _Axes:
 
 
 def convergence(solution: Solution, nearest: float | None, words: str) -> str:
-    """Return the chart of the best cost over time, or "" if the search did not improve the cost.
+    """Return a chart of the best cost over time; "" if the search did not improve the cost.
 
     `nearest` is the cost of the nearest-neighbour order, drawn as a dashed line if known. `words` is the title.
     """
@@ -151,7 +151,7 @@ def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
     end_x, end_y = WIDTH - _RIGHT, points[-1][1]
     words.append(f"H{short(end_x)}")
-    # The cost never rises, so there is space above the curve: place the label above the highest step in its width.
+    # The cost never rises, so there is space above the curve. The label is above the highest step within its width.
     over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
     label_y = min([end_y, *over]) - 8
     label_y = label_y if label_y > _TOP + 4 else end_y + 16
@@ -166,7 +166,7 @@ def _level_line(axes: _Axes, name: str, level: float) -> str:
 
 
 def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
-    """Return the labels of the level lines, each below its line, or above it at the bottom of the chart."""
+    """Return the labels of the level lines. A label is below its line, or above it at the bottom of the chart."""
     words = []
     for name, level in levels.items():
         y = axes.y(level)
@@ -177,7 +177,7 @@ def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]
 
 
 def stacked_bar(times: dict[str, float], longest: float) -> str:
-    """Return a stacked bar of times by kind, s; the full width stands for `longest` seconds."""
+    """Return a stacked bar of the seconds by kind of motion; the full width stands for `longest` seconds."""
     x, parts = 0.0, []
     for kind in TIME_KINDS:
         width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0
@@ -188,7 +188,7 @@ def stacked_bar(times: dict[str, float], longest: float) -> str:
 
 
 def bar(part: float, kind: str = "plain") -> str:
-    """Return a bar filled to `part` (0 to 1)."""
+    """Return a bar that is filled to the fraction `part`, 0 to 1."""
     part = min(max(part, 0.0), 1.0) if math.isfinite(part) else 0.0
     track = element("rect", x=0.0, y=0.0, width=100.0, height=10.0, class_="track")
     fill = element("rect", x=0.0, y=0.0, width=100.0 * part, height=10.0, class_=f"fill {kind}")

@@ -1,4 +1,4 @@
-"""Report of speeds and feeds for the terminal and as JSON."""
+"""Report of speeds and feeds, for the terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
 def cutting_data_as_json(data: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
-    """Return the answer of `leafcut tools speeds --json` in mm, s, kW, N·m and N, with cutting speeds in m/min and
-    feeds in mm/min.
+    """Return the answer of `leafcut tools speeds --json`.
+
+    Units are mm, s, kW, N·m and N; cutting speeds are in m/min and feeds in mm/min.
     """
     return {
         **({"input": data.source} if data.source else {}),
@@ -71,8 +72,9 @@ def _point_as_json(point: CuttingPoint) -> dict[str, float]:
 
 
 def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, console: Console) -> None:
-    """Print for each tool the speeds and feeds with the least time, the least cost and the longest life, and the speed
-    and feed of the library.
+    """Print for each tool the speeds and feeds with the least time, the least cost and the longest life.
+
+    The speed and feed of the library are printed too.
     """
     from rich.table import Table
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of numbered stops; with more, the colour of the path shows the order.
 MAX_NUMBERS = 120
-#: Number of colours of the ramp along a path, number of tool colours, and number of line styles by which repeated tool
-#: colours differ.
+#: Number of colours in the ramp along a path, number of tool colours, and number of line styles for repeated colours.
 RAMP = 24
 TOOL_COLOURS = 8
 TOOL_STYLES = 3
@@ -38,7 +37,7 @@ _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MAX_GROUPS = 64
-#: Stops of cuts are numbered if they are at most this many, or at least this far apart, user units.
+#: Stops of cuts get numbers if there are at most this many, or if they are at least this far apart, user units.
 _FEW_NUMBERS = 24
 _SPACE_FOR_NUMBERS = 20.0
 #: Rapids are shown up to this distance beyond the work, as a share of its size; a distant park position is not shown.
@@ -95,7 +94,7 @@ class Scene:
 
 
 def build_scene(outcome: Outcome) -> Scene:
-    """Return the scene of an outcome; the scene of an empty part is an empty frame."""
+    """Return the scene of an outcome; an empty part gives an empty frame."""
     part = outcome.part
     before, after = (trace(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
@@ -157,7 +156,7 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
 
 
 def _size_of_unknown_diameters(frame: Frame, holes: int, smallest: float) -> float:
-    """Return a drawn size that is visible and avoids overlaps, user units."""
+    """Return a drawn size for holes of unknown diameter that is visible and avoids overlaps, user units."""
     apart = math.sqrt(frame.width * frame.height / max(holes, 1))
     return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
@@ -190,7 +189,7 @@ def tool_class(scene: Scene, tool: int) -> str:
 
 
 def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
-    """Return the drawing of the path ``before`` or ``after`` as an SVG element with `words` as its title.
+    """Return the drawing of the path ``before`` or ``after`` as an SVG element with the title `words`.
 
     If `holes` is ``"=name"``, the holes are drawn as a group with this id. If it is ``"#name"``, they are taken from
     another SVG of the page, so that a hundred thousand holes are stored only once. `size` adds width and height.
@@ -232,7 +231,7 @@ def _holes(scene: Scene, name: str) -> str:
 
 
 def _rapids(scene: Scene, path: Trace) -> str:
-    """Draw the rapids in one colour if stops are numbered, otherwise in a colour ramp from first to last."""
+    """Draw the rapids in one colour if the stops have numbers, otherwise in a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
     if scene.numbered:
@@ -244,7 +243,7 @@ def _rapids(scene: Scene, path: Trace) -> str:
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
-    """Return tool number → colour index of the tools that cut; empty for a single tool."""
+    """Return tool number → colour index of the tools that cut; empty if there is a single tool."""
     if len(scene.tools) < 2:
         return {}
     cutting = set(np.unique(scene.after.cut_tool).tolist())
@@ -287,8 +286,9 @@ def _end_marks_and_numbers(scene: Scene, path: Trace) -> list[str]:
 
 
 def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
-    """Draw the numbers of stops. `stops`, float64[k, 4], has x, y, the radius to keep clear, and the radius of the
-    hole.
+    """Draw the numbers of the stops.
+
+    `stops`, float64[k, 4], has x, y, the radius to keep clear, and the radius of the hole, user units.
     """
     frame, font = scene.frame, _font_size(stops[:, :2])
     lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
@@ -316,7 +316,7 @@ def _font_size(places: NDArray[np.float64]) -> float:
 
 
 def _mark_ends(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
-    """Mark the first stop by a ring and the last stop by a square; enlarge their `radii` accordingly."""
+    """Mark the first stop with a ring and the last stop with a square, and enlarge their `radii` accordingly."""
     radii[0] = ring = max(radii[0] + 3.0, 4.5)
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)

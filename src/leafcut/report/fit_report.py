@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
     from leafcut.timing.fitting import Fitted
 
-#: Share of the time above which tool changes are reported, because their time in the profile may be wrong.
+#: Tool changes with more than this share of the time are reported, because their time in the profile may be wrong.
 _LARGE_SHARE = 0.1
 
 

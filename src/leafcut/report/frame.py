@@ -24,10 +24,10 @@ _WIDEST_NUMBERS = 120.0
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the part, which maps mm (y up) to user units (y down).
+    """A window on the part that maps mm (y up) to user units (y down).
 
     `low` and `high` are the corners of the window in mm, and `scale` is the number of user units per mm. `left` is the
-    space for the numbers of the y axis, and `width` and `height` are the size of the window, in user units.
+    space for the numbers of the y axis. `width` and `height` are the size of the window, user units.
     """
 
     low: tuple[float, float]
@@ -83,8 +83,8 @@ class Frame:
     def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
         """Return the SVG element of a drawing with its axes.
 
-        `inside` are elements in user units relative to the window, `window` is the id of its clip path, and `kind` is
-        the CSS class. If `size`, the SVG is a file of its own and states its size.
+        `inside` are elements in user units relative to the window, `window` is the id of the clip path, and `kind` is
+        the CSS class. With `size`, the SVG states its width and height, as a separate file needs them.
         """
         (width, height), (x, y) = self.size, self.origin
         edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
@@ -127,7 +127,9 @@ class Frame:
         return f"rotate(-90 {short(x)} {short(y)})"
 
     def _bar(self, step: float) -> str:
-        """Return a scale bar as long as a tick step; it remains correct when the page is scaled or printed."""
+        """Return a scale bar as long as a tick step; unlike a ratio, it stays correct when the page is scaled or
+        printed.
+        """
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
         path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"

@@ -79,7 +79,7 @@ class _Axis:
 
     @classmethod
     def over(cls, values: Sequence[float], start: float, end: float) -> _Axis:
-        """Return the axis over some values, which must not be negative, with a margin."""
+        """Return the axis over non-negative values, with a margin."""
         low, high = min(values), max(values)
         margin = _MARGIN * ((high - low) or abs(high) or 1.0)
         return cls(max(low - margin, 0.0), high + margin, start, end)
@@ -95,7 +95,7 @@ class _Axis:
 def front_svg(data: CuttingData) -> str:
     """Return the Pareto fronts of all tools as a stand-alone SVG with two panels for each tool.
 
-    The left panel shows the cost of a part over its time, the right panel the feed rate over the spindle speed. The
+    The left panel shows the cost of a part over its time, and the right panel the feed rate over the spindle speed. The
     colour stands for the tool life, from violet (shortest) to teal (longest).
     """
     lives = [point.life for tool in data.tools for point in tool.points]
@@ -126,7 +126,7 @@ def front_svg(data: CuttingData) -> str:
 
 
 def _colour_index(shortest: float, longest: float) -> Callable[[float], int]:
-    """Return a function that maps a tool life to the index of a ramp colour, on a logarithmic scale."""
+    """Return a function that maps a tool life to the index of a ramp colour on a logarithmic scale."""
     span = math.log(longest / shortest) if longest > shortest else 1.0
     return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
 
@@ -203,7 +203,7 @@ def _panel(
 
 
 def _given_point(front: ToolFront) -> CuttingPoint | None:
-    """Return the point as given, or None if it is so far from the front that the front would be drawn too small."""
+    """Return the point as given, or None if it is so far away that the front would be drawn too small."""
     if front.given is None:
         return None
     for value_of in _AXIS_VALUES:

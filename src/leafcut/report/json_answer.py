@@ -1,4 +1,4 @@
-"""JSON answers of the commands as plain values; scripts rely on the keys."""
+"""JSON answers of the commands as plain values. Scripts rely on the keys."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Return an outcome as plain values; unknown values are None.
 
-    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is the lower bound of the travel, in the unit of the
-    objective, s or mm, summed over the operations; each starts at the end of the previous operation. `gap_percent` is
-    the maximum excess of the travel over this bound.
+    Lengths are in mm, times in s, and feeds in mm/min. `lower_bound` is the lower bound of the travel, in the unit of
+    the objective, s or mm, summed over the operations. Each operation starts at the end of the previous one.
+    `gap_percent` is the maximum excess of the travel over this bound.
     """
     outcome = report.outcome
     gap = plain_number(outcome.gap)
@@ -122,7 +122,7 @@ def verification_as_json(proof: Certificate) -> dict[str, Any]:
 
 
 def certificate_as_json(proof: Certificate) -> dict[str, Any]:
-    """Return a proof as plain values, in the form of the answer of `optimize`."""
+    """Return a proof as plain values, as in the answer of `optimize`."""
     return {
         "same": proof.same,
         "differences": [
@@ -144,7 +144,7 @@ def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
 
 
 def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
-    """Return missing work as plain values: kind, count, positions in program coordinates, mm, and reason."""
+    """Return missing work as plain values: kind, number, positions in program coordinates, mm, and reason."""
     return [
         {
             "what": i.missing.what,
@@ -172,8 +172,9 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
-    """Return the entry of an operation; a tool for holes and slots has two entries. A `beam` has a power instead of a
-    spindle speed.
+    """Return the entry of an operation; a tool for holes and slots has two entries.
+
+    A laser or torch (`beam`) has a power instead of a spindle speed.
     """
     tool = operation.tool
     return {
@@ -206,8 +207,9 @@ def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
 
 
 def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
-    """Return figures and tables of an outcome for the studio; translatable texts have the form
-    ``{"words": template, "values": {…}}``.
+    """Return figures and tables of an outcome for the studio.
+
+    Texts to translate have the form ``{"words": template, "values": {…}}``.
     """
     tables = {"parts": {"rows": [], "feet": []}, "norms": {"rows": []}, **report.tables()}
     times = {

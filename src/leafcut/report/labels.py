@@ -1,4 +1,4 @@
-"""Placement of the numbers of holes, clear of other holes, of other numbers and, if possible, of paths."""
+"""Placement of the numbers of holes: clear of other holes and numbers, and of paths if possible."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _DIAGONAL = 0.72
 class Surroundings:
     """Objects that numbers should not cover, in user units (y down).
 
-    `holes`, float64[n, 3], has x, y and radius. `lines`, float64[m, 2, 2], are segments. `size` is width and height of
-    the drawing.
+    `holes`, float64[n, 3], has x, y and radius. `lines`, float64[m, 2, 2], are segments. `size` is the width and height
+    of the drawing.
     """
 
     holes: NDArray[np.float64]
@@ -39,10 +39,10 @@ class Surroundings:
 def place_labels(
     stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
 ) -> list[tuple[float, float] | None]:
-    """Return the centre of each number, user units, or None if it would cover another number everywhere.
+    """Return the centre of each number, user units; None if it would cover another number at every position.
 
-    `stops`, float64[n, 4], has x, y, the radius to keep clear, and the radius of the hole, inside which a number may
-    fit.
+    `stops`, float64[n, 4], has x, y, the radius to keep clear, and the radius of the hole. A number may be inside a
+    large hole.
     """
     placed: list[NDArray[np.float64]] = []
     centres: list[tuple[float, float] | None] = []
@@ -63,7 +63,9 @@ def place_labels(
 def _candidates(
     centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the candidate centres, float64[k, 2]: inside the hole if it is large enough, then around it."""
+    """Return the candidate centres of a number, float64[k, 2]: inside the hole if it is large enough, then
+    around it.
+    """
     (x, y), reach = centre, free + _GAP
     around = []
     for dx, dy in _DIRECTIONS:
@@ -99,7 +101,7 @@ def _costs(
 
 
 def crossing(lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
+    """Return a mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
     if not len(lines):
         return np.zeros(0, dtype=bool)
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]

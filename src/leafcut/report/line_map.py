@@ -1,4 +1,4 @@
-"""Matching of the rows of a planned toolpath to the lines of the program written from it."""
+"""Match the rows of a planned toolpath to the lines of the program written from it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 
-#: Tolerance of positions, mm: rounding errors are at most half of 0.0001 inch each, and may add up.
+#: Tolerance of positions, mm. Each rounding error is at most half of 0.0001 inch, but the errors may add up.
 _ROUNDING = 0.01
 #: Number of rows of the program that are searched for the next row of the plan.
 _AHEAD = 40
@@ -20,7 +20,7 @@ def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     """Return the program line of every row of a planned toolpath without canned cycles, int32[n], from 1.
 
     `written` is the program read back. Moves are matched in order, by kind and end position. Rows that the program does
-    not state, such as the descent of a torch, get the line of the next row. All lines are 0 if no row matches.
+    not state, such as the descent of a torch, get the line of the next row. If no row matches, all lines are 0.
     """
     written = expand(written)
     plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
@@ -52,7 +52,7 @@ def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return, for every row of `a`, the matching row of `b`, -1 for none; matches are in ascending order."""
+    """Return for every row of `a` the matching row of `b`, or -1; matches are in ascending order."""
     if len(a) == len(b) and _equal(a, b).all():
         return np.arange(len(a))
     matches = np.full(len(a), -1, dtype=np.int64)
@@ -66,7 +66,7 @@ def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.in
 
 
 def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Replace missing lines by the next known line, and at the end by the last known line."""
+    """Replace missing lines by the next known line, or at the end by the last known line."""
     rows = np.flatnonzero(line)
     if not len(rows):
         return line

@@ -1,4 +1,4 @@
-"""Marks over the paths of a drawing: arrow heads, and the first and last position."""
+"""Marks on the paths of a drawing: arrow heads, and the first and the last position."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WORD = 50.0
 
 
 def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
-    """Draw arrow heads in the middle of some longer rapids, spread over the path; `reach` is half their length."""
+    """Draw arrow heads in the middle of some long rapids, spread over the path; `reach` is half their length."""
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(along[:, 0], along[:, 1])
     long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))

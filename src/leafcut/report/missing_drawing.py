@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 _HATCH, _CROSS = 6.0, 4.5
 #: Chord error of arcs, user units.
 _CHORDS = 0.06
-#: Maximum number of marked positions; the issue counts them all.
+#: Maximum number of marked positions; the count in the issue includes all.
 _MAX_MARKS = 2_000
 #: Maximum number of hatch lines per area.
 _MAX_LINES = 300
 
 
 def missing_points(issues: Iterable[Issue]) -> Points:
-    """Return points that the frame of a drawing with missing work must contain, float64[n, 2], mm."""
+    """Return the points of missing work that the frame of a drawing must contain, float64[n, 2], mm."""
     points: list[tuple[float, float]] = []
     for issue in issues:
         if issue.missing is not None:

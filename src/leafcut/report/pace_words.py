@@ -1,4 +1,4 @@
-"""Facts about new speeds and heights: the savings, and the change of each tool's feeds."""
+"""Facts about new speeds and heights: the savings, and the change of the feeds of each tool."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LIMITS = {
 
 
 def pace_facts(pace: PaceChange | None) -> list[Fact]:
-    """Return the savings of new heights and speeds, and the change of each tool's feeds."""
+    """Return the savings of new heights and speeds, and the change of the feeds of each tool."""
     if pace is None:
         return []
     facts = [Fact("pace", plain(pace))]
@@ -57,7 +57,7 @@ def _tool_words(tool: ToolPace) -> str:
 
 
 def _limit_words(limit: FeedLimit) -> str:
-    """Return a limit as text: ``power 1.2 → 0.9 kW, at most 0.9``."""
+    """Return a feed limit as text: ``power 1.2 → 0.9 kW, at most 0.9``."""
     words, unit, scale = _LIMITS[limit.name]
     before, after, limit_text = (f"{scale * value:.3g}" for value in limit[1:])
     return f"{words} {before} → {after} {unit}, at most {limit_text}"

@@ -54,7 +54,7 @@ def write_page(report: PathReport[Any]) -> str:
 
 
 def _whole_flags(html: str) -> str:
-    """Mark options in escaped text as unbreakable, because browsers would break lines after the dashes."""
+    """Mark options in escaped text as unbreakable, because browsers break lines after dashes."""
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
@@ -111,9 +111,9 @@ def _content(report: PathReport[Any]) -> dict[str, Any]:
 
 
 def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
-    """Return the content of the page about the remaining stock; None if it is unknown.
+    """Return the pictures of the remaining stock for the page; None if the stock is unknown.
 
-    ``pictures`` lists (title, data URL, size). ``same`` is a sentence on the difference between before and after.
+    ``pictures`` lists title, data URL and size. ``same`` is a sentence on the difference between before and after.
     """
     from leafcut.material.same_stock import stock_differences
     from leafcut.material.solid import solid_of

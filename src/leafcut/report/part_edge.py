@@ -12,7 +12,8 @@ from leafcut.geometry.polyline import Polyline
 if TYPE_CHECKING:
     from leafcut.model.part import Part
 
-#: Lines farther from the work than this share of its size do not affect the shown range, such as a drawing frame.
+#: Lines such as a drawing frame do not affect the shown range if their distance from the work exceeds this share of
+#: its size.
 _BEYOND = 1.0
 _MIN_DISTANCE = 10.0
 _TOLERANCE = 0.05

@@ -1,4 +1,4 @@
-"""Facts and pictures of work along one path: holes and slots, or a foreign program. Base class of all reports."""
+"""Facts and pictures of work along one path, such as holes and slots; base class of all reports."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class PathReport(Generic[D]):
     came_in
         Origin of the order before: ``drawing``, ``plan`` file or ``program``.
     proof, found
-        Kind of proof for the badge of the page, and result of the proof for the summary.
+        Text of the badge on the page, and result of the proof for the summary.
     ordered
         Whether a search ordered the work.
     package, template
@@ -125,7 +125,9 @@ class PathReport(Generic[D]):
     # -- tables ------------------------------------------------------------------------------------------------------
 
     def table(self) -> list[tuple[tuple[str, ...], bool]]:
-        """Return the rows of the summary's table, titles first: cells, and whether the row is the written order."""
+        """Return the rows of the summary's table, titles first, each with its cells and a flag for the written
+        order.
+        """
         rows = views.cards(self.outcome, self.orders())
         cells = [
             (
@@ -152,7 +154,7 @@ class PathReport(Generic[D]):
         """Return the cost of the nearest-neighbour order in the unit of the solver, or None if it is unknown.
 
         Orders of the same work differ only in their travel, so the difference of their measures is the difference of
-        their costs. For several operations, the measures do not have the costs of each.
+        their costs. With several operations, the cost of a single operation is unknown.
         """
         outcome = self.outcome
         if len(outcome.operations) != 1 or outcome.nearest is None:
@@ -186,11 +188,11 @@ class PathReport(Generic[D]):
         }
 
     def saved(self) -> views.PageRow:
-        """Return the headline figure about the savings, and its text."""
+        """Return the headline figure about the savings, with its text."""
         return views.saved(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
-        """Return lines about tasks that keep their position, with the reasons; empty for drawings."""
+        """Return lines about tasks that keep their position, with reasons; empty for drawings."""
         return []
 
     def size(self, scene: Scene) -> str:
@@ -203,7 +205,7 @@ class PathReport(Generic[D]):
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield name and path of each strategy that was tried, if the process has several."""
+        """Yield the name and the path of each strategy that was tried; processes without strategies yield nothing."""
         yield from ()
 
     def norms(self) -> str:
@@ -215,7 +217,7 @@ class PathReport(Generic[D]):
         return None
 
     def stock(self) -> ShownStock:
-        """Return the tools and the stock: a block around the cuts."""
+        """Return the tools and the stock, which is a block around the cuts."""
         return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:
@@ -228,7 +230,7 @@ class PathReport(Generic[D]):
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
-    # A hole has the colour of its last tool, so a tool that another tool always follows has no holes in its colour.
+    # A hole has the colour of its last tool. A tool that another tool always follows has no holes in its colour.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
     cutting = cut_tools(scene)
     shown |= set(cutting.values())

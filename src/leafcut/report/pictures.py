@@ -1,4 +1,4 @@
-"""Pictures of results without a report page: the path of a program, a tour, a nest, the remaining stock."""
+"""Pictures of results without a report page: the path of a program, a tour, a nest, and the remaining stock."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leafcut.report.wording import clean, count
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
 
-#: Maximum number of drawn sheets of a nest; with more, they would be too small to see.
+#: Maximum number of sheets in the drawing of a nest; more sheets would be too small to see.
 MAX_SHEETS = 6
 #: Gap between two sheets, as a share of the width of the first one.
 _APART = 0.06

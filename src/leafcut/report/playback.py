@@ -1,4 +1,4 @@
-"""Playback of a toolpath: action, tool position and time, row by row in the order of execution."""
+"""Playback of a toolpath: action, tool position and time of each row, in the order of execution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.outcome import Outcome, Which
 
-#: Number of chords of an arc outside the XY plane, which is not circular when seen from above.
+#: Number of chords of an arc outside the XY plane, which is no circle when seen from above.
 _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
 
@@ -145,7 +145,7 @@ def playback(
 
 
 def _final_position(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the position of the tool after the last row, float64[1, 3]; no row for an empty path."""
+    """Return the position of the tool after the last row, float64[1, 3]; an empty path has no such row."""
     if not len(path):
         return before
     end = path.end[-1:]

@@ -16,7 +16,7 @@ _SEVERITIES = ("danger", "missing", "warning")
 
 
 def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
-    """Combine the answers for several inputs: ``runs`` has the answers, ``status`` is the worst exit status."""
+    """Combine the answers for several inputs; ``runs`` has the answers, and ``status`` is the worst exit status."""
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
@@ -25,7 +25,7 @@ def print_programs(
 ) -> None:
     """Print the result for each of several inputs, and the location of the programs.
 
-    `rows` has, for each input, its row of the batch table and its answer for ``--json``.
+    Each entry of `rows` has the input's row of the batch table, and its answer for ``--json``.
     """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
@@ -81,7 +81,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a line with all used defaults; inputs of different kinds may use different defaults."""
+    """Return a line with all used defaults; inputs of different kinds may use different ones."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 

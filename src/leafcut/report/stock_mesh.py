@@ -1,4 +1,4 @@
-"""Conversion of a height field to a closed triangle mesh in binary STL."""
+"""Convert a height field to a closed triangle mesh in binary STL."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     """Return a height field as binary STL, mm, and the decimation step.
 
     The vertices are at the cell centres, so the heights can be recovered from the file. The outer cells are repeated at
-    the sides of the stock. Walls and a floor close the surface; the mesh has a hole where the stock is cut through. Of
-    more than `MAX_CELLS` cells, only every second, third … is used in each direction.
+    the sides of the stock. Walls and a floor close the surface, and the mesh has a hole where the stock is cut through.
+    If there are more than `MAX_CELLS` cells, only every second, third … cell is used in each direction.
     """
     step = 1
     while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MAX_CELLS:
@@ -35,7 +35,7 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
     corners = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]), top], axis=-1)
     upper = _triangles(corners)
     lower = _triangles(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
-    # Triangles that lie on the floor are dropped: they are through cuts, or the foot of a wall.
+    # Triangles on the floor are dropped: they are through cuts, or the foot of a wall.
     raised = (upper[..., 2] > field.floor).any(axis=1)
     triangles = np.concatenate([upper[raised], lower[raised][:, ::-1]])
     span = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -48,7 +48,7 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, count: int) -> NDArray[np.float64]:
-    """Return the centre of every `step`-th cell, preceded and followed by each side of the stock twice, mm."""
+    """Return the centre of every `step`-th cell, mm; each side of the stock is added twice, before and after them."""
     places = start + step * cell * np.arange(count, dtype=np.float64)
     low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
     return np.concatenate([[low, low], places, [high, high]])

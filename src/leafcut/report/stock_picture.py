@@ -1,4 +1,4 @@
-"""Picture of a height field from above: coloured by depth, with shaded walls, axes and a scale."""
+"""Picture of a height field from above, coloured by depth, with shaded walls, axes and a scale."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ _MAX_CELLS = 2 * LONGER
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
 #: Maximum length of the scale, and the minimum length for which the page always has space, pixels.
 _SCALE, _MIN_SCALE = 460, 220
-#: Strength of slope shading; and strength of shadows, their radius, as a share of the size, and the depth at which they
+#: Strength of slope shading; strength of shadows; radius of shadows as a share of the size; depth at which shadows
 #: reach full strength, as a share of the range of heights.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
-#: Cells larger than this, pixels, show stairs along slanting walls; smoothing over a radius in cells hides them.
+#: Cells larger than this, pixels, show stairs along slanted walls. Smoothing over this radius, cells, hides them.
 _STAIRS, _SOFT = 1.5, 0.6
 #: Minimum distance of round numbers from the ends of the scale, and their usual spacing, pixels.
 _APART, _NUMBER = 30, 70
@@ -182,12 +182,12 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
 
 
 def _tick_text(value: float, step: float) -> str:
-    """Return the number of a tick, with a hyphen for minus, because the font has no minus sign."""
+    """Return the number of a tick with a hyphen for minus, because the font has no minus sign."""
     return tick_words(value, step).replace("−", "-")
 
 
 def _scale_heights(top: float, bottom: float, length: int) -> list[float]:
-    """Return round heights for a scale of `length` pixels, from the top down, clear of both ends."""
+    """Return round heights for a scale of `length` pixels, from the top down, not too close to its ends."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)

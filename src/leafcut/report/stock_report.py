@@ -24,13 +24,13 @@ _MAX_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
-    """Raise OptionError if the extension of a file stands for neither a picture nor a solid."""
+    """Raise OptionError if the extension of a file is neither that of a picture nor that of a solid."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 
 
 def as_file(stock_cut: StockCut, output: str) -> bytes:
-    """Return the remaining stock in the format that the extension of the file selects."""
+    """Return the remaining stock in the format of the file extension."""
     if output.lower().endswith(".png"):
         from leafcut.report.stock_picture import stock_png
 

@@ -26,8 +26,7 @@ _WORST = (Severity.DANGER, Severity.MISSING)
 def summary(report: PathReport[Any]) -> RenderableType:
     """Return the summary for `rich`: part and machine, a table of the orders, facts, and issues.
 
-    It fits 80 columns. Colours carry no information of their own. Names from files are printed verbatim, never as
-    markup.
+    It fits 80 columns, and it is complete without its colours. Names from files are printed verbatim, never as markup.
     """
     from rich.console import Group
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from leafcut.report.wording import clean
 
-#: Number of integer steps of path data per user unit: finer than visible, but with short numbers.
+#: Number of integer steps of path data per user unit. The steps are invisible, and the numbers are short.
 STEPS = 32
 
 
 def element(tag: str, *children: str, **attributes: str | float | None) -> str:
     """Return ``<tag attributes>children</tag>``; attributes are escaped, children must be SVG already.
 
-    In the name of an attribute, a trailing underscore is dropped, and all others become hyphens. An attribute that is
-    None is left out.
+    In the name of an attribute, a trailing underscore is dropped, and all others become hyphens. An attribute with the
+    value None is left out.
     """
     words = [tag]
     for name, value in attributes.items():
@@ -34,7 +34,7 @@ def text(words: str, x: float, y: float, **attributes: str | float | None) -> st
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
-    """Return a text centred at x, or shifted to the left as far as necessary to fit into a drawing of this width."""
+    """Return a text centred at x, or shifted to the left until it fits into a drawing of this width."""
     half = 3.6 * len(words)
     return text(words, min(x, width - half), y, text_anchor="middle")
 
@@ -60,7 +60,7 @@ def lines_data(segments: NDArray[np.float64]) -> str:
     """Return path data, in `STEPS`, of straight segments, float64[n, 2, 2], user units.
 
     A segment that starts at the end of the previous segment continues its line. Relative numbers are differences of
-    rounded absolute numbers, so errors do not add up.
+    rounded absolute numbers, so that errors do not add up.
     """
     if not len(segments):
         return ""
@@ -79,8 +79,8 @@ def lines_data(segments: NDArray[np.float64]) -> str:
 def dots_data(points: NDArray[np.float64]) -> str:
     """Return path data, in `STEPS`, of dots at points, float64[n, 2], user units.
 
-    A dot is a line of length 0 (``h0``), which round caps turn into a disc. It takes ten characters instead of fifty
-    for a circle element.
+    A dot is a line of length 0 (``h0``), which round caps turn into a disc. It takes ten characters; a circle element
+    takes fifty.
     """
     rows = np.rint(points * STEPS).astype(np.int64)
     moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
@@ -113,6 +113,6 @@ def ticks(low: float, high: float, step: float) -> list[float]:
 
 
 def tick_words(value: float, step: float) -> str:
-    """Return the number of a tick with the decimals that its step needs."""
+    """Return the number of a tick, with as many decimals as its step has."""
     places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
     return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

@@ -60,7 +60,7 @@ _KIND_WORDS = {
 
 
 def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
-    """Return a card for each order; the first order is the reference for savings, the last order is the written one."""
+    """Return a card for each order; savings refer to the first order, and the last order is the written one."""
     longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
     return [
         {
@@ -77,7 +77,7 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
 
 
 def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
-    """Return the headline figure about the savings, and its text; `bound` is a sentence on the proved gap."""
+    """Return the headline figure about the savings, with its text; `bound` is a sentence on the proved gap."""
     seconds = outcome.before.time_s - outcome.after.time_s
     is_slower = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if is_slower else 'less'} machine time"
@@ -101,7 +101,9 @@ def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
 
 
 def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
-    """Return stacked bars of seconds by kind, on a common scale; each row has a name, its seconds, and the total."""
+    """Return stacked bars of seconds by kind on a common scale; each row has a name, its seconds, and the total as
+    text.
+    """
     longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
@@ -119,7 +121,7 @@ def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float]
 
 
 def tool_columns(outcome: Outcome) -> PageRow:
-    """Return for the optional columns of the tool table whether they have content."""
+    """Return whether the optional columns of the tool table have content."""
     rows = outcome.operations[:MAX_TOOL_ROWS]
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),

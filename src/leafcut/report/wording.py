@@ -1,4 +1,4 @@
-"""Texts and numbers for people: sanitised text from files, and figures in the usual form."""
+"""Texts and numbers for people: clean text from files, and figures in the usual form."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ MIN_GAP = 1e-4
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
-#: Unprintable Unicode categories, which may mislead: controls, direction overrides, surrogates, private use.
+#: Unicode categories of unprintable characters, which may mislead: controls, direction overrides, surrogates, private
+#: use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
 class Said(str):
-    """A text with its template and values, from which the studio builds a translation."""
+    """A text with its template and values; the studio builds a translation from them."""
 
     template: str
     values: dict[str, str]
@@ -65,7 +66,7 @@ def count(number: int, noun: str) -> str:
 
 
 def time_words(seconds: float) -> str:
-    """Return a time like `format_time`, with a true minus sign; a dash for NaN."""
+    """Return a time like `format_time`, but with a true minus sign and a dash for NaN."""
     if not math.isfinite(seconds):
         return NO_VALUE
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
@@ -84,12 +85,12 @@ def clock_parts(seconds: float) -> tuple[int, int, int]:
 
 
 def length_words(mm: float) -> str:
-    """Return a length like `format_length`; a dash for NaN."""
+    """Return a length like `format_length`, but with a dash for NaN."""
     return format_length(mm) if math.isfinite(mm) else NO_VALUE
 
 
 def cost_words(cost: float, unit: str) -> str:
-    """Return the cost of a search in its unit, ``s`` or ``mm``, with four digits, which distinguish close costs."""
+    """Return the cost of a search in its unit, ``s`` or ``mm``; four digits distinguish similar costs."""
     if not math.isfinite(cost):
         return NO_VALUE
     if unit == "mm":
@@ -106,12 +107,12 @@ def percent_words(percent: float | None, places: int = 1) -> str:
 
 
 def share_words(percent: float) -> str:
-    """Return a percentage with two decimals below one percent, because small shares would be shown as 0."""
+    """Return a percentage; below one percent, it has two decimals, because small shares would be shown as 0."""
     return percent_words(percent, 2 if abs(percent) < 1.0 else 1)
 
 
 def area_words(area: float) -> str:
-    """Return an area in mm²; from 100 mm² on, as a whole number."""
+    """Return an area in mm², as a whole number from 100 mm² on."""
     return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
 
 
@@ -121,7 +122,7 @@ def angle_words(degrees: float) -> str:
 
 
 def money_words(cost: float) -> str:
-    """Return a cost in the currency of the rates with two decimals, or three below 1."""
+    """Return a cost in the user's currency with two decimals, or three below 1."""
     return f"{cost:,.{2 if cost >= 0.995 else 3}f}"
 
 
@@ -142,7 +143,7 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 
 
 def figure(fact: Fact) -> str:
-    """Return the value of a fact as text; "" for no value, and for lists and dicts."""
+    """Return the value of a fact as text; "" for lists, for dicts, and without a value."""
     if isinstance(fact.value, int | float):
         if not math.isfinite(fact.value):
             return NO_VALUE
@@ -161,12 +162,12 @@ def title_words(facts: Iterable[Fact]) -> str:
 
 
 def heading(name: str) -> str:
-    """Return the name of a fact as a heading in the summary, in lower case unless it is an abbreviation (``T1``)."""
+    """Return the name of a fact as a heading in lower case; abbreviations such as ``T1`` keep their capitals."""
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
 
 def at_most_words(fraction: float, unit: str) -> str:
-    """Return a gap as text: ``at most 1.24 % above the shortest possible``, or ``the least possible`` for times.
+    """Return a gap as text: ``at most 1.24 % above the shortest possible``; for times, ``the least possible``.
 
     The figure is rounded up, because a smaller figure would not be proved.
     """
@@ -188,7 +189,7 @@ def gap_lines(length: float, optimum: float | None, bound: float | None) -> list
 
 
 def number_words(value: float) -> str:
-    """Return a feed or a speed with as many digits as machine panels show; a dash if it is 0 or unknown."""
+    """Return a feed or a speed with as many digits as a machine panel shows; a dash if it is 0 or unknown."""
     if not math.isfinite(value) or value <= 0:
         return NO_VALUE
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
@@ -221,12 +222,12 @@ def search_seconds(outcome: Outcome) -> float:
 
 
 def search_words(outcome: Outcome) -> str:
-    """Return the time of the search and of the whole run, without compiling: ``search 2.10 s of 4.93 s``."""
+    """Return the times of the search and of the whole job, without compiling: ``search 2.10 s of 4.93 s``."""
     return f"search {time_words(search_seconds(outcome))} of {time_words(outcome.seconds)}"
 
 
 def method_words(outcome: Outcome) -> str:
-    """Return algorithm, seed, times of search and run, and the reason if the search ended early."""
+    """Return algorithm, seed, times of search and job, and the reason if the search ended early."""
     words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} of compiling"
@@ -263,7 +264,7 @@ class IssueGroup:
 def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
     """Return the limits of the verification as pairs (name, text): assumptions, and areas that are not cut.
 
-    All limits are listed, because users would take a hidden assumption for a fact.
+    All limits are listed, because users would mistake a hidden assumption for a fact.
     """
     groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
     return [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups]
@@ -272,8 +273,8 @@ def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
     """Group issues by code, or also by message.
 
-    The worst groups come first. Within a severity, issues of motion and machine come before all others, which are
-    sorted by code.
+    The worst groups come first. Within a severity, issues of motion and machine precede all others, which are sorted by
+    code.
     """
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()

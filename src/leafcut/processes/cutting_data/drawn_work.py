@@ -25,12 +25,16 @@ if TYPE_CHECKING:
 def drawn_works(
     drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
-    """Return the tools that drill a drawing, in order, each with its number of holes, its distance at feed, mm, its
-    distance in the material, mm, and the time of its other moves, s.
+    """Return the work of each tool that drills a drawing, in order.
 
-    The drawing is planned and ordered as by `leafcut drill`. Only the distance in the material wears a tool; the feed
-    from the R plane to the surface does not. Raises the same errors as drilling: ReadError, OptionError, PlanError,
-    PostError or VerifyError.
+    Each entry has the tool, its number of holes, its distance at feed, mm, its distance in the material, mm, and the
+    time of its other moves, s. The drawing is planned and ordered as by `leafcut drill`. Only the distance in the
+    material wears a tool; the feed from the R plane to the surface does not.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, PostError, VerifyError
+        The drawing cannot be drilled.
     """
     from leafcut.processes import registry
     from leafcut.read.registry import read_source
@@ -40,7 +44,7 @@ def drawn_works(
     process = registry.process("drill")
     if "drill" not in format_.processes:
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
-    # The material is for the speeds; in drilling, the option only selects presets of a Fusion library.
+    # The material determines the speeds; in drilling, the option only selects presets of a Fusion library.
     asked = settings.asked - {"material"}
     limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
     job = Job(replace(settings, asked=asked), machine, limits[0], progress, bounds=limits[1])

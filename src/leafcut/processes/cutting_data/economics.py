@@ -41,9 +41,9 @@ class ToolWork:
     Attributes
     ----------
     lives
-        Tool life laws, sorted by their lower feed limits.
+        Tool life laws, in order of their lower feed limits.
     fed, cut
-        Distance at feed, and the share of it in the material, mm.
+        Distance at feed, and the part of it that is in the material, mm.
     idle
         Time of the other moves, s.
     hole_depth
@@ -66,7 +66,17 @@ class ToolWork:
 
 
 class Prices(NamedTuple):
-    """Machine cost per second (`rate`), cost and change time, s, of a worn tool, and the longest assumed life, s."""
+    """Prices and times for the cost of a part.
+
+    Attributes
+    ----------
+    rate
+        Cost of machine and operator per second.
+    tool, change
+        Cost of a worn tool, and time of its replacement, s.
+    longest
+        Longest assumed tool life, s.
+    """
 
     rate: float
     tool: float
@@ -75,7 +85,7 @@ class Prices(NamedTuple):
 
 
 class Yields(NamedTuple):
-    """Results of many pairs of speed and feed: one array for each quantity of `CuttingPoint`."""
+    """Results for many pairs of speed and feed, with one array for each quantity of `CuttingPoint`."""
 
     rpm: Floats
     feed: Floats
@@ -94,18 +104,19 @@ class Yields(NamedTuple):
         return Yields(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
-        """Return the results as one object for each pair of speed and feed."""
+        """Return the results as an object for each pair of speed and feed."""
         return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
 
 
 def deep_hole_share(depth: float, diameter: float) -> float:
-    """Return the speed factor of a drill for a hole depth: 1 up to three diameters, 0.6 from eight."""
+    """Return the speed factor of a drill for a hole depth: 1 up to three diameters, falling to 0.6 at eight."""
     return float(np.interp(depth / diameter, *_DEEP))
 
 
 def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
-    """Return the tool life, s, at each speed, mm/s, and chip, mm, by the law whose feed range contains the chip. The
-    first law also covers thinner chips.
+    """Return the tool life, s, at each speed, mm/s, and chip thickness, mm.
+
+    The law whose feed range contains the chip applies; the first law also covers thinner chips.
     """
     depth_factor = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
     seconds = np.empty_like(speed)
@@ -143,8 +154,7 @@ def yields(
 def best_of(results: Yields, objective: str) -> int:
     """Return the index of the best result for an objective.
 
-    The other objectives break ties, then the lower spindle speed does. The order is time, cost, life for the objective
-    time; cost, time, life for cost; and life, cost, time for life.
+    Ties are broken by the other objectives (time, then cost, then life), and then by the lower spindle speed.
     """
     keys = {
         "time": (results.time, results.cost, -results.life),

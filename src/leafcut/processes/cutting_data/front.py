@@ -1,4 +1,4 @@
-"""The Pareto front of three quantities to be minimised."""
+"""The Pareto front of three quantities to minimise."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 
 
 def non_dominated(values: Floats) -> Mask:
-    """Return the mask of rows of `values`, finite float64[n, 3], that no other row dominates.
+    """Return a mask of the rows of `values`, finite float64[n, 3], that no other row dominates.
 
     A row dominates another row if none of its three numbers is larger, and at least one is smaller. Equal rows do not
-    dominate each other, so either all of them are on the front, or none. The rows are sorted by their first number, and
-    the front of the other two is kept as a staircase, which takes O(n log n).
+    dominate each other, so either all or none of them are on the front. The rows are sorted by their first number, and
+    the front of the other two numbers is a staircase, which takes O(n log n).
 
     Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
     three dimensions.
@@ -30,7 +30,7 @@ def non_dominated(values: Floats) -> Mask:
 
 
 def _staircase(rows: list[list[float]]) -> list[bool]:
-    """Return, for each of several distinct rows in lexical order, whether no earlier row dominates it."""
+    """Return for each row whether no earlier row dominates it; the rows are distinct and in lexical order."""
     seconds: list[float] = []  # ascending
     thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
     kept: list[bool] = []

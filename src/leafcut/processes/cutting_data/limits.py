@@ -60,7 +60,7 @@ class SpeedGrid(NamedTuple):
 
     @staticmethod
     def _steps(low: float, high: float, step: float) -> Floats:
-        """Return the multiples of a step between `low` and `high`; without any, `high` itself."""
+        """Return the multiples of a step between `low` and `high`; if there is none, `high` alone."""
         first, last = max(math.ceil(low / step - _ROUNDING_TOLERANCE), 1), math.floor(high / step + _ROUNDING_TOLERANCE)
         if last - first >= _MAX_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
@@ -69,8 +69,10 @@ class SpeedGrid(NamedTuple):
 
 @dataclass
 class CuttingLimit:
-    """A limit of speeds and feeds, and its effect on the candidates. `alone` is whether any candidate satisfies this
-    limit, regardless of the other limits. `nearest` is the best value of all candidates.
+    """A limit of speeds and feeds, and its effect on the candidates.
+
+    `alone` states whether any candidate is within this limit, regardless of the other limits. `nearest` is the best
+    value of all candidates.
     """
 
     quantity: str
@@ -83,7 +85,7 @@ class CuttingLimit:
     nearest: float = field(default=math.nan)
 
     def holds(self, results: Yields) -> Mask:
-        """Return the mask of candidates within the limit, and record the best value."""
+        """Return a mask of the candidates within the limit, and record the best value."""
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
         best = float(values.max() if self.at_least else values.min())
@@ -92,7 +94,7 @@ class CuttingLimit:
 
 
 def within(limits: list[CuttingLimit], results: Yields) -> Mask:
-    """Return the mask of candidates within all limits, and record the effect of each limit."""
+    """Return a mask of the candidates within all limits, and record the effect of each limit."""
     allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
         mask = limit.holds(results)
@@ -102,8 +104,9 @@ def within(limits: list[CuttingLimit], results: Yields) -> Mask:
 
 
 def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
-    """Return the error that names the limit which excludes all candidates. Usually a single limit does: a slower
-    spindle with a thinner chip improves every limited quantity.
+    """Return an error that names the limit which excludes all candidates.
+
+    Usually a single limit does, because a slower spindle with a thinner chip improves every limited quantity.
     """
     for limit in limits:
         if not limit.alone:

@@ -1,4 +1,4 @@
-"""Choice of speeds and feeds for a part: the work of each tool, the speeds of the machine, and a Pareto front."""
+"""Choose speeds and feeds for a part: the work of each tool, the speeds of the machine, and a Pareto front."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.read import Input
 
-#: Minimum chip thickness as a share of the maximum: with thinner chips, the tool rubs more than it cuts (estimate).
+#: Minimum chip thickness as a share of the maximum. With a thinner chip, the tool rubs more than it cuts (estimate).
 _LEAST_CHIP = 0.25
 #: Chip thickness of high-speed steel mills, as a share of the chip thickness of carbide mills in catalogues: they bend
 #: and break sooner (estimate).
@@ -37,7 +37,7 @@ _SECONDS_PER_HOUR = 3600.0
 _SHOP_RATE = 60.0
 #: Default cost of a worn tool whose library has no `life_cost`, same currency (estimate).
 _TOOL_COST = 10.0
-#: Time from one hole to the next without a drawing, including up and down, s (estimate).
+#: Time from one hole to the next without a drawing, including retract and approach, s (estimate).
 _MOVE = 1.5
 #: Length of cut of an end mill, mm. The best speeds and feeds do not depend on it.
 _CUT_LENGTH = 1000.0
@@ -45,7 +45,7 @@ _CUT_LENGTH = 1000.0
 _WORN_CHANGE = 120.0
 #: Longest tool life assumed, s: a tool is replaced after half a shift.
 _MAX_LIFE = 14_400.0
-#: Minimum tool life, s in the cut; with a shorter life, tools are changed too often.
+#: Minimum tool life, seconds in the cut; tools with a shorter life would be changed too often.
 _LEAST_LIFE = 300.0
 #: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
 _RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
@@ -58,8 +58,14 @@ def cutting_data(
 ) -> CuttingData:
     """Return the Pareto-optimal speeds and feeds of the tools of a part, and the choice for an objective.
 
-    Raises ReadError for an unreadable drawing, and OptionError for a missing or unknown material. Raises PlanError if
-    no tool has a known tool life in the material, or if a limit excludes all speeds and feeds.
+    Raises
+    ------
+    ReadError
+        The drawing cannot be read.
+    OptionError
+        The material is missing or unknown.
+    PlanError
+        No tool has a known tool life in the material, or a limit excludes all speeds and feeds.
     """
     from leafcut.read.work_materials import load_material
 
@@ -94,8 +100,9 @@ def _tool_fronts(
     works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
     objective: str, issues: list[Issue],
 ) -> list[ToolFront]:  # fmt: skip
-    """Return the Pareto fronts of all tools. A tool without a front becomes an issue; raises PlanError if no tool has a
-    front.
+    """Return the Pareto fronts of all tools; a tool without a front becomes an issue.
+
+    Raises PlanError if no tool has a front.
     """
     fronts: list[ToolFront] = []
     refused: list[PlanError] = []
@@ -116,7 +123,7 @@ def _tool_works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
-    """Yield the work of each tool with the tool's material; tools without a choice of speeds become issues."""
+    """Yield the work of each tool, and the material of the tool; tools without a choice of speeds become an issue."""
     from leafcut.processes.cutting_data.drawn_work import drawn_works
 
     options = settings.of(SpeedOptions)
@@ -140,7 +147,7 @@ def _tool_works(
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
-    """Refuse a tool without a tool life law; the error names the tools with a known law."""
+    """Raise PlanError for a tool without a tool life law; the message names the tools with a known law."""
     if material.lives_of(work, kind):
         return
     known = [candidate.value for candidate in ToolMaterial if material.lives_of(work, candidate)]
@@ -153,7 +160,9 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
 
 
 def _check_tool(work: ToolWork) -> None:
-    """Refuse a drill with flutes shorter than its holes, and a mill with an unknown number of teeth."""
+    """Raise PlanError for a drill with flutes shorter than its holes, and for a mill with an unknown number of
+    teeth.
+    """
     if not work.teeth:
         raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     flute_length = work.tool.flute_length
@@ -165,7 +174,9 @@ def _check_tool(work: ToolWork) -> None:
 
 
 def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
-    """Yield the tools with the work of one hole: holes, mm at feed, mm in the cut, and s of other moves."""
+    """Yield each tool with the work of one hole: holes, distance at feed and in the cut, mm, and time of other moves,
+    s.
+    """
     job, library = settings.job, library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
@@ -188,7 +199,7 @@ def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[
 
 
 def _mill(tool: Tool, settings: Settings, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    # Shop defaults of pockets do not describe this cut; without options of this run it is a full slot.
+    # The user's defaults are for pockets and do not describe this cut. Without options it is a full slot.
     step_over, step_down = (
         None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
     )

@@ -1,4 +1,4 @@
-"""Writing of a tool library with the chosen speeds and feeds: the user's library with changed values, or a new one."""
+"""Write a tool library with the chosen speeds and feeds: the user's library with changed values, or a new one."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(data: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the library as TOML. The user's own TOML library keeps its comments and order; only feeds, speeds and the
-    schema change. Raises OptionError if the file name does not end in .toml.
+    """Return the library as TOML.
+
+    The user's own TOML library keeps its comments and order; only feeds, speeds and the schema change. Raises
+    OptionError if the file name does not end in .toml.
     """
     from leafcut.processes.job import library_of
 
