@@ -89,7 +89,7 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        """Return a public name from its module, so that `import leafcut` loads nothing else."""
+        """Return a public name from its module, so that `import leafcut` loads no other module."""
         if name not in _HOMES:
             raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
         from importlib import import_module

@@ -1,4 +1,4 @@
-"""`leafcut` and `python -m leafcut`: the command line. The version is printed without importing it."""
+"""`leafcut` and `python -m leafcut`: the command line. Printing the version does not import it."""
 
 from __future__ import annotations
 

@@ -1,3 +1,3 @@
-"""The version, in a module without imports that every package may read."""
+"""The version. This module has no imports, so every package may read it."""
 
 __version__ = "0.3.0.dev0"

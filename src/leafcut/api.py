@@ -1,6 +1,6 @@
 """The functions of the library. They look up a process in the registry and run it.
 
-Packages are imported where they are used, so that importing leafcut stays fast.
+Packages are imported inside the functions that use them, so that importing leafcut is fast.
 """
 
 from __future__ import annotations
@@ -199,11 +199,11 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 
 
 def _guessed(sources: Sequence[Input], settings: Settings) -> tuple[str, list[Input]]:
-    """Return the command for the inputs, "auto" for the usual one, and the inputs, read."""
+    """Return the command for the inputs ("auto" for the usual command), and the inputs after reading."""
     from leafcut.read.registry import read_source
 
     inputs = [read_source(source) for source in sources]
-    # The drawing may be read twice, but is parsed once.
+    # The drawing may be read twice, but it is parsed only once.
     inputs = [
         (format_, loaded if loaded.cache is not None else replace(loaded, cache={})) for format_, loaded in inputs
     ]
@@ -243,7 +243,10 @@ def _is_table(report: str | Path | None) -> bool:
 
 
 def _run_process(run: Job, sources: Sequence[Input], process_word: str, *, table: bool) -> tuple[Process, Outcome[Any]]:
-    """Run the process that suits the inputs; refuse options that it does not use, and a table if it has none."""
+    """Run the process that suits the inputs; return the process and its outcome.
+
+    Raises OptionError for options that the process does not use, and for a table that it does not have.
+    """
     from leafcut.read.registry import read_source
 
     registry.check_asked(process_word)
@@ -496,7 +499,7 @@ def tool_speeds(
     Parameters
     ----------
     drawing
-        Drawing with the holes to drill. Without it, the number and the depth of the holes are options.
+        Drawing with the holes to drill. Without it, the result is for one hole, or for 1 m of cut of an end mill.
     objective
         Criterion for choosing a point on each front: ``time`` or ``cost`` of a part, or ``life`` of the tool.
     save
@@ -504,7 +507,7 @@ def tool_speeds(
     plot
         Picture of the fronts to write (SVG).
     options
-        Options by their names: ``material="c45", tools="shop.toml", holes=70, depth=10``.
+        Options by their names: ``material="c45", tools="shop.toml", depth=10``.
 
     `defaults_file` and `progress` are as in `optimize`.
 
@@ -567,10 +570,10 @@ def output_name(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> str:
-    """Return the file name of the program for an input; a program keeps its name.
+    """Return the file name of the program for an input; the program of a foreign program has the name of the input.
 
-    For a drawing, the dialect in which `optimize` would write determines the extension. Raise `OptionError` if an
-    option or the machine is invalid for any input.
+    For a drawing, the extension is that of the dialect in which `optimize` would write. Raises OptionError if an option
+    or the machine is invalid for every input.
     """
     from leafcut.read.registry import format_name
 
@@ -585,14 +588,14 @@ def output_name(
 
 
 def algorithms() -> dict[str, str]:
-    """Return the names of the algorithms that order the work, each with its title, or the error of its plug-in."""
+    """Return the algorithms that order the work: name → title, or the error of its plug-in."""
     from leafcut.order.algorithms import algorithm_titles
 
     return algorithm_titles()
 
 
 def plugins() -> list[tuple[str, str]]:
-    """Return the additions of installed packages, by kind and name, each with its description or error."""
+    """Return the additions of installed packages as pairs: kind and name, and a description or an error."""
     from leafcut.gcode.dialects import DIALECTS
     from leafcut.order.packaged import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
@@ -609,13 +612,13 @@ def default_machine(work: str) -> str:
 
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
-    """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
+    """Return the dialect in which `optimize` would write with these options, as its name or the path of its file."""
     settings = _with_usual_options(_collect(process, options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 
 def program_extension(dialect_name: str) -> str:
-    """Return the file extension of a dialect's programs, with the dot; a dialect may be the path of its file."""
+    """Return the file extension of a dialect's programs with the dot; the dialect is a name or the path of a file."""
     from leafcut.gcode.dialects import dialect
 
     return dialect(dialect_name).extension

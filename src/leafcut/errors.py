@@ -28,12 +28,12 @@ LONGEST_QUOTE = 60
 LONGEST_MESSAGE = 1000
 
 _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
-#: Path components count as separate words; a backslash is an ordinary character where it is not a separator.
+#: Path components count as separate words; a backslash that is no separator is an ordinary character.
 _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST_QUOTE + 3},}}")
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file as one printable line for a message; the line and each word are shortened."""
+    """Return text from a file as one printable line for a message; the line and each of its words are shortened."""
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
     printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
@@ -56,7 +56,7 @@ class LeafcutError(Exception):
     Attributes
     ----------
     answered
-        Whether a JSON answer that reports the error has been printed.
+        Whether a JSON answer with the error has already been printed.
     """
 
     answered = False
@@ -65,7 +65,7 @@ class LeafcutError(Exception):
         super().__init__(brief(message))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Make the exception picklable whatever its arguments; otherwise it would break a process pool."""
+        """Make the exception picklable for any arguments; otherwise it would break a process pool."""
         return _restored, (type(self), self.args, self.__dict__)
 
 
@@ -128,7 +128,7 @@ class SendError(LeafcutError):
 
 @contextmanager
 def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
-    """Convert any exception of a third-party parser to a `ReadError`; `failure` states the problem in words."""
+    """Convert any exception of a third-party parser to a `ReadError`; `failure` describes the problem."""
     try:
         yield
     except (LeafcutError, MemoryError):
@@ -143,8 +143,8 @@ def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return the known name that the user most likely meant by `name`, or "" if no name is close.
 
-    Names that start with `name` or contain it as a word are preferred to similar spellings: `tools` for `tool`, and
-    `spindle-speed`, not `seed`, for `speed`.
+    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, that is
+    `tools`; for `speed`, it is `spindle-speed` and not `seed`.
     """
     from difflib import get_close_matches  # imported here for a quick start: seldom needed
 
@@ -167,7 +167,9 @@ _MAX_LISTED = 60
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the known names, if not too many."""
+    """Return ``"; did you mean 'x'?"`` with the known name closest to `name`, or a list of the known names if it is
+    short.
+    """
     known = list(known)
     match = close_to(name, known)
     if match:

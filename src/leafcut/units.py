@@ -35,7 +35,7 @@ MM_PER_UNIT = {
     "ft": 12 * MM_PER_INCH,
 }
 
-#: Factor to the internal unit, by the kind of quantity of an option.
+#: Internal unit → units of that kind, with their factor to the internal unit.
 FACTORS: dict[str, dict[str, float]] = {
     "mm": MM_PER_UNIT,
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "m": 60.0, "h": 3600.0},
@@ -84,7 +84,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "kg/m³": {"kg/m³": 1.0, "kg/m3": 1.0, "g/cm³": 1000.0, "g/cm3": 1000.0},
 }
 
-#: Unit of a bare number in user input: shop units, not internal units.
+#: Internal unit → shop unit of a number without a unit in user input.
 BARE_UNIT = {
     "mm": "mm",
     "s": "s",
@@ -102,18 +102,18 @@ BARE_UNIT = {
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
 
-#: A fraction as on a ruler or a drill index, ``1/4``, ``1 1/2`` and ``1-1/2``, and the text after it.
+#: A fraction as on a ruler or a drill index (``1/4``, ``1 1/2`` and ``1-1/2``), and the text after it.
 _FRACTION = re.compile(r"\s*([-+]?)(?:(\d{1,9})(?:\s+|-))?(\d{1,9})/(\d{1,9})(?![\d./,])\s*(.*?)\s*\Z")
-#: Text that resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after it.
+#: Text that resembles a fraction: a digit or a point before a slash, and a digit, a point or a sign after the slash.
 _LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
 
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
 def with_point(text: str) -> str:
-    """Return a number with a decimal point for a decimal comma: ``6.5 mm`` for ``6,5 mm``.
+    """Return a number with a decimal point in place of a decimal comma: ``6.5 mm`` for ``6,5 mm``.
 
-    Raise `OptionError` if the comma may separate thousands, as in ``1,250``.
+    Raises OptionError if the comma may separate thousands, as in ``1,250``.
     """
     if "," not in text:
         return text
@@ -129,10 +129,10 @@ def with_point(text: str) -> str:
 def parse_quantity(value: str | float, unit: str) -> float:
     """Return `value` in the internal `unit` (a key of `FACTORS`).
 
-    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg").
-    Without a unit, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a
-    decimal point if it can mean nothing else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and
-    "1-1/2in". Raise `OptionError` if the text is not a finite number with a known unit.
+    A number is already in the internal unit. A text may have its own unit ("3mm", "0.1in", "90 ipm", "118deg"). Without
+    a unit, it is in the shop unit (`BARE_UNIT`: feeds in mm/min, angles in degrees). A comma is read as a decimal point
+    if it cannot mean anything else (`with_point`). Fractions are allowed: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
+    Raises OptionError if the text is not a finite number with a known unit.
     """
     if isinstance(value, bool):
         raise OptionError(f"'{value}' is not a number")
@@ -173,7 +173,9 @@ def _split(text: str, unit: str) -> tuple[float, str]:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return a quantity with its unit: ``800`` becomes ``800 mm/min``; raise `OptionError` if it is not a number."""
+    """Return a quantity with its unit: ``800`` becomes ``800 mm/min``. Raises OptionError if the text is not a
+    number.
+    """
     number, word = _split(text, unit)
     return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
@@ -196,7 +198,7 @@ def format_time(seconds: float) -> str:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """Return a number with fixed decimals; zero has no sign."""
+    """Return a number with a fixed number of decimals; zero has no sign."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
@@ -206,7 +208,9 @@ def format_length(mm: float) -> str:
 
 
 def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
-    """Return distinct angles in rad from words in degrees, None for ``free``; raise `OptionError` if one is invalid."""
+    """Return distinct angles in rad from words in degrees; None for ``free``. Raises OptionError if an angle is
+    invalid.
+    """
     if tuple(words) == ("free",):
         return None
     try:

@@ -1,4 +1,6 @@
-"""Add-ons for other programs, in whose Python they run; that has no leafcut, so they call it as a program."""
+"""Add-ons for other programs. They run in the Python of the other program, without leafcut, and call it as a
+program.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +12,13 @@ from pathlib import Path
 from leafcut.errors import OptionError, nearest
 from leafcut.files.whole_files import OutputError, check_output, write_together
 
-#: Default call of leafcut in an add-on; replaced during the installation.
+#: Default call of leafcut in an add-on, which the installation replaces.
 _CALL = 'LEAFCUT = ["leafcut"]'
 
 
 @dataclass(frozen=True)
 class Addon:
-    """Files for another program: name, purpose, files, and the next step for the user."""
+    """An add-on for another program: name, purpose, files, and the next step for the user."""
 
     name: str
     help: str
@@ -44,11 +46,16 @@ ADDONS = {
 
 
 def write_addon(name: str, folder: str | Path) -> list[Path]:
-    """Write the files of an add-on into a folder, all or none; return their paths.
+    """Write the files of an add-on into a folder, all or none, and return their paths.
 
-    They call this leafcut, through its own Python. Files of an earlier leafcut are replaced. Raise `OptionError` for an
-    unknown add-on, and `OutputError` if the folder does not exist, a file cannot be written, or a file of the same name
-    is not from leafcut.
+    The files call this leafcut through its own Python. Files of an earlier leafcut are replaced.
+
+    Raises
+    ------
+    OptionError
+        The add-on is unknown.
+    OutputError
+        The folder does not exist, a file cannot be written, or a file of the same name is not from leafcut.
     """
     if name not in ADDONS:
         raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")

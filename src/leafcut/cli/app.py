@@ -1,4 +1,4 @@
-"""The command line: the commands with their flags, and the errors of a command line as one line each."""
+"""Build the command line: commands, flags, and errors in one line each."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _EVERY_INPUT = (
 #: Main options of `leafcut tools speeds`, which has no form in the studio.
 _MAIN_OF_SPEEDS = ("material", "tools", "depth", "thickness", "machine", "shop_rate")
 
-#: Flag of processes without a table of parts.
+#: The flag --report of processes that have no table of parts.
 _PAGE = Annotated[
     File | None,
     Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder"),
@@ -78,7 +78,7 @@ _GROUP_OF = {
     "simulate": _CHECK, "verify": _CHECK, "stock": _CHECK, "studio": _USE, "send": _USE, "machine": _SET_UP,
     "tools": _SET_UP, "list": _SET_UP, "install": _SET_UP, "defaults": _SET_UP, "solve": _STUDY, "lab": _STUDY,
 }  # fmt: skip
-#: Commands without options of the option groups, and their functions.
+#: Commands that use no option groups, and their functions.
 _SIMPLE = {
     "studio": "leafcut.cli.studio:open_studio",
     "send": "leafcut.cli.send:send",
@@ -101,7 +101,7 @@ _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit status (`STATUSES`)."""
+    """Run the command line and exit with its status (`STATUSES`)."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?" instead of raising an error
@@ -141,7 +141,10 @@ def _answered(arguments: Sequence[str]) -> int:
 
 
 def _with_command(arguments: Sequence[str]) -> list[str]:
-    """Return the words with `optimize` inserted before a file; raise `OptionError` for a former or foreign command."""
+    """Return the words of a command line, with `optimize` inserted before a file.
+
+    Raises OptionError for a command that was replaced or never existed.
+    """
     words = [*arguments]
     first = words[0] if words else ""
     if first in REPLACED:
@@ -173,7 +176,9 @@ def _usage_message(problem: CycloptsError, command: str) -> str:
 
 
 def _refused(arguments: Sequence[str], line: str, status: int) -> int:
-    """Print an error line; with --json also an object, unless the program goes to standard output."""
+    """Print an error line and return the status; with --json, also print an object, unless standard output has the
+    program.
+    """
     program = re.search(r"(^| )(-o|--output)[ =]-( |$)", " ".join(arguments))
     if "--json" in arguments and not program:
         print_json({"error": printable(line)})
@@ -181,7 +186,7 @@ def _refused(arguments: Sequence[str], line: str, status: int) -> int:
 
 
 def app(arguments: Sequence[str] = ()) -> App:
-    """Return the application; a command line limits the generated flags to its command, to save time."""
+    """Return the application. A command line limits the generated flags to its command, which saves time."""
     application = App(
         name="leafcut",
         help="Make the verified CNC program that needs the least machine time, from a drawing or another program.\n\n"

@@ -1,7 +1,7 @@
 """Many inputs with the same options: one after another, in threads, in processes or on a cluster.
 
-A folder of programs gets a report and a table (CSV), with which an interrupted run is resumed: an input is skipped if
-input, options and version of leafcut are the same and its program is unchanged.
+A folder of programs gets a report and a table (CSV), from which an interrupted run is resumed. An input is skipped if
+the input, the options and the version of leafcut are the same, and its program is unchanged.
 """
 
 from __future__ import annotations
@@ -31,12 +31,22 @@ WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
 
 @dataclass(frozen=True)
 class BatchRow:
-    """A row of the table: the result of an input.
+    """The result for one input, as a row of the table.
 
-    `state` is `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written. `before_s` is the machine time of
-    the usual order or of the given program, `after_s` the time of the new program; "" if unknown. `issues` is the
-    number of issues except notes, `worst` the severity of the worst, `line` the reason of a refusal. `key` is the hash
-    of input, options and version, `program_sha256` the hash of the program.
+    Attributes
+    ----------
+    state
+        `WRITTEN`, `REFUSED`, or `SIMULATED` if no program is to be written.
+    before_s, after_s
+        Machine time of the usual order or of the given program, and of the new program; "" if unknown.
+    issues, worst
+        Number of issues except notes, and severity of the worst issue.
+    line
+        Reason of a refusal.
+    key
+        Hash of input, options and version.
+    program_sha256
+        Hash of the program.
     """
 
     input: str
@@ -57,7 +67,7 @@ class BatchTask:
     """One input with its options.
 
     `source` is already read, so that a worker on another machine needs no file of this machine. `target` and `report`
-    are the files to write; "" for none.
+    are the files to write, or "" for none.
     """
 
     name: str
@@ -70,7 +80,7 @@ class BatchTask:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """The result of a task: row, issues, bytes of the program, report page, and the answer as for ``--json``."""
+    """The result of a task: row, issues, bytes of the program, report page, and the answer for ``--json``."""
 
     row: BatchRow
     data: bytes = b""
@@ -99,13 +109,29 @@ def run_batch(
     refused: Callable[[str], None] = lambda line: None,
     beside: Iterable[BatchRow] = (),
 ) -> list[BatchResult]:
-    """Generate a program for each input; return the results in the order of the inputs.
+    """Generate a program for each input, and return the results in the order of the inputs.
 
-    Each input has its program (`targets`) and page (`reports`), None for none, and the arguments `given` to
-    `api.optimize`. Without an `executor`, one follows another in this thread. `folder` gets the table and the report of
-    all inputs, with the rows `beside`; without it, no input is skipped. `refused` is called with one line for each
-    refused input. Raise `OutputError` if the folder cannot be written, and `ExecutorError` if the cluster is lost;
-    finished inputs are kept.
+    Parameters
+    ----------
+    targets, reports
+        Program and report page of each input; None for none.
+    given
+        Arguments of `api.optimize`.
+    executor
+        Runs the tasks; without it, they run one after another in this thread.
+    folder
+        Folder for the table and the report of all inputs; without it, no input is skipped.
+    refused
+        Called with one line for each refused input.
+    beside
+        Further rows for the table and the report.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written.
+    ExecutorError
+        The cluster is lost; finished inputs are kept.
     """
     known = read_table(Path(folder) / TABLE) if folder else {}
     asked = _asked(given)
@@ -151,7 +177,9 @@ def _done(
     tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
     progress: OnProgress | None,
 ) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
-    """Yield each task with its result or error. An input is read when its task starts, so that few are in memory."""
+    """Yield each task with its result or error. An input is read when its task starts, so that few inputs are in
+    memory.
+    """
     ready = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
     if executor is not None:
         yield from run_tasks(executor, do, ready)
@@ -161,7 +189,9 @@ def _done(
 
 
 def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
-    """Return the result of a task. A refusal is stored as a line, because exceptions may not be transferable."""
+    """Return the result of a task. A refusal is stored as text, because some exceptions cannot be sent between
+    processes.
+    """
     from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page
@@ -218,7 +248,7 @@ def _key(source: str, asked: str) -> str:
 
 
 def _asked(given: Mapping[str, Any]) -> str:
-    """Return options and version as a text; for a file among them, the hash of its content."""
+    """Return options and version as a text; an option that names a file is represented by the hash of the file."""
     words = {}
     for name, value in sorted(given.items()):
         path = Path(str(value)) if isinstance(value, str | Path) else None
@@ -253,7 +283,7 @@ def _write_table(table: Path, rows: Iterable[BatchRow]) -> None:
 
 
 def _append(table: Path, row: BatchRow) -> None:
-    """Append a row at once, so that it survives if this program is killed."""
+    """Append a row to the table at once, so that it survives if this program is killed."""
     line = _as_csv([row]).split("\n", 1)[1]
     try:
         with table.open("a", encoding="utf-8", newline="") as file:
@@ -263,7 +293,9 @@ def _append(table: Path, row: BatchRow) -> None:
 
 
 def read_table(table: Path) -> dict[str, BatchRow]:
-    """Return the rows of an earlier batch by input, complete lines only; raise `OutputError` for a different table."""
+    """Return the complete rows of an earlier batch by input. Raises OutputError if the file is not the table of a
+    batch.
+    """
     if not table.is_file():
         return {}
     try:

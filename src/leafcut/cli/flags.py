@@ -64,12 +64,14 @@ class Percent(str):
 
 
 class NUMBER(str):
-    """A number: the help shows NUMBER instead of STR. In capitals, because `timing.profile` has a `Number`."""
+    """A number: the help shows NUMBER instead of STR. The name is in capitals because `timing.profile` has a
+    `Number`.
+    """
 
     __slots__ = ()
 
 
-#: Types whose names the help shows, by unit or kind of an option. All are texts that `option_spec` parses.
+#: Unit or kind of an option → type whose name the help shows. All types are texts, which `option_spec` parses.
 _SHOWN = {
     "s": Time, "path": File, "text": Name, "names": Name, "mm/s": Speed, "rpm": Rpm, "percent": Percent,
     "number": NUMBER, "whole": NUMBER, "share": NUMBER,
@@ -107,10 +109,20 @@ def command_of(
 ) -> Callable[..., int]:
     """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
-    The main options, `first`, come first in the help; the others are hidden unless `all_shown` is set or no option is
-    main. `fixed` has values of arguments that have no flag, `annotations` replaces annotations of the function, and
-    `help` its docstring. `helps` returns replacements for the help texts and displayed defaults of options; "" keeps
-    the original.
+    Parameters
+    ----------
+    first
+        Main options, which come first in the help.
+    fixed
+        Values of arguments that have no flag.
+    annotations
+        Replacements for annotations of the function.
+    help
+        Replacement for the docstring of the function.
+    all_shown
+        Whether the help shows all options. If not, it shows only the main options, unless there are none.
+    helps
+        Returns option → replacement for its help text and for its displayed default; "" keeps the original.
     """
     fixed = fixed or {}
     own_parameters = [
@@ -150,7 +162,7 @@ def command_of(
 
 
 def _plain(value: Any) -> Any:
-    """Convert a value from the displayed type, which worker processes cannot unpickle; join a list of several flags."""
+    """Convert a value from its displayed type, which worker processes cannot unpickle, and join repeated flags."""
     if isinstance(value, list):
         return ",".join(value)
     return str(value) if isinstance(value, str) else value
@@ -176,7 +188,7 @@ def usage_of(name: str, command: Callable[..., int]) -> str:
 
 
 def show_panel(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
-    """Print one part of a help page, with defaults in the style of the generated flags: (default: auto)."""
+    """Print one part of a help page; defaults have the style of the generated flags: (default: auto)."""
     from cyclopts.help import DefaultFormatter
 
     DefaultFormatter()(console, options, panel.copy(entries=[_with_note(entry) for entry in panel.entries]))

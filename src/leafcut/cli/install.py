@@ -18,8 +18,8 @@ from leafcut.files.whole_files import OutputError
 
 SHELLS = ("bash", "zsh", "fish")
 
-#: The zsh script defines a function. A file in $fpath is called by its own name and must call the function; a start
-#: file must register it for the command.
+#: End of the zsh script, which defines a function. As a file in $fpath, the script must call the function; as part of a
+#: start file, it must register the function for the command.
 _ZSH_END = """
 if [[ $zsh_eval_context[-1] == loadautofunc || $funcstack[1] == _leafcut ]]; then
   _cyclopts_leafcut "$@"
@@ -76,7 +76,7 @@ def install_completion(
     whole = app()
     type_for_shell(whole)
     script = whole.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
-    # Where bash has no better completion it completes files: --machine my.toml.
+    # If bash has no better completion, it completes file names: --machine my.toml.
     script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
     script += _ZSH_END if shell == "zsh" else ""
     if print_only:
@@ -123,7 +123,7 @@ def _choices() -> dict[str, Sequence[str]]:
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:
-    """Annotate arguments for completion: choices of an option, and files for any other text."""
+    """Annotate arguments for completion with the choices of an option, or with files for any other text."""
     choices = _choices() if choices is None else choices
     for name in app:
         if name.startswith("-"):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from leafcut.lab.store import Store
 
 RESULTS = "leafcut_lab.sqlite"
-#: Default of --executor: runs in this process.
+#: Default of --executor: all runs are in this process.
 HERE = "here"
 #: Iterations per run of `tune` without a budget.
 _USUAL_ITERATIONS = 50
@@ -224,7 +224,7 @@ def tune_options(
 
 @contextmanager
 def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
-    """Open the results, and yield them with arguments of `lab.running.run`; report an interrupt in one line."""
+    """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a one-line error."""
     import threading
 
     from leafcut.lab.running import on_executor

@@ -1,8 +1,8 @@
 """A filter of LinuxCNC: converts a drawing that is opened in the controller's window to a program.
 
-LinuxCNC runs ``program 'file'`` in a shell and reads G-code from standard output. On standard error it reads lines
-``FILTER_PROGRESS=nn`` with the percent done; it shows the other lines if the exit status is not 0. The environment
-variable ``INI_FILE_NAME`` is its machine file. Source: `filter_program` of AXIS, LinuxCNC 2.9.
+LinuxCNC runs ``program 'file'`` in a shell and reads G-code from standard output. From standard error it reads lines
+``FILTER_PROGRESS=nn`` with the percentage done; it shows all other lines if the exit status is not 0. The environment
+variable ``INI_FILE_NAME`` names its machine file. Source: `filter_program` of AXIS, LinuxCNC 2.9.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ INI_VARIABLE = "INI_FILE_NAME"
 
 
 class FilterProgress:
-    """Progress callback that reports the percent done to LinuxCNC, only when it increases."""
+    """Progress callback that reports the percentage done to LinuxCNC whenever it increases."""
 
     def __init__(self) -> None:
         self.last_percent = -1
 
     def __call__(self, now: Progress) -> None:
-        """Report the share done as percent, up to 99; 100 is reported when the program is finished."""
+        """Report the share done as a percentage, up to 99; 100 is reported when the program is finished."""
         self.report(min(99, int(100.0 * now.share)))
 
     def report(self, percent: int) -> None:
@@ -51,9 +51,9 @@ def run_filter(
     options_file: str | None = None,
     defaults_file: Path | None = None,
 ) -> Outcome:
-    """Return the program of a drawing or another program, for the machine on which LinuxCNC runs.
+    """Return the program of a drawing or of another program, for the machine on which LinuxCNC runs.
 
-    The arguments are as in `api.optimize`, and so are the errors. Without a machine in the options or the options file,
+    The arguments and errors are those of `api.optimize`. Without a machine in the options or the options file,
     LinuxCNC's machine is used. If LinuxCNC did not start this process, the machine in the user's defaults is used.
     """
     progress = FilterProgress()
@@ -92,10 +92,10 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
 
 
 def _process(file: str, machine: str) -> str:
-    """Return the first process that suits the file and the machine's head, the default of ``--process``.
+    """Return the first process that suits the file and the machine's head, as the default of ``--process``.
 
     For example, a torch cuts what a spindle would drill, and an image with outlines becomes pockets on a mill. Without
-    a match, and for programs, the result is ``auto``.
+    such a process, and for programs, the result is ``auto``.
     """
     from leafcut.read.machine import load_machine
     from leafcut.read.registry import read_source
@@ -109,7 +109,7 @@ def _process(file: str, machine: str) -> str:
 
 
 def check_file(words: Sequence[str]) -> str:
-    """Return the only file in a filter's arguments; raise `OptionError` or `ReadError` if there is none."""
+    """Return the only file in the arguments of a filter. Raises OptionError or ReadError if there is no such file."""
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")
     if not Path(words[0]).exists():

@@ -1,4 +1,4 @@
-"""The command `leafcut list`: lists machines, materials and so on, and prints their files."""
+"""The command `leafcut list`: lists machines, materials and others, and prints their files."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ _ROWS: dict[str, Callable[[], Sequence[tuple[str, str]]]] = {
     "machines": _machines, "materials": _materials, "dialects": _dialects, "formats": _formats,
     "algorithms": _algorithms, "plugins": _plugins,
 }  # fmt: skip
-#: Kinds with files: the key of the file in the JSON answer, and the function that returns its name and text.
+#: Kind with files → key of the file in the JSON answer, and function that returns the name and text of a file.
 _FILES: dict[str, tuple[str, Callable[[str], tuple[str, str]]]] = {
     "machines": ("profile", _machine), "materials": ("material", _material), "dialects": ("dialect", _dialect),
 }  # fmt: skip

@@ -1,4 +1,6 @@
-"""The commands `leafcut machine` and `leafcut tools import`: create profiles and libraries from existing files."""
+"""The commands `leafcut machine` and `leafcut tools import`, which create profiles and libraries from existing
+files.
+"""
 
 from __future__ import annotations
 
@@ -239,9 +241,9 @@ def _fitted_profile(machine: str, fitted: Fitted, programs: int, output: str) ->
 
 
 def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
-    """Return each program with its seconds.
+    """Return each program with its measured time, s.
 
-    Raise `OptionError` if the numbers of programs and times differ, a time is invalid, or both a table and programs are
+    Raises OptionError if the numbers of programs and times differ, a time is invalid, or both a table and programs are
     given.
     """
     from leafcut.read.time_table import parse_clock, read_times

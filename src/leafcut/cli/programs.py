@@ -332,9 +332,10 @@ def filter_program(
 
 
 def _sheets_beside(parts: Sequence[str]) -> str | None:
-    """Return the default file of nested sheets, named after the first part and beside it; None without that part.
+    """Return the default file of nested sheets, which is named after the first part and next to it; None without that
+    part.
 
-    Raise `OutputError` if it cannot be written, or if it or one of its numbered sheets was not written by leafcut.
+    Raises OutputError if it cannot be written, or if it or one of its numbered sheets was not written by leafcut.
     """
     from leafcut.read.nest_list import file_and_quantity
 

@@ -316,7 +316,7 @@ def _logging(name: str | None) -> Iterator[Any]:
 
 @contextmanager
 def _terminating() -> Iterator[None]:
-    """Stop the machine also when this program is terminated."""
+    """Stop the machine even if this program is terminated by a signal."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Inputs of a command, expanded from its arguments, and the files to write for them."""
+"""Expand the inputs of a command from its arguments, and name the files to write for them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from leafcut.units import FACTORS
 TABLE, PAGE = "batch.csv", "batch.html"
 #: Extension of a list of inputs, and the maximum number of inputs.
 LIST, MAX_INPUTS = ".list", 100_000
-#: Units that options may have.
+#: All units of options.
 UNIT_WORDS = frozenset(unit for units in FACTORS.values() for unit in units)
 _DASH = "-"
 
 
 def inputs_of(words: Iterable[str]) -> list[str]:
-    """Return the inputs: a folder is replaced by its files, a list (.list) by the inputs on its lines.
+    """Return the inputs; a folder is replaced by its files, and a list (.list) by the inputs on its lines.
 
-    Files of a folder are used if leafcut can read them, by content or extension. Lines of a list that start with # are
-    comments; relative paths are relative to the list. Raise `OptionError` if a folder has no input, a list cannot be
-    read, or there are too many inputs.
+    Only those files of a folder are used that leafcut can read, by content or extension. Lines of a list that start
+    with # are comments; relative paths are relative to the list. Raises OptionError if a folder has no input, a list
+    cannot be read, or there are too many inputs.
     """
     inputs: list[str] = []
     for word in words:
@@ -45,7 +45,7 @@ def inputs_of(words: Iterable[str]) -> list[str]:
 
 
 def is_input(path: Path) -> bool:
-    """Return whether a file in a folder is an input: readable, and not written by leafcut."""
+    """Return whether a file in a folder is an input: leafcut can read it and has not written it."""
     from leafcut.read.registry import format_name
 
     kind = format_name(path)
@@ -78,8 +78,14 @@ def expanded(
 
     A word with ``*``, ``?`` or ``[`` that is not a file is replaced by the matching files, sorted by name, because not
     every shell expands patterns. Several inputs are processed separately, except drill files if the command joins them
-    and no `folder` for several programs is given. Raise `ReadError` if no file matches, and `OptionError` if the input
-    is missing, standard input is combined with others, or a word is the unit of a preceding option.
+    and no `folder` for several programs is given.
+
+    Raises
+    ------
+    ReadError
+        No file matches a pattern.
+    OptionError
+        The input is missing, standard input is combined with others, or a word is the unit of the preceding option.
     """
     inputs: list[str] = []
     pattern = False
@@ -110,10 +116,10 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
 
 
 def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Iterable[str]) -> list[str]:
-    """Return the program file of each input: in its folder, or in the working folder for a built-in input.
+    """Return the program file of each input, in the folder of the input or in the working folder for a built-in input.
 
-    A program that would replace one of `all_inputs` gets ``.leafcut`` in its name. Raise `OptionError` if two inputs
-    have the same program name, and `OutputError` if a file cannot be written.
+    A program that would replace one of `all_inputs` gets ``.leafcut`` in its name. Raises OptionError if two inputs
+    have the same program name, and OutputError if a file cannot be written.
     """
     targets = []
     known = [Path(source) for source in all_inputs]
@@ -129,7 +135,7 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], all_inputs: Itera
 
 
 def check_no_drawing(target: str | None) -> None:
-    """Raise `OutputError` for an existing drawing that leafcut did not write: a program would replace it."""
+    """Raise OutputError for an existing drawing that leafcut did not write, because a program would replace it."""
     from leafcut.read.registry import format_name
 
     path = Path(target or "")
@@ -140,7 +146,7 @@ def check_no_drawing(target: str | None) -> None:
 
 
 def check_own(target: str | None, inputs: Sequence[str]) -> None:
-    """Raise `OutputError` for a file that is neither an unchanged program of leafcut nor a copy of an input."""
+    """Raise OutputError for an existing file, unless it is an unchanged program of leafcut or a copy of an input."""
     path = Path(target or "")
     if target is None or not path.is_file():
         return
@@ -163,10 +169,10 @@ def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
 
 
 def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
-    """Return the output file of each of several inputs in a folder; None for each without a folder.
+    """Return the output file of each of several inputs in a folder; None for each input without a folder.
 
-    Raise `OptionError` if the folder does not exist or two inputs have the same program name, and `OutputError` if a
-    file cannot be written, or is an input.
+    Raises OutputError if the folder does not exist, or if a file cannot be written or is an input. Raises OptionError
+    if two inputs have the same program name.
     """
     if folder is None:
         return [None for _ in inputs]

@@ -1,4 +1,4 @@
-"""Shared by several commands: exit statuses, flags, error lines, files."""
+"""Parts that several commands share: exit statuses, flags, error lines, files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is missing, which is reported first."
 _WORST_FIRST = ("danger", "missing", "warning")
-#: For several inputs, the worst status counts; best first.
+#: Exit statuses, best first. For several inputs, the worst status counts.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
 #: Maximum number of warnings printed with --quiet.
 MAX_WARNINGS = 10
@@ -54,7 +54,7 @@ def failure(problem: Exception) -> tuple[str, int]:
 
 
 def print_issues(issues: Iterable[Any], place: str = "") -> None:
-    """Print issues that matter even without a summary: missing holes, assumed depths."""
+    """Print the issues that matter even without a summary, such as missing holes and assumed depths."""
     from leafcut.model.issue import LIMITS
 
     worst_first = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
@@ -70,20 +70,22 @@ def print_issues(issues: Iterable[Any], place: str = "") -> None:
 
 
 def print_line(line: str, status: int) -> int:
-    """Print a line on standard error; return the status."""
+    """Print a line on standard error, and return the status."""
     print(f"leafcut: {printable(line)}", file=sys.stderr)
     return status
 
 
 def printable(line: str) -> str:
     """Return a line without unprintable characters, which file names may contain."""
-    line = line.replace(HELD, DASH)  # a word that was not recognised as standard input
+    line = line.replace(HELD, DASH)  # the placeholder of a dash that does not stand for standard input
     return "".join(c if c.isprintable() else "?" for c in line)
 
 
 @contextmanager
 def nothing_new_in(output: str | None) -> Iterator[None]:
-    """Add to an error that the output of an earlier run still exists and would also run on the machine."""
+    """Add a note to an error if the output of an earlier run still exists, because that program would run on the
+    machine.
+    """
     try:
         yield
     except LeafcutError as problem:
@@ -97,7 +99,7 @@ def nothing_new_in(output: str | None) -> Iterator[None]:
 def each_of(
     noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
 ) -> tuple[list[dict[str, Any]], int]:
-    """Return the answer of each input with its ``status``, and the worst status; errors are printed at once."""
+    """Return the answer for each input with its ``status``, and the worst status; errors are printed at once."""
     rows: list[dict[str, Any]] = []
     for number, source in enumerate(inputs):
         try:
@@ -128,23 +130,23 @@ def print_defaults(options: Sequence[str]) -> None:
 
 
 def given_options(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that were given."""
+    """Return the options that have a value."""
     return {name: dashed(value) for name, value in options.items() if value is not None}
 
 
 def check_file_name(flag: str, name: str | None) -> None:
-    """Refuse standard output if the output is not a program."""
+    """Raise OptionError if standard output is named for an output that is not a program."""
     if dashed(name) == DASH:
         raise OptionError(f"{flag} -: only a program can go to standard output; name a file")
 
 
 def dashed(word: Any) -> Any:
-    """Return a word of the command line in its typed form."""
+    """Return ``-`` for its placeholder on the command line (`HELD`); other words are unchanged."""
     return DASH if word == HELD else word
 
 
 def defaults_given(left_out: bool) -> Path | None:
-    """Return the user's defaults file, unless it is disabled or does not exist."""
+    """Return the user's defaults file; None if `left_out` is set or the file does not exist."""
     return None if left_out else defaults_file()
 
 

@@ -1,4 +1,4 @@
-"""Source of each option's value: the user's defaults, an options file, or leafcut."""
+"""Find the source of each option's value: the user's defaults, an options file, or leafcut."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
 
-#: Template of a defaults file: the settings of a shop. Each line is a commented example.
+#: Template of a defaults file with the settings of a shop. Each line is a commented example.
 TEMPLATE = f"""\
 # Defaults of this shop. Remove the # in front of a line, and write your own value.
 # The command line goes before --options, and that before this file. Paths are relative to its folder.
@@ -46,8 +46,8 @@ _OF_ALL_KINDS = ("optimize", "batch", "filter", "watch")
 class DefaultRow:
     """The value of an option that is not on the command line.
 
-    `option` is the flag, `value` its value as typed, `source` file and line, ``leafcut``, or leafcut for this kind of
-    work. `used_by` are the commands that use it; empty if all rows belong to a single command.
+    `option` is the flag and `value` its value as typed. `source` is a file and line, ``leafcut``, or leafcut for this
+    kind of work. `used_by` are the commands that use the option; it is empty if all rows belong to a single command.
     """
 
     option: str
@@ -57,10 +57,11 @@ class DefaultRow:
 
 
 def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
-    """Return all options of a command with their sources, options from files first; without a command, only these.
+    """Return the options of a command with their sources, options from files first; without a command, only those from
+    files.
 
-    Raise `OptionError` if the command does not exist or has no options, a file cannot be read, or it has an unknown
-    option or an invalid value, reported with its line.
+    Raises OptionError if the command does not exist or has no options, or if a file cannot be read, has an unknown
+    option or an invalid value; the message names the line.
     """
     from_files: dict[str, tuple[PlacedOption, Path]] = {}
     for file in filter(None, (defaults_file, options_file)):
@@ -100,7 +101,7 @@ def _source_of(option: PlacedOption, file: Path) -> str:
 
 
 def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
-    """Return a value as typed; in words if it cannot be typed."""
+    """Return a value as typed, or in words if it cannot be typed."""
     if spec.kind == "flag":
         return "on" if value else "off"
     if value == group.defaults()[name] and (spec.default_words or value in (None, ())):

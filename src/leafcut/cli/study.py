@@ -1,4 +1,4 @@
-"""The command that studies algorithms on maps: solve."""
+"""The command `leafcut solve`, which studies algorithms on maps."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ _LOOK_SECONDS = 0.05
 
 
 class Keys:
-    """Calls `pressed` with each key while it is open, from its own thread; does nothing without a terminal."""
+    """Calls `pressed` with each key while it is open, from its own thread; without a terminal, it does nothing."""
 
     def __init__(self, pressed: Callable[[str], None]) -> None:
         self.pressed = pressed
@@ -35,7 +35,7 @@ class Keys:
 
     @contextmanager
     def lines(self) -> Iterator[None]:
-        """Release the terminal so that whole lines can be read."""
+        """Release the terminal, so that whole lines can be read."""
         if self.terminal:
             self._cooked()
             self._idle.wait(1.0)

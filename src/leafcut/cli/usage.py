@@ -1,4 +1,4 @@
-"""One-line messages for invalid command lines; the parser's own messages name its internals."""
+"""One-line messages for invalid command lines. The parser's own messages would name its internals."""
 
 from __future__ import annotations
 
@@ -45,22 +45,23 @@ GROUPS = {
     ),
 }
 
-#: Standard input or output. The parser would read it as a flag, so it gets an impossible file name.
+#: Standard input or output, and its placeholder: the parser would read the dash as a flag, so an impossible file name
+#: replaces it.
 DASH, HELD = "-", "\0"
 
 
-#: Returns the reason why a command lacks an option, from the flag and the option's name.
+#: (flag, name of the option) → reason why the command lacks the option.
 WhyUnused = Callable[[str, str], str]
 
 
 def refuse_dash(flag: str, *words: str | None) -> None:
-    """Raise `OptionError` if one of the words is ``-``; `flag` is its argument or flag, which accepts only files."""
+    """Raise OptionError if one of the words is ``-``; `flag` is an argument or flag that accepts only files."""
     if any(word in (DASH, HELD) for word in words):
         raise OptionError(f"{flag} -: cannot be read from standard input; name a file")
 
 
 def command_in(arguments: Sequence[str]) -> str:
-    """Return the command in a command line, such as ``lab run``; "" for none."""
+    """Return the command in a command line, such as ``lab run``; "" if there is none."""
     words = [word for word in arguments if not word.startswith("-")][:2]
     return " ".join(words[: 1 + (len(words) > 1 and words[1] in _commands_of(words[0]))])
 
@@ -78,8 +79,8 @@ def usage_message(
 ) -> str:
     """Return the message for a command line that the parser refuses.
 
-    `command` is the requested command, "" for none. `reason_unused` returns why an option exists only for other
-    commands, "" if this command has it.
+    `command` is the requested command, or "". `reason_unused` returns the reason why an option exists only for other
+    commands, or "" if this command has it.
     """
     from cyclopts import (
         CoercionError,
@@ -137,7 +138,7 @@ def _unknown_option(
             return reason
     if message := why_removed(name):
         return message
-    # Without the dashes, which all flags share.
+    # Compare the names without dashes, which all flags share.
     names = [entry for argument in problem.argument_collection for entry in argument.names if entry.startswith("-")]
     known = {entry.lstrip("-"): entry for entry in names}
     closest = close_to(flag.lstrip("-"), known)

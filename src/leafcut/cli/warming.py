@@ -1,4 +1,4 @@
-"""Compile all kernels before the first job needs them, by tiny jobs of every kind."""
+"""Compile all kernels before the first job needs them, by running tiny jobs of every kind."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from leafcut.order.kicks import MANY
 from leafcut.order.solve import solve
 from leafcut.timing.travel import travel_heights
 
-#: Moves that a controller blends into one, and a hole in stock.
+#: A program with moves that a controller merges into one.
 _PROGRAM = b"""G21 G90 G17 G64 P0.1
 T1 M6 (drill D6)
 S1000 M3

@@ -1,6 +1,6 @@
 """Watch a folder: each drawing or program that is added or changed becomes a program in another folder.
 
-The folder is polled, which works on every kind of disk and share; change notifications of the system do not.
+The folder is polled, because change notifications of the operating system do not work on every disk and share.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
 
-#: Polls without a change after which a file is complete: if it ends as its format does, and otherwise (a slow copy).
+#: Number of polls without a change after which a file counts as complete: with the end of its format, and without that
+#: end (a slow copy).
 _POLLS, _POLLS_WITHOUT_END = 2, 10
 #: Common end of all files of a format.
 _ENDS = {"dxf": b"EOF", "svg": b"</svg>"}
 #: Bytes read at the end of a file.
 _TAIL = 64
-#: Extensions of temporary files.
+#: Extensions of temporary files, which are ignored.
 _PASSING = (".tmp", ".part", ".partial", ".crdownload", ".bak", ".swp", ".lock")
 
 #: Identifies the state of a file: size, modification time, and inode.
@@ -34,7 +35,7 @@ _Signature = tuple[int, int, int]
 
 @dataclass
 class _FileState:
-    """State at the last poll, number of polls in this state, and the last state that was processed."""
+    """State of a file at the last poll, number of polls in this state, and the last state that was processed."""
 
     signature: _Signature
     polls: int = 1
@@ -49,7 +50,7 @@ class FolderPoll:
     seen: dict[Path, _FileState] = field(default_factory=dict)
 
     def ready(self) -> list[Path]:
-        """Poll once; return complete files in a new state; raise `OSError` if the folder cannot be read."""
+        """Poll once, and return the complete files in a new state. Raises OSError if the folder cannot be read."""
         signatures = dict(self._files())
         self.seen = {path: known for path, known in self.seen.items() if path in signatures}
         ready = []
@@ -68,7 +69,7 @@ class FolderPoll:
         return ready
 
     def again(self, path: Path) -> None:
-        """Return a file again at the next poll."""
+        """Make the next poll return a file again."""
         if path in self.seen:
             self.seen[path].done = None
 
@@ -103,10 +104,11 @@ def _ends(path: Path) -> bool:
 
 @dataclass
 class FolderWatch:
-    """Generates programs for the files of a folder, until it is stopped.
+    """Generates programs for the files of a folder until it is stopped.
 
-    `folder` and `output` must differ; `given` are the arguments of `api.optimize` for each file. `written` is called
-    with the row of each written program, `refused` with a line for each refused input and each obstacle.
+    `folder` and `output` must differ. `given` are the arguments of `api.optimize` for each file. `written` is called
+    with the row of each written program. `refused` is called with a line for each refused input and for each other
+    failure.
     """
 
     folder: Path
@@ -120,7 +122,7 @@ class FolderWatch:
     hindered: str = ""
 
     def check(self) -> None:
-        """Raise `OptionError` or `OutputError` for invalid folders and options before anything is processed."""
+        """Raise OptionError or OutputError for invalid folders and options before any file is processed."""
         for role, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
                 raise OutputError(f"{folder}: not a folder; {role} must be there, create it first")
@@ -131,7 +133,7 @@ class FolderWatch:
         self.earlier = read_table(self.output / TABLE)
 
     def run(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Poll the folder every `seconds`, until Ctrl-C; raise `ExecutorError` if a cluster is lost."""
+        """Poll the folder every `seconds` until Ctrl-C. Raises ExecutorError if a cluster is lost."""
         poll = FolderPoll(self.folder)
         while True:
             self.step(poll)
@@ -204,7 +206,7 @@ class FolderWatch:
         return True
 
     def _keep(self, row: BatchRow) -> None:
-        """Store a row; for a refused input, delete its old program, which could be mistaken for a new one."""
+        """Store a row. For a refused input, delete its old program, which could be mistaken for a new one."""
         before = self.earlier.get(row.input)
         self.rows[row.input] = row
         if row.state == WRITTEN:

@@ -9,7 +9,9 @@ from leafcut.kernels.bands import Bands, near_places
 
 
 def bands_of(points: Floats, side: float) -> Bands:
-    """Return points, float64[n, 2], in bands of height `side`, mm; higher if there would be more bands than points."""
+    """Return points, float64[n, 2], in bands of height `side`, mm. The bands are higher if there would be more bands
+    than points.
+    """
     x, y = points.T
     low, high = float(y.min()), float(y.max())
     side = max(side, (high - low) / len(points))
@@ -20,7 +22,11 @@ def bands_of(points: Floats, side: float) -> Bands:
 
 
 def pieces_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
-    """Return the pairs (segment, point) within the limit of the point, by segment; float64[m, 2], [n, 2], [n], mm."""
+    """Return the pairs (segment, point) in which the segment is within the limit of the point.
+
+    The pairs are sorted by segment. `start` and `end` are float64[m, 2], `points` is float64[n, 2], and `limits` is
+    float64[n], all in mm.
+    """
     count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
     if len(start) and len(points):
         limit = float(limits.max())

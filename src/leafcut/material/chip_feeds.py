@@ -1,4 +1,7 @@
-"""Feed of a mill from its engagement: limits chip thickness to that of a slot at the tool's own feed, and the power."""
+"""Feed of a mill from its engagement.
+
+The feed limits the chip thickness to that of a slot at the tool's own feed, and it limits the power.
+"""
 
 from __future__ import annotations
 
@@ -17,25 +20,25 @@ if TYPE_CHECKING:
 
 
 def chip_at(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
-    """Return the maximum chip thickness per revolution at every point, mm, at feeds, mm/s, and speeds, 1/min.
+    """Return the maximum chip thickness per revolution at every point, mm, for feeds in mm/s and speeds in rpm.
 
-    As for a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness (Altintas, Manufacturing
-    Automation, 2nd ed., section 2.6).
+    The tool counts as a tool with a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness
+    (Altintas, Manufacturing Automation, 2nd ed., section 2.6).
     """
     return np.asarray(SECONDS_PER_MINUTE * engaged.chip * np.asarray(feed) / np.asarray(rpm))
 
 
 def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the material removal rate at every point, mm³/s, at feeds, mm/s."""
+    """Return the material removal rate at every point, mm³/s, for feeds in mm/s."""
     depth = np.where(engaged.width <= limits.film, max(limits.depth, limits.film_depth), limits.depth)
     return np.asarray(engaged.width * depth * np.asarray(feed))
 
 
 def power_at(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
-    """Return the cutting power at every point, W, at feeds, mm/s; 0 without a limit or a cut.
+    """Return the cutting power at every point, W, for feeds in mm/s; 0 without a cut or a power limit.
 
-    The mean chip is f_z b / (r φ) for a tooth engaged over the angle φ and a cut of width b: the mean of f_z sin φ over
-    the engaged edge.
+    The mean chip is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is the mean
+    of f_z sin φ over the engaged edge.
     """
     feeds = np.broadcast_to(np.asarray(feed, dtype=float), engaged.width.shape)
     power = np.zeros(len(engaged.width))
@@ -61,11 +64,17 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
 
 
 def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: float) -> float:
-    """Return the maximum power of a ramp or a helix, W; 0 without a limit.
+    """Return the maximum power of a ramp or a helix, W; 0 without a power limit.
 
-    The side is assumed to cut a slot of the full level depth throughout. In fact only the end of a ramp is that deep,
-    and a helix only as deep as its pitch. The end cuts over the whole area of the tool. `across`, `sink_rate`:
-    horizontal and downward feed, mm/s; `depth`: from the uncut surface to the end of the ramp, mm.
+    The side is assumed to cut a slot of the full level depth throughout. In fact, only the end of a ramp is that deep,
+    and a helix is only as deep as its pitch. The end of the tool cuts over its whole area.
+
+    Parameters
+    ----------
+    across, sink_rate
+        Horizontal and downward feed, mm/s.
+    depth
+        Depth of the end of the ramp below the uncut surface, mm.
     """
     if limits.material is None or not across > 0.0 or not sink_rate > 0.0:
         return 0.0
@@ -77,8 +86,9 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 
 
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
-    """Return the power of a straight plunge at a feed in mm/s, W, like the end of a ramp
-    (`material.cutting_force.ramp_power`); 0 without a limit.
+    """Return the power of a straight plunge at a feed in mm/s, W; 0 without a power limit.
+
+    The formula is that of the end of a ramp (`material.cutting_force.ramp_power`).
     """
     if limits.material is None or not sink_rate > 0.0:
         return 0.0
@@ -94,22 +104,23 @@ def plunge_feed(limits: FeedLimits, feed: float) -> float:
 
 
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
-    """Return the feed of a ramp or a helix of slope up to `angle`, rad, mm/s: `feed`, reduced to the power limit. The
-    full feed is assumed to be horizontal, as on a flat ramp.
+    """Return the feed of a ramp or a helix with a slope up to `angle`, rad, mm/s: `feed`, reduced to the power limit.
+
+    The full feed is assumed to be horizontal, as on a flat ramp.
     """
     power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
     return _within_power(limits, feed, power)
 
 
 def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
-    """Return a feed that needs some power, W, reduced to the power limit."""
+    """Return `feed`, which needs `power` W, reduced to the power limit."""
     if limits.material is None or power <= limits.power:
         return feed
     return float(feed * feed_ratio(limits.material, limits.power / power))
 
 
 def least_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return the minimum of the values within a distance along the path before and after every piece; lengths in mm.
+    """Return the minimum of the values within a distance before and after each segment of a path; lengths are in mm.
 
     A feed is reduced before and after the position that requires it.
     """
@@ -118,7 +129,7 @@ def least_around(values: Floats, length: Floats, reach: float) -> Floats:
         np.searchsorted(middles, middles - reach, side="left"),
         np.searchsorted(middles, middles + reach, side="right"),
     )
-    # Minima of 2^k values by doubling; two overlapping ones cover any range.
+    # Row k has the minima of 2^k values; two overlapping minima cover any range.
     table = [values]
     while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
         half, doubled = 1 << len(table) - 1, table[-1].copy()

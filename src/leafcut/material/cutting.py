@@ -21,41 +21,42 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 if TYPE_CHECKING:
     from leafcut.kernels.sweep import CellRows, ToolShape
 
-#: Number of strips in which the field is cut, independent of the threads, so that sums are reproducible.
+#: Number of strips of the field. It does not depend on the threads, so that sums are reproducible.
 _STRIPS = 16
 #: Number of moves per batch, between two heartbeats.
 _BATCH = 200_000
-#: Thinner layers are rounding errors, mm: heights have single precision.
+#: Thinner layers are rounding errors, mm, because heights have single precision.
 FILM = 1e-3
-#: Reduction of the tool radius for rapids, cells: a rapid may pass along a finished wall.
+#: Reduction of the tool radius for rapids, cells, because a rapid may pass along a finished wall.
 RAPID_INSET = 1.0
-#: A shank no wider than its tool collides if this many tool diameters of successive cells are higher than the flutes,
-#: with gaps of at most this many cells. Single cells remain where a tool returns to a wall.
+#: A shank collides only if successive cells over this many tool diameters are higher than the flutes, with gaps of at
+#: most this many cells. Single higher cells remain where a tool returns to a wall.
 _SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
 
 
-#: Cells are cut by their centres: the wall before a cut may be this many cells nearer.
+#: A cell is cut if its centre is cut, so the wall before a cut may be nearer by this many cells.
 _MARGIN = 1.0
 
 
 class Removed(NamedTuple):
-    """Removal of every move, float64[m] each.
+    """Material that every move removes, float64[m] each.
 
     Attributes
     ----------
     volume
-        mm³.
+        Removed volume, mm³.
     area
         Cut area seen from above, mm².
     depth
-        Deepest cut, mm.
+        Greatest depth of cut, mm.
     left, right
-        Maximum distance of the cut to the left and right of the path, mm; negative: the cut is only on the other side.
+        Maximum distance of the cut to the left and to the right of the path, mm; negative if the cut is only on the
+        other side.
     over
-        Height of material above the tool, widened by a margin all round, just before the move, mm; negative if lower.
-        −∞ without a margin.
+        Height of the material above the tip of the tool just before the move, within a margin around the tool, mm. It
+        is negative if all material is lower, and −∞ without a margin.
     shank, holder
-        Depth of the parts above the flutes in the material, mm; 0 if they do not touch it or their shape is unknown.
+        Depth of shank and holder in the material, mm; 0 if they do not touch it, or if their shape is unknown.
     """
 
     volume: Floats
@@ -69,7 +70,7 @@ class Removed(NamedTuple):
 
     @property
     def cuts(self) -> NDArray[np.bool_]:
-        """Whether a move cuts anything thicker than a film."""
+        """Mask of the moves that cut more than a film."""
         return self.area > 0
 
 
@@ -85,7 +86,7 @@ def cut(
     lowered: HeightField | None = None,
     bodies: Mapping[int, Sequence[BodyPart]] | None = None,
 ) -> Removed:
-    """Cut material by the moves of a program, in order; changes the field.
+    """Cut material by the moves of a program, in order, and change the field.
 
     A rapid also cuts material that it meets more than a cell inside the tool. The result does not depend on the number
     of threads.
@@ -93,15 +94,15 @@ def cut(
     Parameters
     ----------
     cutters
-        By tool number; contains every tool of the moves.
+        Tool number → profile, for every tool of the moves.
     margin
         Additional tool radius for `Removed.over`, mm.
     surrounding_height
-        Height of material outside the field for `Removed.over`, mm; None: the field's floor.
+        Height of the material outside the field for `Removed.over`, mm; None for the field's floor.
     lowered
-        A field with the same cells: where a rapid lowers the material, it gets the new height.
+        A field with the same cells. It gets the new height where a rapid lowers the material.
     bodies
-        Parts above the flutes, by tool number; unknown for missing tools.
+        Tool number → sections above the flutes; unknown for missing tools.
     """
     from leafcut.kernels.sweep import CellRows, ToolShape
 
@@ -146,7 +147,7 @@ def cut(
 
 
 def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats]:
-    """Return the depth of every move in the material, mm: of rapids, shanks and holders; 0 without a collision."""
+    """Return by kind (rapid, shank, holder) the depth of every move in the material, mm; 0 without a collision."""
     return {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
         Body.SHANK.value: removed.shank,
@@ -157,11 +158,11 @@ def collision_depths(moves: StraightMoves, removed: Removed) -> dict[str, Floats
 def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
     """Return the maximum chip thickness of every move as a share of the feed per tooth; 0 without a cut.
 
-    At a distance d beside the path of a tool of radius R, a tooth takes a chip of √(1 − (d/R)²) times the feed per
-    tooth. The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula
-    2 √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
+    At a distance d from the path of a tool of radius R, a tooth takes a chip of √(1 − (d/R)²) times the feed per tooth.
+    The thickest chip is at the smallest d. For a one-sided cut of width a < R, this is the chip thinning formula 2
+    √(a/D (1 − a/D)) (Altintas, Manufacturing Automation, 2nd ed., section 2.6: h = c sin φ).
     """
-    # For a cut on one side only, left or right is negative: minus the distance from the path to the cut.
+    # For a cut on one side only, `left` or `right` is the negative distance from the path to the cut.
     nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _MARGIN * cell, 0.0)
     nearest = np.where(removed.cuts, np.minimum(nearest, radius), radius)
     share: Floats = np.sqrt(1.0 - (nearest / radius) ** 2)
@@ -169,14 +170,16 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
 
 
 def cut_width(removed: Removed, radius: Floats, cell: float) -> Floats:
-    """Return the width of cut of every move, mm, perpendicular to its path; at most the tool's diameter."""
+    """Return the width of cut of every move perpendicular to its path, mm, at most the tool diameter."""
     swept = np.where(removed.cuts, removed.left + removed.right + cell, 0.0)
     width: Floats = np.minimum(np.maximum(swept, 0.0), 2.0 * radius)
     return width
 
 
 class _ToolRun(NamedTuple):
-    """Successive moves of a tool: the number of the first, the range of y that each reaches, and the shape."""
+    """Successive moves of a tool: number of the first move, range of y that each move reaches, and profile of
+    the tool.
+    """
 
     first: int
     low: Floats
@@ -218,7 +221,7 @@ def _part_rows(parts: Sequence[BodyPart]) -> Floats:
 def _shank_collides(
     moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float
 ) -> NDArray[np.bool_]:
-    """Return the moves in which a shank collides: enough successive cells."""
+    """Return a mask of the moves in which a shank collides, which takes enough successive cells."""
     colliding = np.zeros(len(moves), dtype=np.bool_)
     hits = np.flatnonzero(cells > 0)
     if not len(hits):
@@ -239,7 +242,7 @@ def _shape(cutter: Cutter) -> tuple[float, ...]:
 
 
 def _tool_runs(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
-    """Yield runs of moves with the same tool, limited in length: start, end, tool."""
+    """Yield runs of moves with the same tool as (start, end, tool); the length of a run is limited."""
     if not len(tool):
         return
     changes = np.flatnonzero(np.diff(tool)) + 1

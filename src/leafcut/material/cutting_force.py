@@ -21,7 +21,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: A twist drill has two lips, each with half of the feed.
 _LIPS = 2
-#: Torque of a twist drill from its constant, N·mm and mm: K D² (a + b f); and its thrust: K D c f^d, N (Tungaloy).
+#: Torque of a twist drill, N·mm: K D² (a + b f), and its thrust, N: K D c f^d, with D and f in mm (Tungaloy).
 _TORQUE, _TORQUE_BY_FEED = 6.30, 168.4
 _THRUST, _THRUST_FEED = 570.0, 0.85
 #: Factor of a drill's thrust from the specific cutting force: Common Drilling Formulas (scribd.com, 262196644), Ff =
@@ -37,9 +37,9 @@ _WATT = 0.001
 def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: float) -> Floats:
     """Return the mean chip thickness hm of a one-sided milling cut, mm.
 
-    hm = f_z (1 − cos φ) / φ for a tooth engaged over the angle φ, with cos φ = 1 − 2 ae/D: the mean of f_z sin φ
-    (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width this is 2 f_z / π. It tends to the
-    catalogues' f_z √(ae/D) for narrow cuts. `width` is ae, mm, limited to the diameter.
+    hm = f_z (1 − cos φ) / φ for a tooth that is engaged over the angle φ, with cos φ = 1 − 2 ae/D. This is the mean of
+    f_z sin φ (Altintas, Manufacturing Automation, 2nd ed., section 2.6). At full width it is 2 f_z / π. For narrow cuts
+    it tends to f_z √(ae/D), the formula of catalogues. `width` is ae, mm, limited to the diameter.
     """
     share = np.clip(np.asarray(width, dtype=float) / diameter, 1e-12, 1.0)
     angle = 2.0 * np.arcsin(np.sqrt(share))  # arccos(1 − 2 share), accurate for small shares
@@ -47,17 +47,17 @@ def mean_chip(feed_per_tooth: Floats | float, width: Floats | float, diameter: f
 
 
 def specific_force(material: WorkMaterial, chip: Floats | float) -> Floats:
-    """Return kc = kc11 h^-mc, N/mm², at a chip thickness h, mm."""
+    """Return the specific cutting force kc = kc11 h^-mc, N/mm², for a chip thickness h, mm."""
     return np.asarray(material.kc11 * np.asarray(chip, dtype=float) ** -material.mc)
 
 
 def milling_power(material: WorkMaterial, rate: Floats | float, chip: Floats | float) -> Floats:
-    """Return the power of a milling cut, W, at a material removal rate, mm³/s, and a mean chip thickness, mm."""
+    """Return the power of a milling cut, W, for a material removal rate, mm³/s, and a mean chip thickness, mm."""
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip))
 
 
 def feed_ratio(material: WorkMaterial, power_ratio: Floats | float) -> Floats:
-    """Return the factor of a feed that changes the power of a cut by a factor.
+    """Return the factor of a feed that changes the power of a cut by a given factor.
 
     The power is proportional to f^(1 − mc), because kc is proportional to h^−mc.
     """
@@ -71,18 +71,18 @@ def ramp_power(
     side_chip: Floats | float,
     end_chip: Floats | float,
 ) -> Floats:
-    """Return the power of a mill on a sloped descent, W: the sum for its side and its end.
+    """Return the power of a mill on a sloped descent, W, as the sum for its side and its end.
 
-    P = kc(h) Q for both, each with its own chip thickness. That of the end is the descent per tooth: on a flat ramp it
-    is much thinner and needs a higher specific force. The removal of the end is calculated with the thinner chip of
-    both, because the boundary of the end is not known for every shape.
+    For both, P = kc(h) Q with a separate chip thickness. The chip of the end is the descent per tooth: on a flat ramp
+    it is much thinner and needs a higher specific force. The removal of the end is calculated with the thinner of both
+    chips, because the boundary of the end is not known for every shape.
 
     Parameters
     ----------
     side_rate, end_rate
         Material removal rate, mm³/s.
     side_chip, end_chip
-        Chip thickness, mm: the mean of the horizontal motion, and the descent per tooth. More than 0.
+        Chip thickness, mm, above 0: the mean for the horizontal motion, and the descent per tooth.
     """
     return np.asarray(
         milling_power(material, side_rate, side_chip)
@@ -91,12 +91,12 @@ def ramp_power(
 
 
 def spindle_torque(power: Floats | float, rpm: Floats | float) -> Floats:
-    """Return the torque of a power, W, at a spindle speed, N·mm: P / ω."""
+    """Return the torque, N·mm, for a power, W, and a spindle speed, rpm: P / ω."""
     return np.asarray(np.asarray(power) / (_WATT * math.tau / SECONDS_PER_MINUTE * np.asarray(rpm)))
 
 
 def drilling_power(torque: Floats | float, rpm: Floats | float, efficiency: float = 1.0) -> Floats:
-    """Return the power of a torque, N·mm, at a spindle speed, W: M ω / η."""
+    """Return the power, W, for a torque, N·mm, and a spindle speed, rpm: M ω / η."""
     turning = _WATT * math.tau / SECONDS_PER_MINUTE
     return np.asarray(np.asarray(torque) * turning * np.asarray(rpm) / efficiency)
 
@@ -106,8 +106,8 @@ def drilling_torque(
 ) -> Floats:
     """Return the torque of a drill, N·mm, at a feed, mm per revolution.
 
-    As measured (`WorkMaterial.drill_constant`) if known; otherwise M = kc f D² / 8, with the chip f/2 sin κ per lip,
-    where κ is half the point angle.
+    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise M = kc f D² / 8, with
+    the chip f/2 sin κ per lip, where κ is half the point angle.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * diameter**2 * (_TORQUE + _TORQUE_BY_FEED * np.asarray(feed)))
@@ -119,8 +119,8 @@ def drilling_thrust(
 ) -> Floats:
     """Return the thrust of a drill, N, at a feed, mm per revolution.
 
-    As measured (`WorkMaterial.drill_constant`) if known; otherwise F = 0.7 kc f D/2, which is close for a drill with a
-    thinned web; an unthinned web needs up to twice as much.
+    If the material has a `WorkMaterial.drill_constant`, the measured formula applies. Otherwise F = 0.7 kc f D/2, which
+    is close for a drill with a thinned web; a drill without a thinned web needs up to twice as much.
     """
     if material.drill_constant:
         return np.asarray(material.drill_constant * _THRUST * diameter * np.asarray(feed) ** _THRUST_FEED)

@@ -1,13 +1,13 @@
 """Engagement of the tool's edge along a path, exact by intersection of circles.
 
 At a point p, the tool has removed the area swept by its disc so far. The engagement is the part of the edge, on the
-front half of the circle, outside this area. The swept area is represented by discs one step apart. Each covers one
-interval of angles around p, and their union is found by sorting: no raster, no polygon.
+front half of the circle, outside this area. The swept area is represented by discs one step apart. Each disc covers an
+interval of angles around p, and their union is found by sorting, without a raster or a polygon.
 
-Two circles of equal radius touch all the time, because the edge has just been there. Therefore material is searched a
-tolerance inside the edge: a thinner film does not count. The disc at the tool position then covers exactly the rear
-half. Near discs of the same run are reduced by the tolerance too; otherwise the fresh edge would seem to be cut by the
-previous step.
+Two circles of equal radius touch all the time, because the edge has just been there. Therefore the search for material
+is a tolerance inside the edge, and a thinner film does not count. The disc at the tool position then covers exactly the
+rear half. Near discs of the same run are reduced by the tolerance too; otherwise the previous step would seem to cut
+the fresh edge.
 """
 
 from __future__ import annotations
@@ -29,13 +29,18 @@ _NOTHING = 1e-6
 
 
 class Engaged(NamedTuple):
-    """Engagement at every point of a path: angle of the edge, rad, at most π; width, mm; float64[n].
+    """Engagement at every point of a path, float64[n] each.
 
-    The width is perpendicular to the path: the strip of material that the tool removes, which is the diameter in a
-    slot. `chip` is the maximum chip thickness as a share of the feed per tooth: the cosine of the smallest angle
-    between the direction of travel and an engaged part of the edge, 1 for material straight ahead. For a one-sided
-    straight cut of width a < r, it is √(1 − (1 − a/r)²), the chip thinning 2 √(a/D (1 − a/D))
-    (`material.cutting.chip_share`).
+    Attributes
+    ----------
+    angle
+        Engagement angle of the edge, rad, at most π.
+    width
+        Width of the strip of material that the tool removes, perpendicular to the path, mm; the diameter in a slot.
+    chip
+        Maximum chip thickness as a share of the feed per tooth: the cosine of the smallest angle between the direction
+        of travel and an engaged part of the edge, 1 for material straight ahead. For a one-sided straight cut of width
+        a < r, it is √(1 − (1 − a/r)²), the chip thinning 2 √(a/D (1 − a/D)) (`material.cutting.chip_share`).
     """
 
     angle: Floats
@@ -51,10 +56,11 @@ def slot(diameter: float) -> Engaged:
 def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at every point of a path.
 
-    Exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is accurate to t
-    / (r sin φ). That is 0.1 degrees at 90 for a tool of 10 mm and 0.01 mm. Cuts of less than 2t may give 0. Positions
-    in between are not evaluated: an edge met head-on within a step shows at its end. `entry`:
-    points on the loop of the descent, which are cleared already and give 0.
+    The result is exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is
+    accurate to t / (r sin φ). That is 0.1 degrees at 90 degrees, for a tool of 10 mm and a tolerance of 0.01 mm. Cuts
+    of less than 2t may give 0. Positions between the points are not evaluated; material that the edge meets head-on
+    within a step shows at the end of the step. `entry` masks the points on the loop of the descent, which are already
+    cleared and give 0.
     """
     n = len(path)
     angle, width, nearest = (np.zeros(n) for _ in range(3))
@@ -64,8 +70,8 @@ def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | Non
         x, y, ahead_x, ahead_y, back_x, back_y = np.concatenate([path.xy, path.ahead, path.back], axis=1).T.copy()
         points = EdgePath(x, y, ahead_x, ahead_y, back_x, back_y, path.run, np.cumsum(path.step))
         low, high = np.zeros((2, 2 * n + 2))
-        # All earlier points count, including those without engagement: otherwise films thinner than the tolerance that
-        # they removed would count as material for later points, and would add up.
+        # All earlier points count, including those without engagement. Otherwise the films that they removed would
+        # count as material for later points, and would add up.
         engaged_edges(bands_of(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
     if entry is not None:
         angle[entry] = width[entry] = 0.0

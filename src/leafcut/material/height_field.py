@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
 
-#: Maximum number of cells: 4 bytes each, twice while a program is proved.
+#: Maximum number of cells. A cell takes 4 bytes, and 8 while a program is proved.
 MOST_CELLS = 64_000_000
 #: Target number of cells if the cell size is not given.
 USUAL_CELLS = 4_000_000
-#: Default cell size: at most this share of the smallest tool's diameter …
+#: Default cell size as a share of the smallest tool's diameter.
 SHARE_OF_TOOL = 0.025
-#: … for a stock too large for that, at most this share, while the cells fit into memory: coarser cells miss its cuts.
+#: Maximum of this share for a large stock, if the cells fit into memory. Coarser cells would miss cuts.
 COARSEST = 0.2
-#: … and at least this size, mm.
+#: Minimum default cell size, mm.
 FINEST = 0.01
 
 
 @dataclass(frozen=True)
 class StockBlock:
-    """A block of material: two opposite corners, mm, the lower one first."""
+    """A block of material: its lower and its upper corner, mm."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -40,8 +40,10 @@ class StockBlock:
 
 @dataclass(eq=False)
 class HeightField:
-    """Heights of material in square cells: float32[rows, columns], mm, rows by ascending y, columns by ascending x.
-    Below the floor, the material was cut through. x and y are the centre of the first cell.
+    """Heights of material in square cells, float32[rows, columns], mm: rows by ascending y, columns by ascending x.
+
+    Material below the floor was cut through. `x` and `y` are the centre of the first cell, and `cell` is the side of a
+    cell, mm.
     """
 
     heights: NDArray[np.float32]
@@ -52,7 +54,9 @@ class HeightField:
 
     @classmethod
     def of_block(cls, block: StockBlock, cell: float) -> HeightField:
-        """Return a block as cells; the last ones may extend beyond it. Raises PlanError for over `MOST_CELLS` cells."""
+        """Return a block as cells; the last cells may extend beyond it. Raises PlanError for more than `MOST_CELLS`
+        cells.
+        """
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
             width, depth = (block.high[k] - block.low[k] for k in range(2))
@@ -72,7 +76,9 @@ class HeightField:
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
 
     def contains(self, ends: Floats, margins: Floats) -> NDArray[np.bool_]:
-        """Return which moves, float64[m, 6], stay within the cells, including everything within a reach of them, mm."""
+        """Return a mask of the moves, float64[m, 6], that stay within the cells together with a margin around
+        them, mm.
+        """
         half = 0.5 * self.cell
         inside = np.ones(len(ends), dtype=np.bool_)
         for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
@@ -90,7 +96,7 @@ class HeightField:
         return spans[0], spans[1]
 
     def around(self, x: float, y: float, radius: float) -> tuple[NDArray[np.float32], Floats]:
-        """Return the heights around a disc (a view), and the distances of their cells from its centre, mm."""
+        """Return a view of the heights around a disc, and the distances of their cells from its centre, mm."""
         rows, columns = self.cells_between((x - radius, y - radius), (x + radius, y + radius))
         across = self.x + self.cell * np.arange(columns.start, columns.stop) - x
         up = self.y + self.cell * np.arange(rows.start, rows.stop) - y
@@ -99,13 +105,13 @@ class HeightField:
     @property
     def volume(self) -> float:
         """Volume of the material, mm³."""
-        # Row by row: double precision for all cells at once would take twice the memory of the field.
+        # Sum row by row, because double precision for all cells would take twice the memory of the field.
         return sum(float(np.maximum(row.astype(np.float64) - self.floor, 0.0).sum()) for row in self.heights) * (
             self.cell**2
         )
 
     def at(self, x: float, y: float) -> float:
-        """Return the height at a position, mm; the floor outside the field."""
+        """Return the height at a position, mm; outside the field it is the floor."""
         column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
         rows, columns = self.heights.shape
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
@@ -118,8 +124,10 @@ def usual_cell(
     cells: int = USUAL_CELLS,
     most_cells: int = MOST_CELLS,
 ) -> float:
-    """Return the default cell size, mm, in steps of 0.01 mm: a share of the smallest tool's diameter; for too many
-    cells up to a fifth of it, and more only if the cells would not fit into memory.
+    """Return the default cell size, mm, in steps of 0.01 mm.
+
+    It is a share of the smallest tool's diameter. If that gives too many cells, it grows up to a fifth of the diameter,
+    and further only if the cells would not fit into memory.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     preferred = max(share * smallest, math.sqrt(area / cells))

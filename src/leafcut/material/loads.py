@@ -1,4 +1,4 @@
-"""Cutting loads of every piece of a program's motion: chips, widths, volumes, and the distance to material."""
+"""Cutting loads of every segment of a program's motion: chips, widths, volumes, and the distance to material."""
 
 from __future__ import annotations
 
@@ -22,19 +22,23 @@ from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: Slope of a cut from which it descends into the material.
+#: Minimum slope of a cut that descends into the material.
 _LEVEL = 0.001
 #: Tools whose feed depends on the chip thickness.
 MILLING = (*MILLS, ToolKind.SLOT_MILL)
 
 
-#: Height of unknown material above the program's greatest height, mm.
+#: Height of unknown material above the greatest height of the program, mm.
 _ABOVE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class StockBefore:
-    """The material before a program: its cells, the height around them, mm, and whether it was described."""
+    """The material before a program.
+
+    `field` has its cells, `beside` is the height of the material around them, mm, and `known` states whether the user
+    described the stock.
+    """
 
     field: HeightField
     beside: float
@@ -43,9 +47,20 @@ class StockBefore:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Loads of every straight piece of a program's motion. Feeds in mm/s, 0 for rapids; speeds in 1/min; `share` is
-    the maximum chip thickness as a share of the feed per tooth; width of cut in mm, material removal rate in mm³/s;
-    `source` is the row of the path, int64[m].
+    """Loads of every straight segment of a program's motion.
+
+    Attributes
+    ----------
+    moves, removed
+        The segments, and the material that each removes.
+    feed, rpm
+        Feed, mm/s, 0 for rapids, and spindle speed, rpm.
+    share
+        Maximum chip thickness as a share of the feed per tooth.
+    width, rate
+        Width of cut, mm, and material removal rate, mm³/s.
+    source
+        Row of the path, int64[m].
     """
 
     moves: StraightMoves
@@ -59,7 +74,9 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """Maximum chip thickness per revolution, mm, as for a single tooth; on a ramp, that of a slot."""
+        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; on a ramp it is that of
+        a slot.
+        """
         share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
@@ -67,37 +84,37 @@ class Loads:
 
     @cached_property
     def upright(self) -> NDArray[np.bool_]:
-        """Pieces that go straight up or down."""
+        """Mask of the segments that go straight up or down."""
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
     @cached_property
     def mills(self) -> NDArray[np.bool_]:
-        """Pieces that cut without descending."""
+        """Mask of the segments that cut without descending."""
         mills: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & ~self._descends
         return mills
 
     @cached_property
     def sinks(self) -> NDArray[np.bool_]:
-        """Pieces that cut on a sloped descent: ramps and helices."""
+        """Mask of the segments that cut on a sloped descent, which are ramps and helices."""
         sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & self._descends
         return sinks
 
     @cached_property
     def plunges(self) -> NDArray[np.bool_]:
-        """Pieces that plunge straight into material."""
+        """Mask of the segments that plunge straight into material."""
         plunges: NDArray[np.bool_] = self._is_cutting_feed & self.upright & self._descends
         return plunges
 
     @cached_property
     def down(self) -> Floats:
-        """Downward speed of each piece, mm/s; 0 for others."""
+        """Downward speed of each segment, mm/s; 0 if it does not descend."""
         ends = self.moves.ends
         drop = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
         return np.divide(self.feed * drop, self.length, out=np.zeros_like(drop), where=self.length > 0)
 
     @cached_property
     def length(self) -> Floats:
-        """Length of every piece, mm."""
+        """Length of every segment, mm."""
         ends = self.moves.ends
         return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
 
@@ -112,16 +129,18 @@ class Loads:
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
-        """Return the pieces that a tool mills; if it only descends, its ramps and helices, or its plunges."""
+        """Return a mask of the segments that a tool mills; if it only descends, of its ramps and helices, or else of
+        its plunges.
+        """
         of_tool = self.moves.tool == number
         kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
         return next((pieces for pieces in kinds if pieces.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
-        """Return the power of every piece at the tool, W; 0 without a cut.
+        """Return the power of every segment at the tool, W; 0 without a cut.
 
         In a plunge, the end of the tool removes everything, with the descent per tooth as chip thickness. On a ramp or
-        a helix, the end removes at most its whole area times the descent, and the side the rest.
+        a helix, the end removes at most its whole area times the descent, and the side removes the rest.
         `material.cutting_force` has the formulas.
         """
         turns = self.rpm > 0
@@ -135,7 +154,7 @@ class Loads:
         power[sinks] = ramp_power(
             spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
         )
-        # A piece may start in the air: while it cuts, its rate is the cut area seen from above times the descent.
+        # A segment may start in the air. While it cuts, its rate is the cut area seen from above times the descent.
         sink_rate = self.down[plunges]
         power[plunges] = milling_power(
             spindle.material, self.removed.area[plunges] * sink_rate, sink_rate / teeth_by_time[plunges]
@@ -143,7 +162,7 @@ class Loads:
         return power
 
     def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
-        """Return the factor by which every piece may be faster until power or torque reaches its limit."""
+        """Return the factor by which each segment may be faster until power or torque reaches its limit."""
         spindle = limit.spindle
         if spindle is None:
             return np.full(len(self.feed), math.inf)
@@ -162,11 +181,11 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = unseen,
 ) -> HeightField:
-    """Return the maximum material over the cuts of a program that none of its rapids would meet.
+    """Return the largest stock around the cuts of a program that none of its rapids would meet.
 
-    The program is assumed to be safe: above a rapid there can be no material, unless a cut went as deep before.
-    Everywhere else there may be material. With `dogleg`, only the end of a rapid in several axes counts. Raises
-    PlanError if there would be too many cells.
+    The program is assumed to be safe: above a rapid there is no material, unless a cut went as deep before. Everywhere
+    else there may be material. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there
+    would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE
@@ -191,7 +210,9 @@ def loads_of(
     threads: int = 1,
     check_cancelled: Heartbeat = unseen,
 ) -> Loads:
-    """Return the loads of every piece of a path in the unchanged stock. Raises PlanError for too many pieces."""
+    """Return the loads of every segment of a path in the stock, which is not changed. Raises PlanError for too many
+    segments.
+    """
     field = stock.field.copy()
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
     moves = moves_in_cells(numbered, cutters, field.cell, max(0.5 * smallest_tool(cutters), 2.0 * field.cell))
@@ -208,8 +229,9 @@ def loads_of(
 
 
 def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
-    """Return the limits of every milling tool, by its library or by the program's own worst cut; limits that depend on
-    unknown values are left out.
+    """Return the limits of every milling tool, from its library or from the program's own worst cut.
+
+    Limits that depend on unknown values are left out.
     """
     limits: dict[int, ToolLimits] = {}
     chip = loads.chip
@@ -231,5 +253,5 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
 
 
 def has_chip(tool: Tool) -> bool:
-    """Return whether a tool's library defines its chip thickness by feed and speed."""
+    """Return whether the library defines the chip thickness of a tool by a feed and a speed."""
     return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

@@ -8,9 +8,9 @@ from leafcut.errors import PlanError
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.model.mesh import Mesh
 
-#: Maximum sum of cells below all triangles, for a run time of minutes.
+#: Maximum sum of the cells below each triangle, which keeps the run time to minutes.
 _MAX_VISITS = 10_000_000_000
-#: Tolerance above the lowest point of a solid for its floor, mm.
+#: Maximum height of a triangle in the floor of a solid above its lowest point, mm.
 _FLAT = 0.01
 
 
@@ -21,9 +21,9 @@ def block_of_mesh(mesh: Mesh) -> StockBlock:
 
 
 def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
-    """Return a solid as cells of side `cell`, mm: its height above each cell centre, or its floor elsewhere.
+    """Return a solid as cells of side `cell`, mm: the height of the solid at each cell centre, or its floor.
 
-    Material below an overhang counts as solid: see `overhang`. Raises PlanError if there would be too many cells, or
+    Material below an overhang counts as solid, see `overhang`. Raises PlanError if there would be too many cells, or
     too many triangles per cell.
     """
     field = HeightField.of_block(block_of_mesh(mesh), cell)
@@ -48,7 +48,7 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
 
 
 def overhang(mesh: Mesh) -> float:
-    """Return the downward-facing area above the floor of a solid, seen from below, mm²: a height field fills it."""
+    """Return the downward-facing area of a solid above its floor, mm², which a height field fills."""
     a, b, c = (mesh.triangles[:, k] for k in range(3))
     cross = np.cross(b - a, c - a)
     signed_volume = float((a * cross).sum())  # six times the volume, negative for inverted triangles

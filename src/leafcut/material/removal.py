@@ -1,4 +1,4 @@
-"""Area that a pocket path removes, by sweeping the tool along it, independent of its planning."""
+"""Area that a pocket path removes, by sweeping the tool along it, independent of the planning of the path."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
 
-#: Steps swept at a time; bounds the memory.
+#: Number of steps that are swept together; it limits the memory.
 _BATCH = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Removal of a path over a pocket: what is left, and gouges.
+    """Result of a path in a pocket: the swept area, the remaining area, and gouges.
 
     Attributes
     ----------
     pocket, reachable, centres
-        shapely geometry: the pocket, the area that the tool can clear, the allowed tool centres.
+        shapely geometry: the pocket, the area that the tool can clear, and the allowed tool centres.
     swept
         Area swept by the tool.
     gouges
         Cuts beyond the walls that are deeper than the tolerance.
     uncovered
-        Remaining reachable area, without films thinner than the tolerance.
+        Reachable area that remains, without films thinner than the tolerance.
     """
 
     pocket: Any
@@ -46,12 +46,12 @@ class Removal:
 
 
 def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
-    """Sweep a disc of the tool's diameter along all feed moves of a path.
+    """Sweep a disc with the diameter of the tool along all feed moves of a path.
 
-    Every chord (accurate to an eighth of the tolerance) is swept separately and the capsules are united. A buffer of
-    the whole line would round its concave corners. Gouges are decided by the distance of the path from the walls, which
-    is exact: a path that keeps its distance gouges by 0, not by a sliver. Raises PlanError if the pocket's outline or
-    islands cross themselves or touch.
+    Every chord (accurate to an eighth of the tolerance) is swept separately, and the capsules are united; a buffer of
+    the whole line would round its concave corners. Gouges follow from the distance between path and walls, which is
+    exact: a path that keeps its distance has no gouge, not even a sliver. Raises PlanError if the outline or the
+    islands of the pocket cross themselves or touch.
     """
     shape = pocket.region(rules.tolerance)
     centres = tool_centres(shape, rules.radius, rules.tolerance)
@@ -73,20 +73,21 @@ def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]
 
 
 def entered(path: PocketPath, tool_path: ToolWay) -> NDArray[np.bool_]:
-    """Return the points of a path that lie on the loop along which the tool descends."""
+    """Return a mask of the points of a path that are on the loop along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
 
 def much_wider(rules: PocketRules) -> float:
-    """Return the width of cut, mm, from which it is reported as wider than the step-over: by half a step-over, or by
-    half the distance to a full-width cut, because curves change the width slightly.
+    """Return the width of cut, mm, from which on it is reported as wider than the step-over.
+
+    The margin is half a step-over, or half the distance to a full-width cut, because curves change the width slightly.
     """
     return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Floats:
-    """Return the chords, float64[n, 2, 2]; a piece without motion is a chord of length 0."""
+    """Return the chords of a path, float64[n, 2, 2], mm; a section without motion is a chord of length 0."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
     for piece in path.pieces:
         points = piece.path.flattened(fine)
@@ -102,7 +103,9 @@ def cleared_area(steps: Floats, rules: PocketRules) -> Any:
 
 
 def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
-    """Return the steps, float64[n, 2, 2], whose boxes are within a tool diameter of the box of some places."""
+    """Return the steps, float64[n, 2, 2], whose bounding boxes are within a tool diameter of the bounding box of some
+    points.
+    """
     corners = places.reshape(-1, 2)
     low, high = corners.min(axis=0) - rules.tool_diameter, corners.max(axis=0) + rules.tool_diameter
     near: Floats = steps[((steps.max(axis=1) >= low) & (steps.min(axis=1) <= high)).all(axis=1)]
@@ -110,8 +113,8 @@ def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:
 
 
 def swept_area(steps: Floats, radius: float, quad_segs: int) -> Any:
-    """Return the union of the capsules of all steps: a buffer of their whole line would round concave corners."""
-    # In GEOS a line of length 0 has no buffer: use a point.
+    """Return the union of the capsules of all steps; a buffer of the whole line would round concave corners."""
+    # GEOS has no buffer for a line of length 0, so a point replaces it.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
     lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
     unions = [
@@ -126,7 +129,7 @@ def _gouges(shape: Any, steps: Floats, rules: PocketRules) -> Any:
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)
-    # Tolerance for the chords of the walls and of the path.
+    # The tolerance allows for the chords of the walls and of the path.
     near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
     if not near.any():
         return shapely.Polygon()

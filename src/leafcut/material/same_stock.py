@@ -1,4 +1,4 @@
-"""Compare the remaining stock of two programs: height fields, cell by cell."""
+"""Compare the remaining stock of two programs, as height fields, cell by cell."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from leafcut.material.height_field import HeightField
 
 #: Side of the squares in which differing cells are grouped, cells.
 _TILE = 64
-#: Side of the squares of cells that are joined into regions, cells.
+#: Side of the squares from which regions of cells are built, cells.
 _SQUARE = 8
 
 
 class StockDifference(NamedTuple):
-    """A difference of two fields: where it is largest, both heights there, mm, and the number of cells."""
+    """A difference between two fields: the position where it is largest, both heights there, mm, and the number of
+    cells.
+    """
 
     x: float
     y: float
@@ -26,11 +28,11 @@ class StockDifference(NamedTuple):
 
 
 def stock_differences(before: HeightField, after: HeightField, tolerance: float) -> list[StockDifference]:
-    """Return the differences of two height fields with the same cells, largest positions first.
+    """Return the differences between two height fields with the same cells, those with the most cells first.
 
     A cell differs if its height is more than `tolerance`, mm, outside the range of the other field in the cell and its
-    eight neighbours. A wall moved by less than a cell therefore counts as equal. Adjacent cells are reported together.
-    Raises ValueError if the fields have different cells.
+    eight neighbours. A wall that moved by less than a cell therefore counts as equal. Neighbouring cells are reported
+    together. Raises ValueError if the fields have different cells.
     """
     wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
@@ -56,7 +58,10 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
 
 
 def regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    """Return groups of cells, int64[k, 2] rows and columns, largest first; touching squares of `_SQUARE` cells join."""
+    """Return connected groups of cells, largest first, each as rows and columns, int64[k, 2].
+
+    Squares of `_SQUARE` cells that touch each other belong to the same group.
+    """
     positions = np.argwhere(cells)
     squares: dict[tuple[int, int], list[int]] = {}
     for index, (row, column) in enumerate((positions // _SQUARE).tolist()):
@@ -76,7 +81,10 @@ def regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
 
 
 def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
-    """Return the cells that differ (`stock_differences`), bool[rows, columns]. Raises ValueError for another grid."""
+    """Return a mask of the cells that differ (`stock_differences`), bool[rows, columns].
+
+    Raises ValueError if the fields have different cells.
+    """
     first, second = ((field.heights.shape, field.x, field.y, field.cell) for field in (before, after))
     if first != second:
         raise ValueError("height fields of different cells cannot be compared")

@@ -1,4 +1,4 @@
-"""`Solid`: the stock of a run for display: coarse cells, and all moves that cut them."""
+"""`Solid`: the stock of a job for display, with coarse cells and all moves that cut them."""
 
 from __future__ import annotations
 
@@ -23,28 +23,30 @@ from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 
-#: Cells along the longer side.
+#: Number of cells along the longer side.
 CELLS = 512
-#: Length of the pieces of cuts, as a share of the smallest tool's diameter, unless there are too many.
+#: Length of the segments of cuts as a share of the smallest tool's diameter, and maximum number of such segments.
 _PIECE, _PIECES = 0.5, 400_000
-#: Maximum number of moves of a program that is shown.
+#: Maximum number of moves of a displayed program.
 _MOST_MOVES = 1_000_000
 #: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
-#: Minimum depth as a share of the longer side, so that the block is not a foil.
+#: Minimum thickness of the block as a share of its longer side; a thinner block would look like a foil.
 _THICK = 0.03
 #: Maximum number of displayed collisions.
 _MOST_COLLISIONS = 500
-#: Number of positions along a rapid that are tested for being in the block.
+#: Number of positions along a move at which its location in the block is tested.
 _PLACES = 65
 #: Displayed thickness of a surface without a known lower side: share of its longer side, and minimum, mm.
 _SURFACE_THICK, _LEAST_THICK = 0.03, 1.0
-#: Distance of hole centres up to which they are one hole, mm.
+#: Maximum distance of centres that belong to one hole, mm.
 _SAME = 1e-3
 
 
 class Collision(NamedTuple):
-    """A collision of a tool with material: the colliding body, the row of the moves' path, and the depth, mm."""
+    """A collision of a tool with material: the colliding part of the tool, the row of the path, the position and the
+    depth, mm.
+    """
 
     kind: str
     row: int
@@ -54,19 +56,20 @@ class Collision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """The stock before and after a run, and its moves.
+    """The stock before and after a job, and its moves.
 
-    Positions are relative to `origin` and rounded to single precision for drawing: `before` cut by `moves` is `after`.
+    Positions are relative to `origin` and rounded to single precision for drawing; `before` cut by `moves` gives
+    `after`.
 
     Attributes
     ----------
     origin
         x and y, mm.
     held
-        bool[rows, columns]: cells of the fixture.
+        Mask of the cells of the fixture, bool[rows, columns].
     width, chip
-        float64[m]: width of cut and maximum chip thickness of each move, as shares of the tool's diameter and of the
-        feed per tooth.
+        Width of cut and maximum chip thickness of each move, float64[m], as shares of the tool diameter and of the feed
+        per tooth.
     """
 
     origin: tuple[float, float]
@@ -84,7 +87,10 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block for displaying a run. Raises PlanError if it is unknown; OptionError without a tool diameter."""
+    """Return the block for the display of a job.
+
+    Raises PlanError if the block is unknown, and OptionError if a tool has no diameter.
+    """
     return _prepare(path, stock)[1]
 
 
@@ -102,8 +108,14 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
 
 
 def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
-    """Return the stock of a run, cut by a toolpath, in cells for pictures. Raises PlanError if the stock is unknown or
-    not cut, or the moves are too many; OptionError if a tool has no diameter.
+    """Return the stock of a job, cut by a toolpath, in cells for pictures.
+
+    Raises
+    ------
+    PlanError
+        The stock is unknown or not cut, or there are too many moves.
+    OptionError
+        A tool has no diameter.
     """
     cutters, block = _prepare(path, stock)
     tools = dict(stock.tools)
@@ -150,7 +162,7 @@ def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
 
 
 def _block_around_cuts(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block around the cuts below Z0, with a margin. Raises PlanError if no cut goes below Z0."""
+    """Return a block around the cuts below Z0 with a margin. Raises PlanError if no cut goes below Z0."""
     ends = moves.ends
     cutting = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
     if not cutting.any():
@@ -192,7 +204,9 @@ def _collisions(
 def _position_in_block(
     move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Return the middle of the part of a move inside a block, relative to the origin; otherwise its lower end."""
+    """Return the middle of the part of a move inside a block, relative to the origin; outside, the lower end of the
+    move.
+    """
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     points = move[:3] + share * (move[3:] - move[:3])
     low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)
@@ -202,7 +216,7 @@ def _position_in_block(
 
 
 def _block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
-    """Return the bounding box of a surface (down to its bottom) and fixtures. Raises PlanError if it has no width."""
+    """Return the bounding box of a surface and its fixtures. Raises PlanError if it has no width."""
     low, high = mesh.low, mesh.high
     floor = float(low[2])
     if not mesh.closed or low[2] >= high[2]:
@@ -222,14 +236,14 @@ def _field_of_surface(
     moves: StraightMoves,
     cutters: dict[int, Cutter],
 ) -> tuple[HeightField, NDArray[np.bool_]]:
-    """Return a surface as cells of a block, and the cells of its fixtures.
+    """Return a surface as cells of a block, and a mask of the cells of its fixtures.
 
-    The block and the moves are relative to an origin. For a finished part, holes drilled by the moves are filled.
+    The block and the moves are relative to an origin. For a finished part, the holes that the moves drill are filled.
     Raises PlanError if there would be too many cells, or too many triangles per cell.
     """
     moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
     field = HeightField.of_block(block, cell)
-    # A last cell that extends beyond the block has its centre outside the surface.
+    # If the last cell extends beyond the block, its centre is outside the surface.
     rows, columns = (
         max(int((edge - start) / cell + 1e-9) + 1, 1)
         for edge, start in ((block.high[1], field.y), (block.high[0], field.x))
@@ -248,7 +262,7 @@ def _field_of_surface(
 
 
 def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
-    """Fill open holes below straight plunges up to the lowest point of the rim."""
+    """Fill the open holes below straight plunges up to the lowest point of the rim."""
     ends = moves.ends
     plunging = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
     if not plunging.any():

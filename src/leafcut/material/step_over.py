@@ -16,25 +16,25 @@ from leafcut.material.bands import bands_of
 from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay, way_of
 from leafcut.model.pocket import PocketPath, PocketRules
 
-#: Maximum distance of neighbouring passes, in diameters; between more distant passes there is uncut area, which is
-#: reported.
+#: Maximum distance of neighbouring passes, diameters. Uncut area between more distant passes is reported elsewhere.
 FARTHEST = 1.5
-#: Maximum angle between neighbouring passes, rad.
+#: Maximum angle between two neighbouring passes, rad.
 SIDE_BY_SIDE = math.radians(30.0)
-#: Relative tolerance of disc radii within which a disc touches all passes that any of them touches.
+#: Discs whose radii differ by at most this ratio touch the same passes.
 _EQUAL = 1e-4
-#: Distance within which the ends of steps are one point, mm.
+#: Maximum distance of step ends that are one point, mm.
 _SAME = 1e-5
-#: Distance within which points are equal, mm.
+#: Maximum distance of equal points, mm.
 _SAME_POINT = 1e-4
-#: Update radius of a change, in maximum neighbour distances: the neighbour of a point, and that neighbour's corner.
+#: Radius of the effect of a change, in maximum neighbour distances: it reaches the neighbour of a point, and the corner
+#: of that neighbour.
 _REACHES = 2
-#: Number of gaps tested at a time for being inside the region.
+#: Number of gaps whose position in the region is tested together.
 _BATCH = 512
 
 
 class PassGaps(NamedTuple):
-    """Distances between neighbouring passes, mm: `step_over`, and `core` where two fronts meet."""
+    """Maximum distances between neighbouring passes, mm: `step_over`, and `core` where two fronts of passes meet."""
 
     step_over: float
     core: float
@@ -44,29 +44,37 @@ def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
     At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
-    next point that it touches is the neighbour. Its height above the tangent of the pass is the gap, as a machinist
-    measures it perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is measured from the
-    sides of that corner.
+    next point that the disc touches is on the neighbour. The height of that point above the tangent of the pass is the
+    gap, which a machinist measures perpendicular to the pass. If the disc touches a corner of the neighbour, the gap is
+    measured from the sides of that corner.
 
     The step-over is the maximum, over all points, of the gap on the nearer side. The pass was planned next to that
-    neighbour, or next to the wall, which has no gap. The gap on the farther side is where two fronts meet: the two
-    sides of a last ring, or passes along the walls of a narrow channel. Below two step-overs, no additional full pass
-    fits in; such a gap is reported as `core`, and is at most as wide as the tool if everything is cleared. Wider gaps
-    count as step-over. Rings one step-over apart therefore have that step-over, whatever remains in the middle, and
-    parallel lines too far apart have their distance.
+    neighbour, or next to the wall, which has no gap. The gap on the farther side is where two fronts meet, such as the
+    two sides of a last ring, or passes along the walls of a narrow channel. Below two step-overs, no additional full
+    pass fits in. Such a gap is reported as `core`; it is at most as wide as the tool if everything is cleared. Wider
+    gaps count as step-over. Rings one step-over apart therefore have that step-over, whatever remains in the middle.
+    Parallel lines that are too far apart have their distance.
 
-    Between straight lines the gap is their distance, between offset rings their offset, along a spiral its pitch,
-    independent of the kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right
-    angle), as in all offset pockets. It does not count, because the corner of one ring is at the offset from both sides
-    of the other. A corner that is rounded without coming closer counts more. The two sides of a corner of one pass are
-    not neighbours. Sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their widest.
+    Between straight lines the gap is their distance, between offset rings their offset, and along a spiral its pitch,
+    for every kind of path. The diagonal between the corners of two rings is longer (1.41 times at a right angle), as in
+    all offset pockets. It does not count, because the corner of one ring is at the offset from both sides of the other.
+    If a corner is rounded and the rings do not come closer, the gap is larger. The two sides of a corner of one pass
+    are not neighbours. Sides that diverge by more than `SIDE_BY_SIDE` are on average half as far apart as at their
+    widest.
 
-    A distance to a wall, on one side of the path only, is no gap; too large a distance shows as uncovered area. Nor is
-    a disc whose centre, or the line to it, lies outside the allowed tool centres: passes on both sides of an island are
-    not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between them.
+    The distance to a wall, on one side of the path only, is no gap; too large a distance shows as uncovered area. A
+    disc does not count either if its centre, or the line to its centre, is outside the allowed tool centres: passes on
+    both sides of an island are not neighbours. Passes more than `FARTHEST` diameters apart have uncovered area between
+    them.
 
-    Accurate within the chords of arcs and the steps of the path: some hundredths of a percent. `centres`: shapely
-    geometry of the allowed tool centres. `passes`: points whose neighbours are searched; None: all.
+    The result is accurate within the chords of arcs and the steps of the path, some hundredths of a percent.
+
+    Parameters
+    ----------
+    centres
+        shapely geometry of the allowed tool centres.
+    passes
+        Mask of the points whose neighbours are searched; None for all.
     """
     sides = _sides(path, centres, rules, passes)
     if sides is None:
@@ -90,8 +98,10 @@ def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
 
 
 class _Sides(NamedTuple):
-    """Sides of steps with a neighbour: rows of `discs`, the gap there, and the smaller gap of both sides, mm;
-    `is_lost` if a whole pass is missing there.
+    """Sides of steps with a neighbour.
+
+    `rows` are the rows of `discs`, `gap` is the gap on that side, and `nearer` is the smaller gap of both sides, mm.
+    `is_lost` marks sides on which a whole pass is missing.
     """
 
     discs: _Discs
@@ -105,23 +115,24 @@ def _sides(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.b
     moving = np.flatnonzero((path.step > 0.0) & (True if passes is None else passes))
     if not len(moving):
         return None
-    # In the middle of the steps, away from the tangents of corners.
+    # Measure in the middle of the steps, away from corners.
     xy = path.xy[moving] - 0.5 * path.step[moving, None] * path.chord[moving]
     normal = np.column_stack([-path.chord[moving, 1], path.chord[moving, 0]])
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
     height, touch, radius = _neighbours(start, normal, path.xy, rules)
-    # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) above each other's tangents.
+    # If two contacts are an angle a apart, seen from the centre of the disc, each is r (1 − cos a) above the tangent of
+    # the other.
     is_side_by_side = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _measured_from_sides(path, moving, np.where(is_side_by_side, height, 0.0), touch, start, normal)
     rows = np.flatnonzero(gap > 0.0)
     discs = _Discs(start, start + radius[:, None] * normal, path.xy[touch], centres, rules)
-    # Any contact on the other side counts there, at any angle; a wall has none.
+    # On the other side, a contact at any angle counts; a wall has no contact.
     nearer = np.minimum(gap, np.roll(height, len(moving)))[rows]
     return _Sides(discs, rows, gap[rows], nearer, gap[rows] >= 2.0 * rules.step_over * (1.0 - _EQUAL))
 
 
 class _Discs:
-    """Discs between neighbouring passes: those on the left of every step, then those on the right."""
+    """Discs between neighbouring passes: first those on the left of every step, then those on the right."""
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
         self.corners = np.stack([start, middle, touch], axis=1)
@@ -129,7 +140,9 @@ class _Discs:
         shapely.prepare(self.region)
 
     def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
-        """Return the largest size whose disc lies in the region; with `both`, also the disc on the other side."""
+        """Return the largest size whose disc is in the region; with `both`, the disc on the other side must be in the
+        region too.
+        """
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
         for first in range(0, len(rows), _BATCH):
@@ -145,7 +158,7 @@ class _Discs:
         return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Indices) -> NDArray[np.bool_]:
-        """Return whether discs, and the lines to their centres, lie in the region."""
+        """Return whether discs, and the lines to their centres, are in the region."""
         fits: NDArray[np.bool_] = shapely.covers(self.region, shapely.linestrings(self.corners[rows]))
         return fits
 
@@ -153,10 +166,10 @@ class _Discs:
 def _measured_from_sides(
     path: ToolWay, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
-    """Return the heights, with corner neighbours measured from the sides of the corner if that is less.
+    """Return the heights; a height above a corner is measured from the sides of the corner if that is less.
 
-    `moving` are the rows of the steps; the other arrays hold the left sides of all steps, then the right sides. A
-    height of 0 means no parallel neighbour.
+    `moving` are the rows of the steps. The other arrays hold the left sides of all steps, then the right sides. A
+    height of 0 means that there is no parallel neighbour.
     """
     ends, starts = path.xy[moving], path.xy[moving] - path.step[moving, None] * path.chord[moving]
     steps, node = len(moving), numbered(np.concatenate([ends, starts, path.xy]), _SAME)
@@ -181,7 +194,9 @@ def _measured_from_sides(
 
 
 def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
-    """Return whether the steps at each point have different directions; the steps of a point are consecutive."""
+    """Return a mask of the points at which the steps have different directions; the steps of a point are
+    consecutive.
+    """
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
     along = np.abs((direction * direction[np.flatnonzero(new)][group]).sum(axis=1))
@@ -190,8 +205,10 @@ def _changes_direction(direction: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return the height of the neighbour above the tangent, on the side of the normal of every point (0: none), the
-    neighbour's row, and the radius of the disc.
+    """Return for every point its neighbour on the side of its normal.
+
+    The result has the height of the neighbour above the tangent (0 for no neighbour), the row of the neighbour, and the
+    radius of the disc, mm.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
@@ -201,8 +218,9 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
 
 
 class TooWide:
-    """Returns the points float64[n, 2] whose nearer neighbour is farther away than the step-over, mm; after a change
-    of the path, only searches there.
+    """Finds the points of a path whose nearer neighbour is farther away than the step-over.
+
+    After a change of the path, it searches only near the change.
     """
 
     def __init__(self, centres: Any, rules: PocketRules) -> None:
@@ -211,7 +229,7 @@ class TooWide:
         self.previous, self.wide = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, pocket_path: PocketPath) -> Floats:
-        """Return the points."""
+        """Return the points of a path that are too far from their nearer neighbour, float64[n, 2], mm."""
         path = way_of(pocket_path, self.rules)
         moved_cells = self.cells.of(np.vstack([_without(path.xy, self.previous), _without(self.previous, path.xy)]))
         changed = self.cells.around(moved_cells, _REACHES)

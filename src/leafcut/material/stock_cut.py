@@ -14,8 +14,10 @@ from leafcut.model.tool import Tool
 
 @dataclass(frozen=True)
 class ToolCut:
-    """Effect of one tool, from the library or from the program's comments, on the stock; feed time in the material and
-    in the air, s; maximum depth and width of its cuts, mm.
+    """Effect of one tool on the stock.
+
+    `tool` is from the library or from the comments of the program. `cut_s` and `air_s` are the times at feed in the
+    material and in the air, s. `deepest_mm` and `widest_mm` are the maximum depth and width of its cuts.
     """
 
     tool: Tool
@@ -28,7 +30,7 @@ class ToolCut:
 
 @dataclass(frozen=True)
 class RapidCut:
-    """A rapid in material: its line and depth, mm."""
+    """A rapid in material, with its line and its depth, mm."""
 
     line: int
     depth_mm: float
@@ -36,7 +38,7 @@ class RapidCut:
 
 @dataclass(frozen=True)
 class BodyCut:
-    """A move in which the shank or holder of a tool is in the material: its line, tool, body and depth, mm."""
+    """A move in which the shank or holder of a tool is in the material, with line, tool, body and depth, mm."""
 
     line: int
     tool: int
@@ -53,14 +55,14 @@ class StockCut:
     block, derived
         The stock before the first cut, and whether it was derived from the cuts.
     tools
-        In the order of first use.
+        The tools in the order of first use.
     rapids, collisions
-        Rapids in the material, by line; shanks and holders in it, by tool and line.
+        Rapids in the material, by line; shanks and holders in the material, by line and tool.
     same_as, differences
-        The other program (None without one), and the positions where it leaves different stock, largest first: `before`
-        is the height of the other.
+        The other program (None for none), and the positions where it leaves different stock, those with the most cells
+        first; `before` is the height that the other program leaves.
     part
-        File of the part that was the stock before the program's cuts; "" for a block.
+        File of the part that was the stock before the cuts of the program; "" for a block.
     """
 
     program: str
@@ -79,5 +81,5 @@ class StockCut:
 
     @property
     def removed_mm3(self) -> float:
-        """Volume removed by all tools."""
+        """Volume that all tools remove, mm³."""
         return sum(cut.removed_mm3 for cut in self.tools)

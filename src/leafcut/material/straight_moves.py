@@ -1,4 +1,4 @@
-"""A toolpath as straight moves of the tip: cycles expanded, arcs as chords, cuts in pieces."""
+"""A toolpath as straight moves of the tip: cycles expanded, arcs as chords, cuts in segments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from leafcut.model.turns import AXES, Turns, turns_of
 
 #: Maximum distance of chords from their arcs, as a share of a cell, or of the smallest tool's diameter.
 _OF_CELL, _OF_TOOL = 0.05, 0.01
-#: Maximum number of moves of a program that fits into memory together with the material.
+#: Maximum number of moves that fit into memory together with the material.
 MOST_MOVES = 20_000_000
 
 
@@ -29,16 +29,18 @@ class StraightMoves:
     Attributes
     ----------
     ends
-        float64[m, 6], mm: start and end.
+        Start and end, float64[m, 6], mm.
     row
-        int64[m]: row of `path` that each belongs to.
+        Row of `path` for each move, int64[m].
+    rapid
+        Whether the move is a rapid, bool[m].
     tool
-        int64[m]: tool number.
+        Tool number, int64[m].
     path
         The toolpath with expanded cycles.
     unknown
-        Rows of `path` with an unknown start coordinate; the coordinate of their end is used. Rows with an unknown end
-        are left out.
+        Rows of `path` with an unknown start coordinate, for which the coordinate of the end is used. Rows with an
+        unknown end are left out.
     """
 
     ends: NDArray[np.float64]
@@ -59,7 +61,9 @@ class StraightMoves:
         )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and highest corner of the area swept by tools on at least one move, mm; Z of the tip."""
+        """Return the lowest and highest corner of the volume that tools sweep on the selected moves, mm; Z is that of
+        the tip.
+        """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]
         start, end = self.ends[selected, :3], self.ends[selected, 3:]
@@ -68,9 +72,10 @@ class StraightMoves:
 
 
 def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> StraightMoves:
-    """Return a toolpath as straight moves. `max_deviation`: maximum chord error of arcs, mm. `max_length`: maximum
-    length of the pieces of cuts in the plane, mm; rapids are not split. Raises PlanError if there would be more moves
-    than `MOST_MOVES`.
+    """Return a toolpath as straight moves.
+
+    `max_deviation` is the maximum chord error of arcs, mm. `max_length` is the maximum length of the segments of cuts
+    in the plane, mm; rapids are not divided. Raises PlanError if there would be more moves than `MOST_MOVES`.
     """
     path = expand(path)
     is_motion = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
@@ -112,19 +117,19 @@ def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
 
 
 def whole_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
-    """Return the undivided moves of the cutting tools; other moves, such as a probe, are left out."""
+    """Return the undivided moves of the cutting tools; moves of other tools, such as a probe, are left out."""
     return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
 
 def moves_in_cells(
     path: Toolpath, cutters: Mapping[int, Cutter], cell: float, max_length: float = math.inf
 ) -> StraightMoves:
-    """Return the moves of the cutting tools, as exact as a height field with cells of side `cell`, mm."""
+    """Return the moves of the cutting tools with the accuracy of a height field with cells of side `cell`, mm."""
     return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
 def _bend(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
-    """Move points, float64[n, 3], onto their arcs (-1: none), at a share of the sweep. Changes: position."""
+    """Move points, float64[n, 3], onto their arcs (-1 for none) at a share of the sweep. Changes `position`."""
     curved = np.flatnonzero(arc >= 0)
     arc, share, axes = arc[curved], share[curved], AXES[turns.plane[arc[curved]]]
     angle = turns.angle[arc] + share * turns.sweep[arc]

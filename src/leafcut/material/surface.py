@@ -1,4 +1,4 @@
-"""A mesh seen from above: crossing heights, and the start and end of holes in it."""
+"""A mesh seen from above: crossing heights, and the start and the end of holes in it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 
-#: Tiles along the longer side of a part; fewer for unsynchronised rapids, for which every tile of the box between two
-#: positions counts. 8 bytes each: half a megabyte.
+#: Number of tiles along the longer side of a part. Dogleg rapids get fewer tiles, because every tile of the box between
+#: two positions counts. A tile takes 8 bytes, all tiles half a megabyte.
 TILES, TILES_DOGLEG = 256, 64
-#: Minimum size of a tile, mm, and maximum number within the reach of a tool, to limit the run time.
+#: Minimum size of a tile, mm, and maximum number of tiles within the radius of a tool; both limit the run time.
 FINEST_TILE, MOST_IN_REACH = 0.2, 24
-#: Distance of the rim of a hole outside its tool, mm, and number of points on it.
+#: Distance of the rim of a hole from its tool, mm, and number of points on the rim.
 RIM, RIM_PLACES = 0.1, 24
 
 
 class SafeTiles(NamedTuple):
-    """Square tiles and the minimum crossing height of each. `heights`: float64[rows, columns], mm: rows by ascending y;
-    −∞ without material. `x`, `y`, `side`: lower left corner of the first tile, and side of a tile, mm.
+    """Square tiles with their minimum crossing heights.
+
+    `heights`, float64[rows, columns], mm, has rows by ascending y; −∞ without material. `x` and `y` are the lower left
+    corner of the first tile, and `side` is the side of a tile, mm.
     """
 
     heights: NDArray[np.float64]
@@ -58,7 +60,7 @@ def safe_tiles(
 ) -> SafeTiles:
     """Return the minimum height of a tool tip for crossing a surface.
 
-    Exact in height; horizontally, whole tiles are used, so up to two tiles too wide.
+    The result is exact in height. Horizontally it consists of whole tiles, so it is up to two tiles too wide.
 
     Parameters
     ----------
@@ -69,10 +71,10 @@ def safe_tiles(
     above
         Clearance above the surface, mm.
     max_tiles
-        Tiles along the longer side.
+        Number of tiles along the longer side.
     bodies
-        Parts above the flutes: radius, and the height of the tip above the surface that they require, mm; negative if
-        the part is higher above the tip than its clearance.
+        Sections above the flutes: radius, and the height of the tip above the surface that they require, mm. The height
+        is negative if the section is higher above the tip than its clearance.
     """
     from leafcut.kernels.surface import raise_around, raise_whole_cells, reach_in_cells
 
@@ -93,8 +95,9 @@ def safe_tiles(
 
 
 def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> Rims:
-    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n]: the rim just outside
-    the tool and the centre, because a hole may be open in the mesh.
+    """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n].
+
+    The rim just outside the tool and the centre are evaluated, because a hole may be open in the mesh.
     """
     from leafcut.kernels.surface import heights_at
 

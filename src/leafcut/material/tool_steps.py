@@ -1,4 +1,4 @@
-"""The path of a tool over a pocket in small steps, for measuring engagement and step-over, and for pictures."""
+"""The path of a tool in a pocket in small steps, to measure engagement and step-over, and for pictures."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 
-#: Maximum step as a share of the tool's diameter.
+#: Maximum length of a step as a share of the tool diameter.
 STEP = 0.05
-#: Maximum turn of a step along an arc, rad: the chord error is then an eight-hundredth of the radius.
+#: Maximum turn of a step along an arc, rad; the chord error is then an eight-hundredth of the radius.
 BEND = 0.1
 #: Maximum change of direction between chords of a curve, rad.
 STRAIGHT_ON = math.radians(4.0)
@@ -24,22 +24,24 @@ STRAIGHT_ON = math.radians(4.0)
 class ToolWay:
     """Points along the feed moves of a path, in cutting order.
 
-    There is a point at the end of every step, one at the start of every piece after a plunge, and an additional one at
-    every corner, so that both directions are evaluated there.
+    There is a point at the end of every step, at the start of every section after a plunge, and a second point at every
+    corner, so that both directions are evaluated there.
 
     Attributes
     ----------
     xy
-        float64[n, 2], mm.
+        Position, float64[n, 2], mm.
     back, ahead
         Unit tangents of the incoming and the outgoing path, float64[n, 2]; `back` is NaN after a plunge. They differ
         only at corners; between chords of a curve, both are the mean direction.
     chord
         Unit vector of the step that ends here, or of the outgoing path if its length is 0, float64[n, 2].
     step
-        Length of the step that ends here, mm, float64[n]; 0 after a plunge and for the outgoing point of a corner.
+        Length of the step that ends here, float64[n], mm; 0 after a plunge and for the outgoing point of a corner.
     run
-        int64[n]: number of the run, feed moves without a retract.
+        Number of the run, int64[n]; a run is a series of feed moves without a retract.
+    piece
+        Number of the section of the path, int64[n].
     """
 
     xy: Points
@@ -55,7 +57,7 @@ class ToolWay:
 
 
 def step_of(rules: PocketRules) -> float:
-    """Return the length of a step, mm: at most `STEP` diameters.
+    """Return the length of a step, mm, at most `STEP` diameters.
 
     Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
     """
@@ -88,7 +90,7 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
 
 @dataclass(frozen=True, eq=False)
 class _Chords:
-    """Chords of a piece, float64[m, 2] each: starts, vectors, and the tangents at both ends."""
+    """Chords of a section, float64[m, 2] each: starts, vectors, and the tangents at both ends."""
 
     start: Points
     vector: Points
@@ -126,7 +128,7 @@ def _arc(s: Segment, max_step: float) -> _Chords:
 
 
 def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
-    """Return the steps of one piece; `arrival` is the direction of arrival, None after a plunge."""
+    """Return the steps of one section; `arrival` is the direction of arrival, or None after a plunge."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if arrival is None else arrival[None]
     if not len(length):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
 
-#: Words in layer names for frames, title blocks, dimensions and texts, without accents.
+#: Words in the names of layers with frames, title blocks, dimensions and texts, without accents.
 _ASIDE = (
     *("ANNO", "ANNOTATION", "ANNOTATIONS", "BORDER", "BORDERS", "DEFPOINTS", "DIM", "DIMS", "DIMENSION", "DIMENSIONS"),
     *("DIMENSIONING", "FRAME", "FRAMES", "TEXT", "TEXTS", "TITLE", "TITLES", "TITLEBLOCK", "TITLEBLOCKS"),
@@ -28,7 +28,7 @@ _ASIDE = (
         "TEXTOS",
     ),
 )
-#: Words that such layer names may also contain.
+#: Further words that the names of such layers may contain.
 _BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
 
 
@@ -70,10 +70,10 @@ class Contour:
         has 1, and a part in this hole has 2. A mark or an open cut has the depth of the closed contour around it. A
         chamber has one more than its outline.
     parent
-        On a `Sheet`: index in `Sheet.contours` of the closed cut contour around this contour, -1 for none.
+        On a `Sheet`: index in `Sheet.contours` of the closed cut contour around this contour, or -1.
     chamber
-        Whether this is the inside of a notch whose mouth is narrower than the kerf. It is cut like a hole, but lies
-        outside of the outline.
+        Whether this is the inside of a notch whose mouth is narrower than the kerf. It is cut like a hole, but is
+        outside the outline.
     """
 
     path: Polyline

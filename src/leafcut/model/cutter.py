@@ -1,4 +1,4 @@
-"""Profile of a tool: the flutes from the tip up, and shank and holder above them, which do not cut."""
+"""Profile of a tool: the flutes from the tip up, and above them shank and holder, which do not cut."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
-#: Radius step between the discs that approximate the cone of a holder, mm. Each disc is as wide as the cone at its
-#: upper end, so no collision is missed.
+#: Radius step between the discs that approximate the cone of a holder, mm. Each disc is as wide as the cone at the
+#: upper end of its section, so that no collision is missed.
 CONE_STEP = 0.25
 #: Number of discs that enclose the cone of a spot drill.
 CONE_DISCS = 32
-#: Maximum excess of a shank over the tool's radius with which it still fits into the cut, mm.
+#: A shank fits into the cut if its radius exceeds that of the tool by at most this, mm.
 SAME_RADIUS = 5e-4
 
 
@@ -73,8 +73,8 @@ class Cutter:
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
 
     def radius_at(self, depth: float) -> float:
-        """Return the largest radius that the tool cuts with its tip at this depth, mm; less than `radius` only for a
-        point.
+        """Return the largest radius that the tool cuts with its tip at this depth, mm; below `radius` only for a
+        pointed tool.
         """
         if self.corner > 0.0 or math.isinf(self.slope):
             return self.radius
@@ -97,8 +97,9 @@ def bull_mill(diameter: float, corner: float) -> Cutter:
 
 
 def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
-    """Return the profile of a drill, V-bit or chamfer mill with an included angle, rad, and a flat tip of diameter
-    `tip`, mm. An angle of π is a flat end.
+    """Return the profile of a drill, V-bit or chamfer mill.
+
+    `angle` is the included angle, rad (π for a flat end), and `tip` is the diameter of the flat at the tip, mm.
     """
     if not 0.0 < angle <= math.pi:
         raise OptionError(
@@ -110,7 +111,7 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
 
 
 def cutter_of(tool: Tool) -> Cutter:
-    """Return the profile of a library tool; an unspecified end is flat."""
+    """Return the profile of a library tool; an end without a stated shape is flat."""
     if tool.kind is ToolKind.BALL_MILL:
         return ball_mill(tool.diameter)
     if tool.kind is ToolKind.END_MILL and tool.corner_radius:
@@ -121,7 +122,7 @@ def cutter_of(tool: Tool) -> Cutter:
 
 
 class Body(StrEnum):
-    """Part of a tool above its flutes."""
+    """A part of a tool above its flutes."""
 
     SHANK = "shank"
     HOLDER = "holder"
@@ -144,7 +145,7 @@ class BodyPart:
 
 
 class BodyDisc(NamedTuple):
-    """A horizontal disc that stands for a section of a tool above its flutes, mm.
+    """A horizontal disc that represents a section of a tool above its flutes, mm.
 
     Material within `radius` that is higher than the disc collides with it. A cone becomes several discs, each as wide
     as the cone at the lower end of the next disc.
@@ -182,9 +183,9 @@ def widest_below(
 
 
 def flutes_of(tool: Tool) -> tuple[float, list[tuple[float, float]]]:
-    """Return the radius of a tool at its tip, and the discs around its flutes: (height above the tip, radius), mm.
+    """Return the radius of a tool at its tip, and the discs around its flutes as (height above the tip, radius), mm.
 
-    The cone of a spot drill is narrow at its tip; other tools count as cylinders, without discs.
+    The cone of a spot drill is narrow at its tip; other tools count as cylinders without discs.
     """
     radius = 0.5 * tool.diameter
     if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
@@ -201,7 +202,7 @@ def bodies_of(tool: Tool) -> list[tuple[float, float]]:
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:
-    """Return the sections of shank and holder that are at least as wide as the tool; empty if unspecified."""
+    """Return the sections of shank and holder that are at least as wide as the tool; empty if they are unknown."""
     return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
 
 

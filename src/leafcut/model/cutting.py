@@ -1,7 +1,7 @@
 """`CutPlan`: the cuts of a sheet in order, with chart data, leads, times and costs.
 
 A cut is one run of the torch, from the pierce to the final torch-off. Its path is the centre line of the kerf including
-leads; positions along the path are in mm from its start.
+leads. Positions along the path are in mm from its start.
 """
 
 from __future__ import annotations
@@ -261,7 +261,7 @@ class CutTimes:
         return self.perimeter_mm - self.common_mm + self.rapid_mm
 
     def times(self, count: int) -> CutTimes:
-        """Return the values for `count` pieces."""
+        """Return the values for a number of pieces."""
         return CutTimes(
             self.cut_s * count,
             self.pierce_s * count,
@@ -293,10 +293,10 @@ class Consumption:
 
 @dataclass(frozen=True)
 class PartTimes:
-    """One part of a sheet: its number from 1 (0 for cuts that belong to no part), its area, mm², and its share of time
-    and cost.
+    """One part of a sheet with its share of time and cost.
 
-    The times include the moves to the cuts of the part. The name is from the drawing, or empty.
+    `part` is its number from 1, or 0 for cuts that belong to no part, and `area` is in mm². The times include the moves
+    to the cuts of the part. The name is from the drawing, or empty.
     """
 
     part: int

@@ -1,4 +1,4 @@
-"""Motion of canned cycles, used by timing, by writers for controllers without cycles, and by verification.
+"""Motion of canned cycles, for timing, for controllers without cycles, and for verification.
 
 The order of moves follows RS274/NGC section 3.5.16 as LinuxCNC's interpreter runs it (observed with `rs274 -g`).
 """
@@ -28,8 +28,8 @@ FEED_OUT = ("G84", "G85", "G89")
 
 _EPSILON = 1e-9
 
-#: Maximum number of pecks in a hole, and of moves in a program; more indicate a misplaced decimal point, and would
-#: exhaust the memory.
+#: Maximum number of pecks in a hole, and of moves in a program. Larger numbers come from a misplaced decimal point, and
+#: would exhaust the memory.
 _MAX_PECKS = 10_000
 _MAX_ROWS = 6_000_000
 
@@ -58,11 +58,11 @@ def _peck_count(cycle: DrillCycle) -> int:
 
 
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
-    """Yield the rapids, feeds and dwells of a cycle. `z_now` is the height before it, mm; NaN if at or above the R
-    plane.
+    """Yield the rapids, feeds and dwells of a cycle.
 
     A tool below the R plane first rises to it. Then the tool moves over the hole (`DrillCycle.approach`), descends to
-    the R plane, drills, and rises to the height of `motion.end`.
+    the R plane, drills, and rises to the height of `motion.end`. `z_now` is the height before the cycle, mm; NaN means
+    at or above the R plane.
     """
     x, y, z_after = motion.end
     feed, line = motion.value, motion.line
@@ -104,8 +104,10 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
 
 
 class Approach(NamedTuple):
-    """Approach moves to holes: whether the tool first moves vertically to the R plane (`upright`), and the heights at
-    both ends of the travel move, mm, NaN if unknown.
+    """Approach moves to holes.
+
+    `upright` states whether the tool first moves vertically to the R plane. `begin` and `end` are the heights at both
+    ends of the travel move, mm; NaN if unknown.
     """
 
     upright: NDArray[np.bool_]
@@ -114,7 +116,7 @@ class Approach(NamedTuple):
 
 
 def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
-    """Return the approach moves to the holes in the rows `drills`; `height` is the height before each, mm."""
+    """Return the approach moves to the holes in the rows `drills`; `height` is the height before each hole, mm."""
     ref = path.ref[drills]
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
     slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
@@ -124,10 +126,10 @@ def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.fl
 
 
 def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
-    """Expand every canned cycle of a toolpath, except those in `keep`, to rapids, feeds and dwells.
+    """Expand the canned cycles of a toolpath, except those in `keep`, to rapids, feeds and dwells.
 
     The spindle reversal of a tap is not written out. The result equals `expand_drill` row by row, but all holes are
-    expanded at once, because a board may have a hundred thousand.
+    expanded at once, because a board may have a hundred thousand holes.
 
     Raises
     ------
@@ -190,7 +192,7 @@ def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[
 
 
 class _Step(NamedTuple):
-    """A move of a cycle in the hole to height `z`, mm, or a dwell, s."""
+    """A step of a cycle in the hole: a move to height `z`, mm, or a dwell, s."""
 
     kind: Kind
     z: float
@@ -208,6 +210,6 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
 
 
 def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 0, 1, …, n − 1 for each length n, concatenated."""
+    """Return 0, 1, …, n - 1 for each length n, concatenated."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

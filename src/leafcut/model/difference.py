@@ -14,7 +14,7 @@ class Difference:
     what
         Kind of the difference: ``feed``, ``missing hole``, ``rapid below clearance`` …
     original, new
-        Lines of both program texts, from 1; 0 for none (a planned toolpath has no lines).
+        Lines of both program texts, from 1; 0 for none, because a planned toolpath has no lines.
     text
         Description of the difference.
     also

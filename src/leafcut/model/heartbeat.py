@@ -14,8 +14,9 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """An alternative that a step tries, with a unique name. `figure` is its result as text, and `cost` as a number;
-    they are "" and None until the result is known.
+    """An alternative that a step tries, with a unique name.
+
+    `figure` is its result as text and `cost` as a number; until the result is known, they are "" and None.
     """
 
     name: str
@@ -64,11 +65,11 @@ _REPORT_INTERVAL = 0.1
 
 
 def unseen(_: float = 0.0, /) -> None:
-    """Do nothing: the heartbeat of a step whose progress nobody receives."""
+    """Do nothing: the heartbeat of a step whose progress is not shown."""
 
 
 def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
-    """Report the start of a step; return a heartbeat that reports it again while it runs."""
+    """Report the start of a step, and return a heartbeat that repeats the report while the step runs."""
     if progress is None:
         return unseen
     progress(Progress(step))
@@ -85,9 +86,9 @@ def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
 
 
 def passing_on(progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
-    """Return a progress callback for a search that reports to `progress` under the name `step`.
+    """Return a progress callback for a search, which reports to `progress` under the name `step`.
 
-    `part` is the share of the whole work that the search does, and `left` the share that remains at its start.
+    `part` is the share of the whole work that the search does, and `left` is the share that remains at its start.
     """
     if progress is None:
         return None

@@ -1,4 +1,4 @@
-"""Heights of drawn objects: a drawing should have one height, which becomes Z0."""
+"""Heights of drawn objects. A drawing should have a single height, which becomes Z0."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from leafcut.model.issue import Issue, Severity
 
 #: Tolerance for equal heights, mm.
 SAME_HEIGHT = 0.001
-#: Maximum number of heights that a message lists; more indicate a 3D drawing.
+#: Maximum number of heights in a message; a drawing with more is a 3D drawing.
 _MAX_NAMED = 4
 
 
 @dataclass(frozen=True)
 class HeightCount:
-    """Number of objects at each height, and position of the first one: height → (number, x, y), mm."""
+    """Number of objects at each height, and position of the first of them: height → (number, x, y), mm."""
 
     heights: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
@@ -44,7 +44,7 @@ class HeightCount:
 
     @property
     def common(self) -> float:
-        """The common height of all objects, mm; 0 if they have none."""
+        """The common height of all objects, mm; 0 if the heights differ or there are no objects."""
         return next(iter(self.heights)) if len(self.heights) == 1 else 0.0
 
     def __str__(self) -> str:

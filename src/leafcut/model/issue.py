@@ -11,7 +11,7 @@ from leafcut.geometry.polyline import Polyline
 
 
 class Severity(StrEnum):
-    """Importance of an issue for the machine operator; missing means that drawn work is not done."""
+    """Importance of an issue for the machine operator; ``missing`` means that drawn work is not done."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -19,8 +19,8 @@ class Severity(StrEnum):
     DANGER = "danger"
 
 
-#: Every code with its meaning. The hundreds digit is the subject: 1 reading, 2 skipped objects, 3 repairs, 4
-#: assumptions, 5 order of a program, 6 sheet cutting, 7 pockets, 8 behaviour of a program.
+#: Code → meaning. The hundreds digit is the subject: 1 reading, 2 skipped objects, 3 repairs, 4 assumptions, 5 order of
+#: a program, 6 sheet cutting, 7 pockets, 8 behaviour of a program.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not state its units",
@@ -160,7 +160,7 @@ class MissingWork:
     count
         Number of missing features.
     where
-        Known positions of the features in program coordinates, mm; they may be fewer than `count`.
+        Known positions of the features in program coordinates, mm; there may be fewer than `count`.
     outlines
         Known closed outlines of the features, mm; hatched in drawings.
     """
@@ -177,10 +177,10 @@ _SOME_WORK = MissingWork("feature")
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One problem: a code of `CODES`, a one-line message, and its position (file, line, handle) if known.
+    """One problem: a code of `CODES`, a one-line message, and the position (file, line, handle) if known.
 
-    `missing` is the work that is not done, and the message states the reason. An issue has missing work if and only if
-    its severity is `Severity.MISSING`.
+    `missing` is the work that is not done; the message states the reason. An issue has missing work if and only if its
+    severity is `Severity.MISSING`.
     """
 
     code: str
@@ -203,7 +203,7 @@ class Issue:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")
 
     def as_note(self) -> Issue:
-        """Return a copy as a note, for work that the user did not request, so that it does not count as missing."""
+        """Return the issue as a note, which does not count as missing work, for work that the user did not request."""
         return Issue(self.code, self.message, self.place, Severity.NOTE)
 
 

@@ -14,8 +14,8 @@ XYZ = tuple[float, float, float]
 class Probe:
     """Touch-off of the sheet with the torch, which moves down until a switch trips.
 
-    `feed` is in mm/s. At `depth` mm below Z0, the controller raises an alarm. `switch_offset` is the Z travel between
-    contact and the trip of the switch, mm; 0 if the tip itself is the switch.
+    `feed` is in mm/s. At `depth` mm below Z0, the controller raises an alarm. `switch_offset` is the Z travel from
+    contact to the trip of the switch, mm; 0 if the tip itself is the switch.
     """
 
     feed: float
@@ -141,5 +141,5 @@ class Machine:
 
     @property
     def control(self) -> str:
-        """The dialect whose motion model applies: the shipped dialect if known, else the controller's own."""
+        """The dialect whose motion model applies: the shipped dialect if known, otherwise the controller's own."""
         return self.family or self.controller

@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 class Measure:
     """Lengths of rapids and cuts of a toolpath, mm, and its machine time, s.
 
-    `by_kind` has the seconds of rapid, feed, dwell, tool_change and spindle. `start` is the position before the first
-    move, (x, y) in mm, if the time includes the move from there. `lines` has the numbers of bytes and words of the sent
-    lines, int64[n] each, if the time depends on them (GRBL).
+    Attributes
+    ----------
+    by_kind
+        Seconds of rapid, feed, dwell, tool_change and spindle.
+    start
+        Position before the first move, (x, y) in mm, if the time includes the move from there.
+    lines
+        Numbers of bytes and words of the sent lines, int64[n] each, if the time depends on them (GRBL).
     """
 
     travel_mm: float

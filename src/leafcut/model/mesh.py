@@ -12,7 +12,7 @@ from leafcut.errors import PlanError
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles, float64[n, 3, 3] (triangle, corner, x y z), mm.
+    """Triangles of a surface, float64[n, 3, 3] (triangle, corner, x y z), mm.
 
     The mesh is `closed` if two triangles share every edge, so that it has an inside.
     """

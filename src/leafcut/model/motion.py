@@ -109,8 +109,8 @@ class DrillCycle:
         """Return the `approach` of LinuxCNC 2.9 in a series of cycles that started at height `initial`, mm.
 
         If `initial` is below the R plane, the tool first moves vertically to the R plane. Otherwise, a tool at or below
-        the R plane rises to the return height on its way over the hole. Heights may be NaN (unknown). Observed with
-        `rs274 -g`.
+        the R plane rises to the return height on its way over the hole. Unknown heights are NaN. Observed with `rs274
+        -g`.
         """
         if initial < self.r_plane:
             return "sink" if height > self.r_plane else "level"
@@ -119,7 +119,7 @@ class DrillCycle:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """Centre of an arc in program coordinates, its plane (17 xy, 18 zx, 19 yz), and its number of turns."""
+    """Centre of an arc in program coordinates, mm, its plane (17 xy, 18 zx, 19 yz), and its number of turns."""
 
     center: tuple[float, float, float]
     plane: int = 17

@@ -15,7 +15,7 @@ from leafcut.model.issue import Issue, missing_work
 
 @dataclass(frozen=True)
 class NestPart:
-    """A part to nest, and its quantity.
+    """A part to nest, with its quantity.
 
     `contours` are the closed outline, then holes and marks, mm, in drawing coordinates. `rotations` are the allowed
     angles, rad counter-clockwise from the drawing; None for any angle.
@@ -28,7 +28,9 @@ class NestPart:
 
     @property
     def label(self) -> str:
-        """Name for drawings: at most 40 printable characters, because DXF allows 255 and may need six for each."""
+        """Name for drawings, with at most 40 printable characters: DXF allows 255, and a character may need six of
+        them.
+        """
         return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
 
     @property
@@ -68,7 +70,7 @@ class Stock:
     Attributes
     ----------
     count, price
-        Number of sheets, None if unlimited; price of a sheet, None if unknown.
+        Number of sheets, or None if unlimited; price of a sheet, or None if unknown.
     edge
         Outline of a remnant, then the holes in it; empty for a rectangle.
     name
@@ -101,7 +103,7 @@ class Stock:
 
 
 def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
-    """Return the cost of a sheet of each kind: its price if any kind has a price, else its area, mm².
+    """Return the cost of a sheet of each kind: its price if any kind has a price, otherwise its area, mm².
 
     A remnant without a price costs nothing if any kind has a price, or if any kind is a new sheet.
     """
@@ -188,7 +190,7 @@ class Nest:
 
     @cached_property
     def used_length(self) -> float:
-        """Extent of the parts along the last sheet, mm; the rest can be cut off and kept."""
+        """Extent of the parts along the last sheet, mm; the remainder can be cut off and kept."""
         if not self.layouts:
             return 0.0
         edges = [p.placed(self.parts[p.part].outline).extents[2] for p in self.layouts[-1].placements]
@@ -205,8 +207,8 @@ class Nest:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """Sort key of nests, the best first: area of the unplaced parts, mm²; cost or area of the sheets; used length
-        of the last sheet, mm.
+        """Sort key of nests, the best first: area of the unplaced parts, cost or area of the sheets, used length of the
+        last sheet.
         """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
         return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
@@ -260,9 +262,9 @@ class NestOutcome:
         return missing_work(self.issues)
 
     def names(self, output: str | Path, variants: int = 1) -> tuple[tuple[str, ...], ...]:
-        """Return the file names for the drawings of the best `variants`, for the given `output`.
+        """Return the file names of the drawings of the best variants; `output` is the name of the first.
 
-        Several sheets are numbered, ``sheet_1.dxf``, and so are further variants: ``sheet_v2_1.dxf``.
+        Several sheets are numbered, ``sheet_1.dxf``, and so are further variants, ``sheet_v2_1.dxf``.
         """
         output, names = Path(output), []
         for number, nest in enumerate(self.nests[:variants], 1):

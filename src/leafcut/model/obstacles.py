@@ -16,7 +16,7 @@ from leafcut.model.cutter import widest_below
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Rectangles in which nothing is cut; rapids cross them at a safe height, or go around them.
+    """Rectangles in which nothing is cut; rapids cross them at a safe height or go around them.
 
     Attributes
     ----------
@@ -28,6 +28,8 @@ class Obstacles:
     radii
         Tool number → radius of the flutes, mm, which is the minimum distance of its centre from a zone. Other tools
         have 0.
+    dogleg
+        Whether each axis moves at its own speed in a rapid, so that its path is bent.
     bodies
         Tool number → discs of shank and holder as pairs (height above the tip, radius), mm.
     lowest
@@ -57,7 +59,8 @@ class Obstacles:
     def between(self, a: Point, b: Point, tool: int | None) -> float:
         """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if it crosses no zone.
 
-        A rapid from an unknown position may cross any zone, so it must be above all of them if the tool can be lifted.
+        A rapid from an unknown position may cross any zone. If the tool can be lifted, such a rapid must be above all
+        zones.
         """
         unknown = any(map(math.isnan, a))
         if unknown and math.isfinite(self.height):

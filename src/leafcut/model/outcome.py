@@ -1,4 +1,4 @@
-"""`Outcome`: all results of a run of `optimize`, from which the report and the JSON answer are derived."""
+"""`Outcome`: all results of a job, from which the report and the JSON answer are derived."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class OperationOutcome:
     """The work of a tool: its holes or slots, its cycle, and the solution of its order.
 
     `hole_order` are indices into `Part.holes` (or `Part.slots` if `slots`), in machining order. For foreign programs,
-    `cuts` is the number of cuts ordered together with the holes, `lines` the first and last line of their section, and
-    `staying` the holes that keep their original position in the order.
+    `cuts` is the number of cuts ordered together with the holes, `lines` are the first and last line of their section,
+    and `staying` are the holes that keep their original position in the order.
     """
 
     tool: Tool
@@ -48,7 +48,7 @@ D = TypeVar("D")
 
 @dataclass(frozen=True)
 class Outcome(Generic[D]):
-    """Results of a run: results common to all processes, and the `detail` of the process.
+    """Results of a job: results common to all processes, and the `detail` of the process.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Outcome(Generic[D]):
     defaults
         Used options that the user's own defaults set, as typed.
     made_by
-        Name of the process that made the program; it may be a plug-in.
+        Name of the process that generated the program; it may be a plug-in.
     """
 
     part: Part
@@ -113,10 +113,10 @@ class Outcome(Generic[D]):
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the lower bounds of all operations, in the unit of their costs; None if any is missing.
+        """Sum of the lower bounds of all operations, in the unit of their costs; None if any of them is missing.
 
-        Each bounds the path of one tool, from the end of the previous tool's path. So for several tools, the sum is no
-        bound for paths with other ends.
+        Each bound is for the path of one tool from the end of the previous tool's path. With several tools, the sum is
+        therefore no bound for paths with other ends.
         """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)

@@ -13,8 +13,8 @@ from leafcut.model.work_material import WorkMaterial
 class PaceRules:
     """Permitted changes to the feeds of a program.
 
-    If `air`, feed moves in air become rapids, at least `clearance` mm away from all material. If `feeds`, feeds follow
-    the chip thickness. `spindle` is None if the material is unknown.
+    With `air`, feed moves in air become rapids, which stay at least `clearance` mm away from all material. With
+    `feeds`, feeds follow the chip thickness. `spindle` is None if the material is unknown.
     """
 
     air: bool
@@ -42,7 +42,9 @@ class SpindleLoad:
 
 
 class PaceStretch(NamedTuple):
-    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s, infinite for a rapid."""
+    """A section of a motion: its end as a fraction of the motion, and its speed, mm/s; the speed of a rapid is
+    infinite.
+    """
 
     until: float
     speed: float
@@ -59,9 +61,9 @@ class Pace:
 class ToolLimits(NamedTuple):
     """Limits of a tool: chip thickness, mm per revolution at full engagement, and material removal rate, mm³/s.
 
-    `stated` is whether the chip thickness follows from feed and speed of the tool library, instead of the heaviest cut
-    of the program. `plunge` is the maximum plunge rate, mm/s, infinite if the library has none. `spindle` is None if
-    the material, the spindle or the number of teeth is unknown.
+    `stated` means that the chip thickness follows from feed and speed of the tool library, and not from the heaviest
+    cut of the program. `plunge` is the maximum plunge rate, mm/s, infinite if the library has none. `spindle` is None
+    if the material, the spindle or the number of teeth is unknown.
     """
 
     chip: float

@@ -12,8 +12,7 @@ class FeedLimit(NamedTuple):
     Attributes
     ----------
     name
-        ``power`` or ``torque`` of the spindle, W or N·mm; ``slot``, the chip thickness at full width, mm per
-        revolution; or ``plunge``, the downward speed in material, mm/s.
+        ``power`` or ``torque`` of the spindle, W or N·mm; or ``plunge``, the downward speed in material, mm/s.
     before, after, limit
         Load in the original and in the new program, and the limit. A cut whose line cannot be changed keeps its feed,
         so `after` may exceed the limit.
@@ -34,10 +33,10 @@ class ToolPace:
     feed_before, feed_after
         Lowest and highest feed in material, mm/s.
     chip_before, chip_after, chip_limit
-        Maximum chip thickness per revolution, mm, as if the tool had one tooth: in the original, in the new program,
-        and the limit.
+        Maximum chip thickness per revolution in the original and in the new program, and its limit, mm, as if the tool
+        had one tooth.
     limit_stated
-        Whether the limit follows from feed and speed of the tool library, instead of the heaviest cut of the program.
+        Whether the limit follows from feed and speed of the tool library, and not from the heaviest cut of the program.
     rate_before, rate_after
         Maximum material removal rate, mm³/s.
     """
@@ -69,7 +68,7 @@ class PaceChange:
         Number of sections that became rapids, and their minimum distance from material, mm; None if they are far from
         all material.
     assumed
-        Whether the stock was unknown; then everything is material except where rapids of the program go.
+        Whether the stock was unknown. Then material is assumed everywhere except on the rapids of the program.
     """
 
     air_s: float | None = None

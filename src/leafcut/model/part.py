@@ -69,7 +69,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot to mill along its centre line, from either end: ends of the centre line, and width, mm."""
+    """A slot to mill along its centre line, from either end: both ends of the centre line, and the width, mm."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -83,7 +83,7 @@ class Grouping:
     """Clusters of alternative points of a map; a tour visits one point of every cluster.
 
     `cluster`, int32[n], is the cluster of each point, numbered from 0 without gaps. `precedence`, int32[k, 2], has
-    pairs (before, after) of clusters. `first` is the cluster at the start of the closed tour, -1 for any.
+    pairs (before, after) of clusters. `first` is the cluster at the start of the closed tour, or -1 for any.
     """
 
     cluster: NDArray[np.int32]
@@ -96,8 +96,8 @@ class Grouping:
         return int(self.cluster.max()) + 1
 
 
-#: Rows of the matrix that rotates a direction of a solid upwards: a quarter turn about Y for X, a quarter turn about X
-#: for Y, a half turn about X for -Z.
+#: Direction of a solid → rows of the matrix that turns this direction upwards: a quarter turn about Y for X, a quarter
+#: turn about X for Y, a half turn about X for -Z.
 TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
     "x": ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
     "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
@@ -135,8 +135,9 @@ class ProgramZero:
     z: float = 0.0
 
     def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
-        """Return pairs (name, text) about the zero in X and Y, and about Z0 if it has a level. `scale` is the number of
-        mm per output unit.
+        """Return pairs (name, text) about the zero in X and Y, and about Z0 if it has a level.
+
+        `scale` is the number of mm per output unit.
         """
 
         def coordinate(value: float) -> str:

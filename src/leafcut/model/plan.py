@@ -49,11 +49,13 @@ class Order:
     Attributes
     ----------
     choices
-        The choices of each stage, int32[tasks]. After a pass of the process, they may have a form of its own.
+        The choices of each stage, int32[tasks]. After a pass of the process, they may have another form.
     solutions
         Cost, bound and history of each stage; empty for an order that is not the result of a search.
     kept
         Tasks that keep their position in the input: (stage, task) → reason.
+    unchanged
+        Whether the program is the unchanged input.
     """
 
     choices: tuple[Any, ...]
@@ -66,7 +68,7 @@ class Order:
 class Candidate:
     """An order with its motion.
 
-    `text` is the program, and `written` the toolpath read back from it; they are "" and None before the program is
+    `text` is the program, and `written` is the toolpath read back from it. They are "" and None until the program is
     written and proved.
     """
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from leafcut.geometry.polyline import Polyline
 
-#: Strategies that most shops use; the faster one is the baseline of a pocket's program.
+#: Strategies that most shops use; the faster of them is the baseline of a pocket's program.
 USUAL = ("zigzag", "contour")
 
-#: Kinds of outlines: pocket, island, edge of the plate, or undecided until the nesting is known.
+#: Kinds of outlines: pocket, island, edge of the plate, or undecided until the nesting of the outlines is known.
 POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 
 #: Maximum width of cut of a finishing pass deeper than one level, diameters.
@@ -102,15 +102,24 @@ class PocketLevels:
 
 @dataclass(frozen=True)
 class PocketRules:
-    """Rules for clearing a pocket with one tool, in the plane.
+    """Rules for clearing a pocket with one tool, in the plane; lengths are in mm.
 
-    The tool is a flat end mill; lengths are in mm. `step_over` is the maximum distance between adjacent passes. `stock`
-    is the thickness that roughing leaves on the walls for the finishing pass. If `climb`, the material is on the right
-    of the tool (clockwise spindle). `tolerance` is the maximum deviation of a path from the exact path.
-    `max_engagement` is in rad, None without a limit.
+    The tool is a flat end mill. Passes are planned slightly closer than the step-over (`planned`), because each is
+    accurate only within the tolerance. The measured step-over of a program therefore exceeds the rule at most by
+    rounding (`keeps`).
 
-    Passes are planned slightly closer than the step-over (`planned`), because each is accurate only within the
-    tolerance. So the measured step-over of a program exceeds the rule by rounding at most (`keeps`).
+    Attributes
+    ----------
+    step_over
+        Maximum distance between adjacent passes.
+    stock
+        Thickness that roughing leaves on the walls for the finishing pass.
+    climb
+        Whether the material is on the right of the tool (clockwise spindle).
+    tolerance
+        Maximum deviation of a path from the exact path.
+    max_engagement
+        Maximum engagement angle, rad; None without a limit.
     """
 
     tool_diameter: float
@@ -132,11 +141,11 @@ class PocketRules:
 
     @property
     def planned(self) -> PocketRules:
-        """Rules with a slightly smaller step-over; passes planned with them keep the original rules."""
+        """Rules with a slightly smaller step-over, for planning; passes planned with them keep the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
     def keeps(self, step_over: float) -> bool:
-        """Return whether a measured step-over, mm, keeps these rules, apart from rounding."""
+        """Return whether a measured step-over, mm, is within these rules, apart from rounding."""
         return step_over <= self.step_over + 0.5 * self.tolerance
 
 
@@ -144,10 +153,9 @@ class PocketRules:
 class PocketPiece:
     """An open section of the path of the tool's centre at feed, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cleared area, or from pass to pass), ``air``
-    (nothing is cut according to the simulation), or ``entry``. An entry is the first section: a closed loop along which
-    the tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed; ``air`` has its own
-    feed.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through cleared area, or from pass to pass), ``air`` (the
+    simulation shows that nothing is cut), or ``entry``. An entry is the first section: a closed loop along which the
+    tool descends, so that the area inside is cleared. `feed` is a share of the tool's feed; ``air`` has its own feed.
     """
 
     path: Polyline
@@ -206,7 +214,7 @@ class PocketMeasures:
     reachable_mm2
         Area that a tool of this diameter can clear.
     uncovered_mm2
-        The share of the reachable area that stays uncut.
+        Part of the reachable area that stays uncut.
     max_step_over
         Maximum distance of a pass from the nearer of its neighbours, mm.
     max_core
@@ -263,10 +271,10 @@ class PocketResult:
 
 @dataclass(frozen=True)
 class PocketProgram:
-    """Figures of a program for several pockets: the time of all levels, and the rapids, mm, and retracts of one level
-    of each pocket, including those between pockets.
+    """Figures of a program for several pockets.
 
-    `strategy` is the common strategy of all pockets; empty for the written program.
+    `time_s` is the time of all levels. `rapid_mm` and `retracts` are for one level of each pocket, including the moves
+    between pockets. `strategy` is the common strategy of all pockets; empty for the written program.
     """
 
     strategy: str
@@ -310,7 +318,7 @@ class PocketPlan:
 
     @property
     def usual(self) -> PocketResult:
-        """The baseline of the program: the faster one of the strategies `USUAL`, else the chosen strategy."""
+        """The baseline of the program: the faster of the strategies `USUAL`, or else the chosen strategy."""
         plain = [r for r in self.results if r.path is not None and r.strategy in USUAL]
         plain = [r for r in plain if not r.passed_over] or plain
         return min(plain, key=lambda result: result.program_s, default=self.result)

@@ -56,7 +56,9 @@ class Relief:
     acceleration: float
 
     def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the height of the tool at each position, float64[n, 2]; if a position has two heights, the higher."""
+        """Return the height of the tool at each position, float64[n, 2], mm; if a position has two heights, the higher
+        of them.
+        """
         known, otherwise = self._known, self.otherwise
         return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
 
@@ -160,7 +162,7 @@ class RoutingProblem:
         metric: Metric | None = None,
         **rest: object,
     ) -> RoutingProblem:
-        """Return the problem in which each point, n rows of x and y in mm, is a cluster of its own."""
+        """Return the problem in which each point is a separate cluster; `points` are n rows of x and y in mm."""
         xy = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(-1, 2))
         n = len(xy)
         return cls(

@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def to_json(value: Any) -> str:
-    """Return an object as JSON; NaN becomes null, and infinity the text "inf"."""
+    """Return an object as JSON text; NaN becomes null, and infinity becomes the text "inf"."""
     return json.dumps(plain(value), allow_nan=False)
 
 

@@ -128,10 +128,12 @@ class Sequence:
     ----------
     items
         Unchanged blocks and sections, in the order of the new program.
+    dropped
+        Tool changes that the new program leaves out.
     mergeable
-        Number of tool changes that joining sections would save, if the user did not request it.
+        Number of tool changes that merging sections would save, if the user did not request it.
     stays
-        For each task outside of the sections, the reason why it keeps its position.
+        For each task outside the sections, the reason why it keeps its position.
     """
 
     items: tuple[Kept | Section, ...]
@@ -143,5 +145,5 @@ class Sequence:
 
     @property
     def sections(self) -> tuple[Section, ...]:
-        """The sections, whose tasks can be reordered."""
+        """The sections with tasks that can be reordered."""
         return tuple(item for item in self.items if isinstance(item, Section))

@@ -1,4 +1,4 @@
-"""`ShownStock`: the stock of a run for display, or the reason why it cannot be shown."""
+"""`ShownStock`: the stock of a job for display, or the reason why it cannot be shown."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from leafcut.model.mesh import Mesh
 from leafcut.model.tool import Tool
 
 Corner = tuple[float, float, float]
-#: Lower corner, upper corner, mm.
+#: Lower corner and upper corner of a box, mm.
 FixtureBox = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
 class ShownStock:
-    """The stock of a run and the tools that cut it, as far as known.
+    """The stock of a job and the tools that cut it, as far as known.
 
     Attributes
     ----------
     block
         Lower and upper corner of the block, mm; None for a block just around the cuts.
     around
-        Smallest x and y, then largest x and y that a block around the cuts must include, mm.
+        Smallest x and y and largest x and y that a block around the cuts must include, mm.
     floor
         Lower end of a block around the cuts, mm; None for just below the deepest cut.
     surface
@@ -43,5 +43,5 @@ class ShownStock:
     refused: str = ""
 
 
-#: Stock of work with a beam.
+#: Stock of work with a laser or torch.
 CUT_THROUGH = ShownStock(refused="a beam cuts the sheet through: it has no heights to show")

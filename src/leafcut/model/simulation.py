@@ -12,9 +12,10 @@ from leafcut.model.toolpath import Toolpath
 
 @dataclass(frozen=True)
 class Simulation:
-    """The motion of a program on a machine: `path` as programmed, `run` from X0 Y0 on, and the measure of `run`.
+    """The motion of a program on a machine.
 
-    `defaults` are the used options that the user's own defaults set, as typed.
+    `path` is the motion as programmed. `run` adds the moves of the controller, and `measure` is the measure of `run`
+    with a start at X0 Y0. `defaults` are the used options that the user's own defaults set, as typed.
     """
 
     program: str

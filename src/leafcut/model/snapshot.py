@@ -16,7 +16,7 @@ class Pheromone:
     """Pheromone on the edges between points.
 
     `points` are positions, float64[m, 2], mm. `edges` are pairs of points, int32[k, 2]; edges with negligible pheromone
-    are omitted. `strength`, float32[k], is the agreement of the ants on each edge, from 0 to 1 if every ant uses it.
+    are omitted. `strength`, float32[k], is the agreement of the ants on each edge, 0 to 1, with 1 if every ant uses it.
     """
 
     points: NDArray[np.float64]
@@ -28,8 +28,8 @@ class Pheromone:
 class NextPlace:
     """A step that an ant can take from a point.
 
-    `place` is the number of the destination, from 1. `cost`, `pheromone` and `attraction` are d, τ, and
-    η = 1 / (d + ε). `probability` is the probability of this step at the start of a tour.
+    `place` is the number of the destination, from 1. `cost` is d, `pheromone` is τ, and `attraction` is η = 1 / (d +
+    ε). `probability` is the probability of this step at the start of a tour.
     """
 
     place: int
@@ -91,7 +91,7 @@ class Snapshot:
     step: SearchStep | None = None
 
 
-#: A function that a search calls between its steps. The first argument takes a snapshot, and is valid during the call
-#: only. The second argument is whether the whole search waits for the call with its clock stopped. The function does
-#: not change the result. It must return quickly, and should take a snapshot only if somebody is watching.
+#: A function that a search calls between its steps. The first argument is a function that takes a snapshot; it is valid
+#: only during the call. The second argument states whether the whole search waits for the call with its clock stopped.
+#: The observer does not change the result. It must return quickly, and should take a snapshot only if a user watches.
 Observer = Callable[[Callable[[], Snapshot], bool], None]

@@ -1,4 +1,4 @@
-"""`Solution`: the order that a search returns, with its cost; `Solved`: a solved map."""
+"""`Solution`: the order that a search returns, with its cost. `Solved`: a map with its tour."""
 
 from __future__ import annotations
 

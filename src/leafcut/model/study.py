@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.snapshot import Observer, Snapshot
 
-#: Maximum number of recorded iterations; of a longer search, only every second, every fourth … iteration is recorded.
+#: Maximum number of recorded iterations. In a longer search, only every second, fourth … iteration is recorded.
 MAX_KEPT = 4000
 
 
@@ -73,7 +73,7 @@ class Study:
             self.searches[-1].add(row)
 
     def iterations(self, search: int = -1) -> list[Iteration]:
-        """Return the recorded iterations of a search, by default the latest, with its newest iteration."""
+        """Return the recorded iterations of a search, by default of the latest, including the newest iteration."""
         with self._lock:
             return self.searches[search].all() if self.searches else []
 

@@ -125,8 +125,8 @@ class Recipe:
 class ToolLibrary:
     """The tools and recipes of a shop.
 
-    `left_out` has a line for each tool of the file that leafcut cannot use, with the reason. If the library is
-    `without_feeds`, feeds and speeds of drills are assumed.
+    `left_out` has a line for each tool of the file that leafcut cannot use, with the reason. With `without_feeds`,
+    feeds and speeds of drills are assumed.
     """
 
     tools: tuple[Tool, ...] = ()

@@ -121,7 +121,7 @@ class Toolpath:
         return before
 
     def place_before(self, row: int) -> tuple[float, float, float]:
-        """Return the position of the tool before a row, mm; for the number of rows, at the end."""
+        """Return the position of the tool before a row, mm; for the number of rows, it is the position at the end."""
         if row < len(self):
             x, y, z = self.before[row].tolist()
         elif row:
@@ -141,7 +141,7 @@ class Toolpath:
         return self.latest(Kind.OFFSET, self.ref)
 
     def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
-        """Return, for every row, the value of `column` in the latest row of `kind` up to this row, or `default`.
+        """Return for every row the value of `column` in the latest row of `kind` up to this row, or `default`.
 
         Integer columns return int64, all others float64.
         """
@@ -151,7 +151,9 @@ class Toolpath:
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest known x, y and z of all motions, mm, including bottoms of holes and arcs; else zeros."""
+        """Lowest and highest known x, y and z of all motions, including bottoms of holes and arcs, mm; zeros if
+        unknown.
+        """
         moving = np.isin(self.kind, [int(k) for k in MOTIONS])
         points = [self.end[moving]]
         drills = self.kind == Kind.DRILL
@@ -224,18 +226,18 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 
 
 def last_rows(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return, for every row, the index of the latest masked row up to and including this row; -1 before the first."""
+    """Return for every row the index of the latest masked row up to and including this row, or -1 before the first."""
     return np.maximum.accumulate(np.where(mask, np.arange(len(mask)), -1))
 
 
 @dataclass
 class ToolpathBuilder:
-    """Collects rows and tracks the position of the tool; `build` returns the toolpath."""
+    """Collects rows, and tracks the position of the tool; `build` returns the toolpath."""
 
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
     #: Height before the current series of canned cycles, mm, to which G98 returns; None outside a series.
     initial_plane: float | None = None
-    #: Whether approach moves depend on the height before a series of canned cycles, as in LinuxCNC.
+    #: Whether the approach to a hole depends on the height before the series of canned cycles, as in LinuxCNC.
     slants: bool = False
     #: All rows, concatenated: kind, x, y, z, value, ref, line (56 bytes per row).
     _rows: array[float] = field(default_factory=lambda: array("d"))
@@ -358,7 +360,7 @@ class ToolpathBuilder:
         return len(self._rows) // WIDTH
 
     def cut_back(self, rows: int, arcs: int) -> None:
-        """Keep the first `rows` rows and `arcs` arcs, and drop the rest; the caller sets the position."""
+        """Keep the first `rows` rows and `arcs` arcs, and drop all others; the caller sets the position."""
         del self._rows[rows * WIDTH :]
         del self._arcs[arcs:]
 

@@ -26,7 +26,7 @@ class Turn(NamedTuple):
 
     `radius` is in mm, `sweep` in rad and not negative, and `rise` is the length along the axis of a helix, mm. The turn
     is counter-clockwise about the `normal` of the plane. The unit vectors `out` and `out_end` point from the centre to
-    the start and to the end.
+    the start and to the end of the move.
     """
 
     radius: Floats

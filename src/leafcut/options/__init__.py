@@ -1,9 +1,9 @@
-"""Options shared by several processes: one frozen dataclass per subject, one definition for five interfaces.
+"""Options shared by several processes: a frozen dataclass per subject defines them once for five interfaces.
 
 `AcoOptions.n_ants` is the flag `--n-ants`, the key `n_ants` under `[aco]` in a TOML file, the keyword `n_ants` of
-`leafcut.optimize`, and a field of the studio's form: all are derived from the fields below. Values are checked and
-converted to internal units when an object is created, so no later stage checks them. Options of a single process are
-in that process's package.
+`leafcut.optimize`, a field of the studio's form, and an entry of the reference: all are derived from the fields below.
+Values are checked and converted to internal units when an object is created, so that no later stage checks them.
+Options of a single process are in the package of that process.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ _Flag = Callable[[str], str]
 class Condition:
     """A condition for the use of an option.
 
-    Any of the options `names` must have a value of `values`, or be on or given if `values` is empty. Without names, the
-    format of the input must be in `values`. If `wanted` is false, this must not be the case.
+    One of the options `names` must have a value in `values`, or be on or given if `values` is empty. Without names, the
+    format of the input must be in `values`. If `wanted` is False, the opposite must be true.
     """
 
     names: tuple[str, ...] = ()
@@ -28,7 +28,9 @@ class Condition:
         return self.wanted == any(value in self.values if self.values else bool(value) for value in values)
 
     def refusal(self, option: str, flag: _Flag) -> str:
-        """Return why an option is not used, and what to change: "only used with --keep-out; add --keep-out …"."""
+        """Return the reason why an option is not used, and the remedy: "only used with --keep-out; add
+        --keep-out …".
+        """
         value_text, own = " or ".join(", ".join(self.values).rsplit(", ", 1)), flag(option)
         if not self.names:
             return (
@@ -46,12 +48,12 @@ class Condition:
         return f"not used with {last}; leave out {last} or {own}"
 
 
-#: All conditions must hold.
+#: Conditions of an option, all of which must be met.
 Conditions = tuple[Condition, ...]
 
 
 def given(*names: str) -> Condition:
-    """Return the condition that any of the options is given or on."""
+    """Return the condition that at least one of the options is given or on."""
     return Condition(names)
 
 

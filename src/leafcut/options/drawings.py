@@ -9,7 +9,7 @@ from typing import ClassVar
 from leafcut.options.condition import input_is, input_is_not
 from leafcut.options.option_spec import PLACES, OptionGroup, option
 
-#: Named positions of an origin, as fractions of the width and height of the machined area, 0 to 1.
+#: Names of an origin → position as fractions of the width and height of the machined area, 0 to 1.
 ORIGINS = PLACES
 
 #: Default layer names by purpose; * and ? are wildcards.

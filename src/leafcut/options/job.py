@@ -1,4 +1,4 @@
-"""Options of the machine, and of the job as far as several processes share them: material, heights, clamps."""
+"""Options of the machine and of the job that several processes share: material, heights, clamps."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.options.option_spec import OptionGroup, option
 #: Cycles allowed in a tool library and for ``--cycle``.
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
 
-#: Value of ``--depth`` besides a length: the thickness of the part at each hole.
+#: Value of ``--depth`` for holes through the part, as deep as the part is thick at each hole.
 THROUGH = "through"
 
 
@@ -42,7 +42,7 @@ class MachineOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class JobOptions(OptionGroup):
-    """Material, heights, positions and obstacles of the job; each process uses those that apply to it."""
+    """Material, heights, positions and obstacles of the job. Each process uses those that apply to it."""
 
     section: ClassVar[str] = "job"
     title: ClassVar[str] = "Job"

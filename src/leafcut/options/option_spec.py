@@ -17,7 +17,7 @@ from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_
 
 @dataclass(frozen=True)
 class OptionSpec:
-    """Definition of one option apart from its name and default.
+    """Definition of an option, apart from its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
     ``text``, ``names`` (a comma-separated list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two
@@ -30,21 +30,22 @@ class OptionSpec:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[str, ...] = ()
-    #: Words accepted besides a number.
+    #: Words that are accepted instead of a number.
     words: tuple[str, ...] = ()
     #: Entry point group through which installed packages add choices.
     group_of_plugins: str = ""
-    #: Description of the default, if the default value None stands for a recommendation and the like.
+    #: Description of the default, if the value None stands for something else, such as a recommendation.
     default_words: str = ""
     #: Extension that marks a text as the path of a file; headers of programs contain only the file name.
     may_be_path: str | tuple[str, ...] = ""
     #: False for options that cannot change the program, such as the number of threads; they are left out of the header.
     changes_program: bool = True
-    #: Conditions for its use.
+    #: Conditions for the use of the option.
     needs: Conditions = ()
-    #: Example of a point with three numbers: ``-400,-200,-300``. Without it a point has two or three, or is "free".
+    #: Example of a point with three numbers: ``-400,-200,-300``. Without an example, a point has two or three numbers
+    #: or is "free".
     example: str = ""
-    #: Whether the value belongs to one file and is reset with the next. Other values belong to the shop.
+    #: Whether the value belongs to one input file and is reset for the next. Other values belong to the shop.
     of_file: bool = False
 
     def names_file(self, value: object) -> bool:
@@ -54,12 +55,12 @@ class OptionSpec:
 
     @property
     def names_input(self) -> bool:
-        """Whether it names an input file; output files do not change the program."""
+        """Whether the option names an input file; output files do not change the program."""
         return self.kind == "path" and self.changes_program
 
     @property
     def is_output(self) -> bool:
-        """Whether it names an output file."""
+        """Whether the option names an output file."""
         return self.kind == "path" and not self.changes_program
 
     @property
@@ -68,7 +69,7 @@ class OptionSpec:
         return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))
 
 
-#: Named positions in a box, as fractions of its width and height, 0 to 1.
+#: Name → position in a box, as fractions of its width and height, 0 to 1.
 PLACES = {
     "lower-left": (0.0, 0.0),
     "lower-right": (1.0, 0.0),
@@ -87,9 +88,9 @@ def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
 
 
 class OptionGroup:
-    """Base class of the option dataclasses: converts and checks every field."""
+    """Base class of the option dataclasses, which converts and checks every field."""
 
-    #: Table in a TOML file with these options, and heading of the group.
+    #: Name of the table of these options in a TOML file, and heading of the group.
     section: ClassVar[str] = ""
     title: ClassVar[str] = ""
     #: Whether every option of the group belongs to one file (`OptionSpec.of_file`).
@@ -111,7 +112,7 @@ class OptionGroup:
 
     @classmethod
     def as_typed(cls, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return values with plain numbers as texts, so that ``feed = 300`` is in mm/min like ``--feed 300``."""
+        """Return values with plain numbers as text, so that ``feed = 300`` is in mm/min like ``--feed 300``."""
         specs = cls.specs()
         return {
             name: repr(float(value)) if specs[name].kind == "quantity" and _is_float(value) else value
@@ -120,7 +121,7 @@ class OptionGroup:
 
     @classmethod
     def check(cls, name: str, value: Any) -> None:
-        """Raise `OptionError` if a value is invalid for an option, regardless of the others."""
+        """Raise OptionError if a value is invalid for an option, regardless of the other options."""
         converted(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
@@ -148,7 +149,7 @@ def _is_too_long(value: Any) -> bool:
 
 
 def converted(name: str, spec: OptionSpec, value: Any) -> Any:
-    """Return a typed value in internal units, or None for None; raise `OptionError` if it is invalid."""
+    """Return a typed value in internal units; None stays None. Raises OptionError if the value is invalid."""
     if value is None:
         return None
     flag = flag_name(name)
@@ -185,7 +186,7 @@ def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
 
 
 def _bound_text(spec: OptionSpec, value: float) -> str:
-    """Return a number in the unit a person types it in, which radians and mm/s are not."""
+    """Return a number in the unit in which users type it, because they do not type radians or mm/s."""
     if not spec.unit:
         return str(value) if isinstance(value, int) else f"{value:g}"
     unit = BARE_UNIT[spec.unit]
@@ -205,7 +206,7 @@ def _number(_: OptionSpec, value: Any) -> float:
 
 
 def _share(spec: OptionSpec, value: Any) -> float:
-    """Return a fraction; a text may be in percent: 60% is 0.6."""
+    """Return a fraction; a text may be a percentage: 60% is 0.6."""
     if isinstance(value, str) and value.strip().endswith("%"):
         return _number(spec, value.strip().removesuffix("%")) / 100.0
     return _number(spec, value)
@@ -224,7 +225,7 @@ def _flag(_: OptionSpec, value: Any) -> bool:
 
 
 def split_names(value: Any) -> tuple[str, ...]:
-    """Return the names of a comma-separated list, or of any list."""
+    """Return the names of a comma-separated list or of any other list."""
     words = value.split(",") if isinstance(value, str) else value
     return tuple(str(word).strip() for word in words if str(word).strip())
 
@@ -296,7 +297,7 @@ _KIND_WORDS = {
 
 
 def written(spec: OptionSpec, value: Any) -> str:
-    """Return an option's value as typed, including shop units."""
+    """Return the value of an option as a user would type it, with its shop unit."""
     if value is None:
         return "free"
     if spec.kind == "flag":

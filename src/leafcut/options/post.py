@@ -1,4 +1,4 @@
-"""Options of the written programs."""
+"""Options of written programs."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Removed options of earlier versions, with replacements."""
+"""Options of earlier versions that were removed, with their replacements."""
 
 from __future__ import annotations
 
 from leafcut.options.option_spec import flag_name
 
-#: Name → reason and remedy, or the new name, "now --name". These options are refused by name everywhere.
+#: Name → reason and remedy, or the new name as "now --name". All interfaces refuse these options by name.
 REMOVED = {
     "air_clearance": "rapids in the air keep 1 mm from the material",
     "air_feed": "give max_feed in the machine profile, the feed through cleared area",

@@ -9,7 +9,7 @@ from leafcut.errors import OptionError
 from leafcut.options.condition import one_of
 from leafcut.options.option_spec import OptionGroup, option
 
-#: Values of `--algorithm`, with descriptions.
+#: Value of `--algorithm` → description.
 ALGORITHM_TITLES = {
     "auto": "the best for most work: colony",
     "colony": "ants improve tours by Lin–Kernighan, then combine them along their trails (edge assembly)",
@@ -25,7 +25,7 @@ ALGORITHM_TITLES = {
     "none": "the given order; a program is only timed",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
-#: Algorithms from the literature, as their authors describe them; they also order clusters of directed paths.
+#: Algorithms from the literature as their authors describe them. They also order clusters of directed paths.
 ANT_ALGORITHMS = ("as", "eas", "asrank", "mmas", "acs")
 LITERATURE = (*ANT_ALGORITHMS, "firefly")
 #: Entry point group for algorithms of other packages.
@@ -37,9 +37,9 @@ FIREFLIES = one_of("algorithm", "firefly")
 #: Condition of options of the published firefly algorithm.
 _PUBLISHED = (FIREFLIES, one_of("variant", "published", "published-complex"))
 
-#: Value of `--n-ants` other than a number: the number of parts of a sheet, else of nodes.
+#: Value of `--n-ants` for one ant per part of a sheet, or per node without parts.
 ANTS_AS_PARTS = "parts"
-#: Values of `--initial-pheromone` other than a number: random for each edge, and the two published values for ACS.
+#: Values of `--initial-pheromone` that are no numbers: random for each edge, and the two published values for ACS.
 RANDOM_TRAILS, BY_N_RHO_C, BY_N_C = "random", "1/nrC", "1/nC"
 
 

@@ -1,4 +1,4 @@
-"""Options of a run."""
+"""`Settings`: the options of a job."""
 
 from __future__ import annotations
 
@@ -20,17 +20,20 @@ Group = TypeVar("Group", bound=OptionGroup)
 
 @dataclass(frozen=True)
 class Settings:
-    """Options of a run, by group: shared groups by name, a process's own groups with `of`.
+    """Options of a job by group: shared groups by name, and the groups of a process with `of`.
 
     Attributes
     ----------
     groups
         Groups in display order; a missing group has its defaults.
-    given, asked, defaults
-        Names of all given options, even if equal to the default; of those given on the command line or in a call,
-        rather than in a file, which may be meant for many processes; and of those from the user's own defaults.
+    given
+        Names of all given options, even if their value is the default.
+    asked
+        Names of the options given on the command line or in a call. Options of a file may be meant for other processes.
+    defaults
+        Names of the options given in the user's own defaults.
     process
-        Value of ``--process`` that selects the same work again, "" if the input determines it.
+        Value of ``--process`` that selects the same work again; "" if the input determines it.
     """
 
     groups: Mapping[type[OptionGroup], OptionGroup] = field(default_factory=lambda: MappingProxyType({}))
@@ -104,7 +107,7 @@ class Settings:
         return self.of(PostOptions)
 
     def changed(self) -> dict[str, str]:
-        """Return every non-default option that can change the program: flag → value as typed."""
+        """Return every option that can change the program and differs from its default: flag → value as typed."""
         process = {"--process": self.process} if self.process else {}
         return process | dict(
             _as_typed(group, name) for group in self.groups.values() for name in group.changed()
@@ -112,7 +115,7 @@ class Settings:
         )  # fmt: skip
 
     def from_defaults(self) -> tuple[str, ...]:
-        """Return the used options from the user's own defaults, as typed."""
+        """Return the used options that come from the user's own defaults, as typed."""
         names = self.defaults & self.given
         return tuple(
             " ".join(filter(None, _as_typed(group, name)))

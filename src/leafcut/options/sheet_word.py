@@ -1,4 +1,4 @@
-"""Request for a nest: kinds of sheet by size or drawing, count and price."""
+"""Parse the sheets requested for a nest: size or drawing, count and price."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from leafcut.errors import OptionError, shown
 from leafcut.units import parse_quantity
 
-#: Number of nests to offer if their number is not given.
+#: Number of nests to offer if the user does not state it.
 OFFERED = 3
-#: Maximum length of a sheet, mm, as the nester computes with seven digits.
+#: Maximum length of a sheet, mm, because the nester computes with seven digits.
 LARGEST_SHEET = 20_000.0
 #: A sheet as text: size or drawing, optional count, optional price.
 _SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DOTALL)
@@ -20,8 +20,8 @@ _SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DO
 class SheetWord:
     """A requested kind of sheet: ``3000x1500:4@180`` or ``remnant.dxf``.
 
-    `name` is its size, or the file of its drawing; `size` length and width, mm, None for a drawing. `count` and `price`
-    are None if not given; the default count of a drawing is 1.
+    `name` is the size as text, or the file of the drawing. `size` is length and width, mm, or None for a drawing.
+    `count` and `price` are None if not given; the default count of a drawing is 1.
     """
 
     name: str
@@ -31,7 +31,7 @@ class SheetWord:
 
 
 def parse_sheet(word: str) -> SheetWord:
-    """Parse a sheet such as ``3000x1500:4@180``; raise `OptionError` if it is invalid or the count is 0."""
+    """Parse a sheet such as ``3000x1500:4@180``. Raises OptionError if the text is invalid or the count is 0."""
     match = _SHEET.fullmatch(word.strip())
     name, count, price = match.groups() if match else (word, None, None)
     number, cost = None if count is None else int(count), None if price is None else float(price)

@@ -1,4 +1,4 @@
-"""Options of the material that a program cuts."""
+"""Options of the stock that a program cuts."""
 
 from __future__ import annotations
 

@@ -15,8 +15,9 @@ from leafcut.results.base import Result
 
 @dataclass(frozen=True, repr=False, eq=False)
 class NestResult(Result, NestOutcome):
-    """Parts nested on sheets. `save` writes the best nest as ``.dxf``, ``.svg`` or ``.json``; several DXF files are
-    numbered.
+    """Parts nested on sheets.
+
+    `save` writes the best nest as ``.dxf``, ``.svg`` or ``.json``; several DXF files get numbers.
     """
 
     def _line(self) -> str:

@@ -1,4 +1,4 @@
-"""Result of optimisation: a program."""
+"""Result of an optimisation: a program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Merging of short moves, as LinuxCNC does within the tolerance of G64 (Q, or P without Q)."""
+"""Merging of short moves, as LinuxCNC does it within the tolerance of G64 (Q, or P without Q)."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
 
 
 def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
-    """Replace each arc of less than a quarter turn with a bulge below Q by two chords."""
+    """Replace each arc by two chords if it is shorter than a quarter turn and its bulge is below Q."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):
         return steps

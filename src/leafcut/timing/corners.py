@@ -1,4 +1,4 @@
-"""Corners between moves: the maximum speed and the motion of the controller in each.
+"""Corners between moves: the maximum speed and the motion of the controller at each corner.
 
 This module has the corners of controllers that only slow down (style ``round``): junction deviation between feed moves
 under G64, while rapids stop. `timing.linuxcnc` has the corners of LinuxCNC.
@@ -14,7 +14,7 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, Moves
 
-#: Cosine of the turn below which a corner is straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
+#: Cosine of the largest turn that counts as straight; its negative limits reversals. Source: gnea/grbl 1.1, planner.c.
 _STRAIGHT = 0.999999
 
 
@@ -24,7 +24,7 @@ class Corners(NamedTuple):
     Attributes
     ----------
     speed
-        Maximum speed at the corner, mm/s, 0 for a stop; infinite where an arc rounds the corner and limits the speed.
+        Maximum speed at the corner, mm/s: 0 for a stop, infinite if an arc rounds the corner and limits the speed.
     arc_length, arc_speed, arc_acceleration
         Length, mm, maximum speed, mm/s, and acceleration, mm/s², of the arc in the corner; length 0 for no arc.
     trim

@@ -24,13 +24,13 @@ from leafcut.timing.toolpath import corner_style, measure
 #: Error of a stopwatch, s, and of the model, as a share of the time. Sources: manual and electronic timing differ by
 #: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model, docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
-#: The factor on the accelerations is searched between 1 / _WIDEST and _WIDEST.
+#: Search range of the factor on the accelerations: from 1 / _WIDEST to _WIDEST.
 _WIDEST = 20.0
 #: Search range of the corner value, mm.
 _CORNERS = (1e-4, 2.0)
-#: Maximum standard errors of the logarithms with which a parameter counts as determined. At 95 % confidence, the
-#: accelerations are then within a third, and the corner value within a factor of 2; profiles usually know only its
-#: order of magnitude.
+#: A parameter counts as determined if the standard error of its logarithm is at most this. At 95 % confidence, the
+#: accelerations are then within a third, and the corner value within a factor of 2, of which profiles usually know only
+#: the order of magnitude.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
 #: Step of the logarithms for numerical derivatives, large compared with the rounding of the model.
 _STEP = 0.01
@@ -79,13 +79,15 @@ class Fitted:
 
 
 def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
-    """Return the time of each program by the model, float64[n], s; each starts at X0 Y0."""
+    """Return the time of each program by the model, float64[n], s; each program starts at X0 Y0."""
     return np.array([measure(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
 def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
-    """Fit accelerations and corner value to the measured times. A parameter that the programs do not determine, or that
-    has no effect, keeps its value; if in doubt, the corner value does.
+    """Fit accelerations and corner value to the measured times.
+
+    A parameter keeps its value if the programs do not determine it, or if it has no effect. If the programs determine
+    neither of the two together, the corner value is dropped first.
     """
     seconds = np.array([program.seconds for program in programs])
     weight = 1.0 / np.hypot(HAND_S, MODEL_SHARE * seconds)
@@ -205,6 +207,7 @@ def _least_squares(
 
 def _standard_errors(jacobian: Floats, parameters: Sequence[str], residual: Floats) -> tuple[dict[str, float], float]:
     """Return the standard error of each logarithm, and the condition number of the Jacobian with normalised columns.
+
     The variance is estimated from the residuals; it is at least 1, the variance that the weights imply.
     """
     degrees_of_freedom = len(residual) - len(parameters)

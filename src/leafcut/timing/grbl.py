@@ -1,5 +1,6 @@
-"""Times of moves on GRBL 1.1, from `kernels.grbl_clock`, which simulates the planner, buffers and serial line of the
-board.
+"""Times of moves on GRBL 1.1.
+
+`kernels.grbl_clock` simulates the planner, the buffers and the serial line of the board.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
 def stops_of(path: Toolpath, machine: Machine) -> Mask:
-    """Return the mask of the rows before which the machine must stop, bool[n].
+    """Return a mask of the rows before which the machine must stop, bool[n].
 
-    The machine stops before:
+    The machine stops before
 
-    - M3, M4, M5, M7, M8 and M9 that change a state, and an S while the spindle turns. For a laser, an S stops the
-      machine only in a block without a move.
-    - A dwell, a pause, the end, and a change of origin or length offset.
-    - Blocks that are not understood.
+    - M3, M4, M5, M7, M8 and M9 that change a state, and an S while the spindle turns; for a laser, an S stops the
+    machine only in a block without a move;
+    - a dwell, a pause, the end, and a change of origin or length offset;
+    - blocks that are not understood.
 
     Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
     """
@@ -62,8 +63,9 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
 
 
 class SentLines(NamedTuple):
-    """Number of bytes and of words of each sent line, without blanks and comments, int64[n]. As columns of a toolpath,
-    both are 0 in rows at which no line starts.
+    """Number of bytes and of words of each sent line, without blanks and comments, int64[n].
+
+    As columns of a toolpath, both are 0 in rows at which no line starts.
     """
 
     size: NDArray[np.int64]
@@ -79,8 +81,9 @@ def sent_lines(text: Iterable[str]) -> SentLines:
 
 
 def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
-    """Return the size of the program line that starts at each row of a path. Without the text, the size is estimated
-    for three decimals.
+    """Return the size of the program line that starts at each row of a path.
+
+    Without the text of the program, the size is estimated for three decimals.
     """
     n = len(path)
     if lines is not None and path.line.any():
@@ -149,8 +152,8 @@ def grbl_seconds(
 
 
 def _arc_chords(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
-    """Return the chords of arcs: their number, the angle per chord, rad, two vectors that span the circle, and the rise
-    per chord, mm.
+    """Return the chords of arcs: number, angle per chord, rad, two vectors that span the circle, and rise per chord,
+    mm.
     """
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep

@@ -33,7 +33,7 @@ SHORTEST = 1.02 * CYCLE
 #: Number of moves of the look-ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
 DEPTH = 50
 
-#: The rest of a move before the arc of a corner is merged into the arc if it takes fewer servo cycles:
+#: If the rest of a move before the arc of a corner takes fewer servo cycles than this, it is merged into the arc:
 #: [TRAJ]ARC_BLEND_GAP_CYCLES.
 GAP_CYCLES = 4
 
@@ -76,7 +76,7 @@ def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
         arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
         trim=np.where(with_arc, corner.trim, 0.0),
         held_back=np.where(unlimited, 0.0, held_back),
-        # The planner halves the acceleration of a move that another move may follow, even if none does.
+        # The planner halves the acceleration of a move that may overlap with a next move, even without such a move.
         overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
     )
 
@@ -90,7 +90,7 @@ class _CornerArc(NamedTuple):
 
 
 def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
-    """Return the blend arc of each corner; speed 0 if none fits."""
+    """Return the blend arc of each corner; its speed is 0 if no arc fits."""
     half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
     angle, reach = _arc_bounds(before, after, half_angle)
     turn = np.pi - 2.0 * angle
@@ -143,7 +143,7 @@ def _coplanar(before: Moves, after: Moves) -> Mask:
 
 
 def _maximum_in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
-    """Return, for each corner, the maximum length of a vector in its plane whose components are within the bounds."""
+    """Return for each corner the maximum length of a vector in its plane with all components within the bounds."""
     across = np.cross(before.end, after.start)
     size2 = (across * across).sum(axis=1)
     share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
@@ -174,9 +174,10 @@ def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float)
 def overlap_speeds(
     before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
 ) -> tuple[Floats, Floats]:
-    """Return the speeds of two overlapping moves, mm/s: of the first move when the second starts, and of the second
-    move when the first ends. `half` are their accelerations, and `shortened` is the share of their lengths that
-    certainly remains.
+    """Return the speeds of two overlapping moves, mm/s: of the first when the second starts, of the second when the
+    first ends.
+
+    `half` are their accelerations, mm/s², and `shortened` is the share of their lengths that certainly remains.
     """
     moves = (before, after)
     reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]

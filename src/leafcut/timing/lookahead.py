@@ -39,8 +39,9 @@ _BLOCK = 1 << 13
 
 
 class Pieces(NamedTuple):
-    """Moves and corner arcs as motion segments in order: mm, mm/s, mm/s². `join` is the speed limit at the end of a
-    segment, and `move` the index of its move.
+    """Moves and corner arcs as motion segments in order: mm, mm/s, mm/s².
+
+    `join` is the speed limit at the end of a segment, and `move` is the index of its move.
     """
 
     length: Floats
@@ -51,7 +52,9 @@ class Pieces(NamedTuple):
 
 
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
-    """Return the time of every move, with the arc in the corner after it, float64[m], s (styles linuxcnc and round)."""
+    """Return the time of every move with the arc in the corner after it, float64[m], s, for the styles linuxcnc and
+    round.
+    """
     if not len(moves):
         return np.zeros(0)
     # Divisions by the radius 0 of straight moves and the width 0 of reversals are discarded afterwards.
@@ -76,7 +79,9 @@ def round_speed(moves: Moves, acceleration: Floats) -> Floats:
 
 
 def _corners_in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
-    """Return the corners of all moves. The last move follows itself, which has no effect, because it ends at rest."""
+    """Return the corners of all moves. The last move is its own successor, which has no effect because it ends
+    at rest.
+    """
     blocks = []
     for first in range(0, len(moves), _BLOCK):
         before, after = moves[first : first + _BLOCK], moves[first + 1 : first + 1 + _BLOCK]
@@ -101,7 +106,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     merged = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
     arc_length = corners.arc_length + np.where(merged, np.maximum(length, 0.0), 0.0)
     m = len(moves)
-    # The rest of a move, and every arc, takes slightly more than a cycle.
+    # The rest of a move takes slightly more than a cycle, and so does every arc.
     arc_speed = np.minimum(corners.arc_speed, arc_length / SHORTEST)
     velocity = np.where(length > 0.0, np.minimum(velocity, length / SHORTEST), velocity)
     arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
@@ -109,7 +114,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     columns = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
     exists = np.column_stack([~merged, with_arc]).ravel()
     seconds = travel_seconds(Pieces(*(column[exists] for column in columns)), DEPTH, m)
-    # The end of a move is detected in the following cycle: half a cycle late on average.
+    # The planner detects the end of a move in the following cycle, on average half a cycle late.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
         seconds -= _overlaps(moves, follows, velocity, acceleration)

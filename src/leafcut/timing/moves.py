@@ -77,9 +77,14 @@ def moves_of(
 ) -> Moves:
     """Return the moves of a path without canned cycles.
 
-    `delta` is the displacement of every row, float64[n, 3], mm. `mode`, `tolerance` and `joining` are the end mode, and
-    P and Q of G64, mm, of every row. `cycle_s` is the planning interval of the controller, s, the minimum duration of a
-    move.
+    Parameters
+    ----------
+    delta
+        Displacement of every row, float64[n, 3], mm.
+    mode, tolerance, joining
+        End mode of every row, and P and Q of G64, mm.
+    cycle_s
+        Planning interval of the controller, s, which is the minimum duration of a move.
     """
     steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
@@ -125,8 +130,10 @@ def _moving_rows(
 
 
 def changes_power(path: Toolpath) -> Mask:
-    """Return the mask of the rows that only change the laser power in the block of a move, which does not stop the
-    machine. Source: GRBL 1.1, laser mode ($32=1), gcode.c.
+    """Return a mask of the rows that only change the laser power in the block of a move; the machine does not stop for
+    them.
+
+    Source: GRBL 1.1, laser mode ($32=1), gcode.c.
     """
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)

@@ -30,8 +30,9 @@ def trapezoid_time(distance: float, velocity: float, acceleration: float) -> flo
 @overload
 def trapezoid_time(distance: NDArray[np.float64], velocity: Number, acceleration: Number) -> NDArray[np.float64]: ...
 def trapezoid_time(distance: Number, velocity: Number, acceleration: Number) -> Number:
-    """Return the time, s, of a move from rest to rest over a distance ≥ 0, mm, limited by velocity, mm/s, and
-    acceleration, mm/s². Arrays are broadcast against each other.
+    """Return the time of a move from rest to rest, s; arrays are broadcast against each other.
+
+    The distance is in mm and not negative, velocity and acceleration are in mm/s and mm/s².
     """
     cruise, ramp = distance / velocity, distance / acceleration
     if isinstance(cruise, float) and isinstance(ramp, float):

@@ -1,4 +1,4 @@
-"""Measure of a whole toolpath on a machine: lengths, and time by kind of motion."""
+"""Measure a whole toolpath on a machine: lengths, and time by kind of motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from leafcut.timing.profile import move_time
 #: Corner style by controller, if the machine does not specify it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
-#: A move counts as starved if waiting for lines costs more than this share of its time.
+#: A move is starved if waiting for lines takes more than this share of its time.
 STARVED_SHARE = 0.1
 
 #: Kinds of rows that set the position of the tool without a move.
@@ -44,8 +44,9 @@ def corner_style(machine: Machine) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PathTimes:
-    """A toolpath with expanded canned cycles, and the time of each row, s. `source` is the row of the original toolpath
-    from which each row comes.
+    """A toolpath with expanded canned cycles, and the time of each row, s.
+
+    `source` is the row of the original toolpath for each row.
     """
 
     path: Toolpath
@@ -62,9 +63,17 @@ def measure(
 ) -> Measure:
     """Return the lengths, mm, and the machine time, s, of a toolpath.
 
-    Feed moves in rows marked by `beam_off`, bool[n], are travel moves, because the beam is off. `start` is the position
-    of the tool before the first move, (x, y) in mm, if the path does not state it.
+    Parameters
+    ----------
+    beam_off
+        Mask of feed moves that are travel moves because the beam is off, bool[n].
+    start
+        Position of the tool before the first move, (x, y) in mm, if the path does not state it.
+    lines
+        Sizes of the program lines, if known; they affect the time on GRBL.
 
+    Notes
+    -----
     Canned cycles are expanded. The controller blends moves as in `timing.lookahead`, and the machine stops at every
     other command. A laser under GRBL is assumed to be in laser mode ($32=1): an S in the block of a move changes the
     power without a stop. A program without a path mode (G61, G61.1, G64) is assumed to run in G64, the power-on state.
@@ -76,7 +85,12 @@ def measure(
 
     A move with an unknown coordinate takes no time along that axis. A move between program and machine coordinates is
     exact if the `work_offset` of the machine is known. Otherwise, its time is estimated from half of the axis travel if
-    that is known, and its length counts as 0. Raises PlanError if the expanded cycles have too many moves.
+    that is known, and its length counts as 0.
+
+    Raises
+    ------
+    PlanError
+        The expanded cycles have too many moves.
     """
     path, source, delta, turns, moves, move_times, standing_seconds = _time_path(path, machine, start, lines)
     dark_feed = (path.kind == Kind.FEED) & (beam_off[source] if beam_off is not None else False)
@@ -115,23 +129,34 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
-    """Return the time of motion in every row of a path without canned cycles, float64[n], s, as `measure` sums it."""
+    """Return the time of motion in every row of a path without canned cycles, float64[n], s."""
     return _time_path(path, machine).moving
 
 
 def clock(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of every row; `measure` with the same `lines` and `start` returns the sum. Raises PlanError if
-    the expanded cycles have too many moves.
+    """Return the time of every row; `measure` with the same `lines` and `start` returns the sum.
+
+    Raises PlanError if the expanded cycles have too many moves.
     """
     timed = _time_path(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing_seconds)
 
 
 class _TimedPath(NamedTuple):
-    """A toolpath with expanded cycles: the original row of each row (`source`), the displacement of each row, mm, its
-    arcs, its moves with their times, s, and the time at rest in each row, s.
+    """A toolpath with expanded cycles, and its times.
+
+    Attributes
+    ----------
+    source
+        Original row of each row.
+    delta
+        Displacement of each row, mm.
+    turns, moves
+        Its arcs and its moves.
+    move_times, standing_seconds
+        Time of each move, and time at rest in each row, s.
     """
 
     path: Toolpath
@@ -176,11 +201,11 @@ def _time_path(
 
 
 def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
-    """Replace probe moves by feed moves to the contact point; return the path and the mask of the probe rows, bool[n].
+    """Replace probe moves by feed moves to the contact point; return the path and a mask of the probe rows, bool[n].
 
-    The contact point is assumed at the height of the SHIFT (G92) after the probe, the surface of the program. A probe
-    without such a row takes no time, because its length is unknown. In foreign programs, a probe is a FOREIGN row with
-    a feed.
+    The contact point is assumed at the height of the SHIFT (G92) after the probe, which is the surface of the program.
+    A probe without such a row takes no time, because its length is unknown. In foreign programs, a probe is a FOREIGN
+    row with a feed.
     """
     probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
     if not probes.any():
@@ -196,9 +221,7 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 def _expand(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Expand all cycles; return the path, and for each of its rows the original row, the end mode, and P and Q of G64,
-    mm.
-    """
+    """Expand all cycles. Return the path, and for each row its original row, its end mode, and P and Q of G64, mm."""
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
@@ -223,8 +246,7 @@ def _length(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two arrays of the displacement of every row along each axis, float64[n, 3], mm: known displacements, and
-    estimates of unknown ones.
+    """Return the displacement of every row along each axis as two arrays, float64[n, 3], mm: known and estimated ones.
 
     Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
     understood redefines its position. The first `n_started` axes start at `start`, with z at 0.
@@ -268,7 +290,7 @@ def _standing_seconds(path: Toolpath, machine: Machine, style: str) -> Floats:
     is_new_tool = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[is_new_tool]] = machine.tool_change_s
     turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
-    # Plain lists are faster here than array access: a beam has as many SPINDLE rows as cuts.
+    # Plain lists are faster here than arrays, because the path of a beam has a SPINDLE row for every cut.
     kinds, tool = path.kind.tolist(), int(Kind.TOOL)
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == tool))
     for row, value in zip(rows.tolist(), path.value[rows].tolist(), strict=True):

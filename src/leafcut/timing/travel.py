@@ -15,8 +15,8 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
-#: Additional cost of travel, s/mm. Many orders of a grid take equally long, because the faster axis waits; this selects
-#: the shortest of them without changing any measured time.
+#: Additional cost of travel, s/mm. Many orders of a grid take equal time, because the faster axis waits. The additional
+#: cost selects the shortest of them and changes no measured time.
 TIE_BREAK = 1e-6
 #: Metrics of machines and of the plane; all other metrics are for maps.
 _MACHINES = ("euclidean", "chebyshev", "manhattan", "linear", "dogleg")
@@ -35,8 +35,12 @@ def travel_metric(
     For the objective ``time``, the cost is the time of a rapid in x and y. A move across one of the `zones`, float64[k,
     4], (x0, y0, x1, y1) in mm, also costs two Z rapids by `lift_height_mm`, each from rest to rest. For the objective
     ``distance``, the cost is the length, mm, plus twice the height for a lift. With a `relief`, a move also costs the
-    rise to its travel height and the descent. Raises PlanError for zones that are not rows of four finite numbers, for
-    a negative height, or for an unknown objective.
+    rise to its travel height and the descent.
+
+    Raises
+    ------
+    PlanError
+        The zones are not rows of four finite numbers, the height is negative, or the objective is unknown.
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
@@ -70,8 +74,9 @@ def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
 
 
 def travel_cost(metric: Metric, a: Point, b: Point) -> float:
-    """Return the cost of travel from `a` to `b`, mm, over a flat sheet, as the search computes it. Raises PlanError if
-    the metric is for maps, or if travel heights differ.
+    """Return the cost of travel from `a` to `b`, mm, at one height, as the search computes it.
+
+    Raises PlanError if the metric is for maps, or if travel heights differ.
     """
     from leafcut.kernels.cost import CODES, distance
 

@@ -18,12 +18,14 @@ LEAFCUT = ["leafcut"]
 TOOLTIP = "Posts with another post-processor (--base linuxcnc), then reorders and verifies with leafcut reorder."
 TOOLTIP_ARGS = "--base NAME, and the options of leafcut reorder: --machine haas-vf2 --time-limit 5s"
 
-#: Packages that contain FreeCAD's post-processors: up to version 0.20, and since.
+#: Packages that contain FreeCAD's post-processors, up to version 0.20 and since then.
 _PLACES = ("PathScripts.post", "Path.Post.scripts")
 
 
 def export(objectslist: Any, filename: str, argstring: str) -> str:
-    """Write the program of a job and return its text; raise `RuntimeError`, before any write, if leafcut refuses it."""
+    """Write the program of a job and return its text. Raises RuntimeError, before any write, if leafcut refuses the
+    program.
+    """
     words = shlex.split(argstring or "")
     base = "linuxcnc"
     if "--base" in words:
@@ -35,7 +37,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
     text = str(_post(base).export(objectslist, "-", "--no-show-editor") or "")
     if not text:
         raise RuntimeError(f"the post-processor {base} wrote nothing")
-    # FreeCAD brings its own Python, whose variables would disturb leafcut's.
+    # FreeCAD has its own Python, whose environment variables would disturb that of leafcut.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     command = [*LEAFCUT, "reorder", "-", "-o", "-", "--quiet", *words]
     try:
