@@ -93,7 +93,7 @@ def test_without_a_file_it_is_told_where_one_would_be(
     [
         ("dril", "unknown command 'dril'; did you mean 'drill'?"),
         ("optimize", "optimize does several kinds of work; name one of drill"),
-        ("send", "send takes nothing from your defaults; leafcut send --help tells its options"),
+        ("send", "send takes nothing from your defaults; leafcut send --help lists its options"),
         ("auto", "unknown command 'auto'"),
         ("--options nosuch", "--options nosuch: file not found"),
         ("--options wrong.toml", "wrong.toml:2: unknown option 'thicknes'; did you mean 'thickness'"),

@@ -130,7 +130,7 @@ def test_a_program_is_removed_when_its_drawing_changes_into_one_that_is_refused(
     (folder / "a.nc").write_text(PROGRAM)
     seen = Watched(folder, nothing, nothing, puts(folder / "a.nc", BROKEN), *[nothing] * 3)
     assert not Path("out/a.nc").exists()
-    assert "removed, as it was made of in/a.nc before that was changed" in seen.refused[1]
+    assert "removed, because it was made from an earlier version of in/a.nc" in seen.refused[1]
     (folder / "a.nc").write_text(PROGRAM)
     assert Watched(folder, nothing, nothing).names == ["a.nc"]
     Path("out/a.nc").write_text("mine")
@@ -166,7 +166,7 @@ def test_a_folder_that_goes_away_is_told_once_and_waited_for(folder: Path) -> No
     (folder / "a.nc").write_text(PROGRAM)
     away = [lambda: Path("out").rename("elsewhere"), nothing, nothing, lambda: Path("elsewhere").rename("out")]
     seen = Watched(folder, *away, *[nothing] * 3)
-    assert seen.names == ["a.nc"] and len(seen.refused) == 1 and "is not there" in seen.refused[0]
+    assert seen.names == ["a.nc"] and len(seen.refused) == 1 and "is missing" in seen.refused[0]
     gone = [lambda: folder.rename("elsewhere"), nothing, lambda: Path("elsewhere").rename("in")]
     again = Watched(folder, *gone, *[nothing] * 3)
     assert again.names == ["a.nc"] and len(again.refused) == 1 and "cannot be read" in again.refused[0]

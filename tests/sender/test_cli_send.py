@@ -35,7 +35,7 @@ def part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("part.nc --port nosuch --baud 1152000", 2, "--baud 1152000: did you mean '115200'"),
         ("part.nc", 2, "send needs --port; "),
         ("missing.nc --port nosuch", 1, "missing.nc"),
-        ("- --port nosuch", 2, "send -: a program is sent from a file"),
+        ("- --port nosuch", 2, "send -: name a file"),
         ("part.nc part.nc --port nosuch", 2, "send takes one program, not 2"),
         ("part.nc --port nosuch --from-hole 1 --from-line 2", 2, "both set the line to resume at"),
         ("part.nc --port nosuch --check --dry-run", 2, "--check and --dry-run exclude each other"),

@@ -289,7 +289,7 @@ def _append(table: Path, row: BatchRow) -> None:
         with table.open("a", encoding="utf-8", newline="") as file:
             file.write(line)
     except OSError as problem:
-        raise OutputError(f"{table}: cannot be written ({problem.strerror}); what is done stays") from None
+        raise OutputError(f"{table}: cannot be written ({problem.strerror}); finished programs are kept") from None
 
 
 def read_table(table: Path) -> dict[str, BatchRow]:

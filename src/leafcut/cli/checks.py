@@ -107,9 +107,7 @@ def stock(
     ] = None,
     same_as: Annotated[
         File | None,
-        Parameter(
-            name="--same-as", help="another program, which must leave the same of the stock (else exit status 1)"
-        ),
+        Parameter(name="--same-as", help="another program, which must leave the same stock (else exit status 1)"),
     ] = None,
     dialect: DialectOption = None,
     no_defaults: NoDefaults = False,
@@ -165,7 +163,7 @@ def verify(
         bool,
         switch(
             "--allow-reverse",
-            help="accept open cuts of constant depth that run from the other end",
+            help="accept open cuts of constant depth in the opposite direction",
         ),
     ] = False,
     no_defaults: NoDefaults = False,

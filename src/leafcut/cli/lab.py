@@ -38,7 +38,7 @@ _Mixed = Annotated[
     bool,
     switch(
         "--mixed",
-        help="let runs of several versions of leafcut stand in one table",
+        help="allow runs of several versions of leafcut in one table",
     ),
 ]
 _Executor = Annotated[

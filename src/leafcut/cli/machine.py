@@ -24,7 +24,7 @@ _Output = Annotated[
     File | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
 ]
 _Units = Annotated[
-    Name | None, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
+    Name | None, Parameter(name="--units", help="unit of lengths, mm or in, if the file does not state it")
 ]
 
 
@@ -48,7 +48,7 @@ def import_machine(
     baud: Annotated[int | None, Parameter(name="--baud", help="speed of the port (default: 115200)")] = None,
     output: _Output = None,
     kind: Annotated[
-        Name | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
+        Name | None, Parameter(name="--kind", help="kind of the settings (default: by their content)")
     ] = None,
     units: _Units = None,
     as_json: Json = False,
@@ -179,7 +179,7 @@ def check_machine(
         Parameter(
             name="--measured",
             negative="",
-            help="time of a program by a stop-watch, 12:34 or 754s; once for each, in order",
+            help="measured time of a program, 12:34 or 754s; once for each, in order",
         ),
     ] = None,
     times: Annotated[

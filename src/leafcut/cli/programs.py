@@ -83,7 +83,7 @@ def optimize(
                         help="watch a folder, and make a program of each file that is added or changed; needs -o"),
     ] = False,
     every: Annotated[
-        Time | None, Parameter(name="--every", group=_MANY, help="with --watch: time between two looks (default: 2s)")
+        Time | None, Parameter(name="--every", group=_MANY, help="with --watch: time between two checks (default: 2s)")
     ] = None,
     executor: Annotated[
         Name | None,

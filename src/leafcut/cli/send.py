@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from leafcut.sender.lines import Pause, SentStep
     from leafcut.sender.run import Ending, RunView, SendRun
 
-_KEYS_HELP = "keys: space or ! hold, ~ or Enter go on, q stop; feed + - (10 %), > < (1 %), = as programmed"
+_KEYS_HELP = "keys: space or ! hold, ~ or Enter resume, q stop; feed + - (10 %), > < (1 %), = as programmed"
 
 
 def send(
@@ -46,10 +46,10 @@ def send(
         Literal["mm", "in"] | None, Parameter(name="--units", help="of a program that does not state them")
     ] = None,
     from_hole: Annotated[
-        int | None, Parameter(name="--from-hole", help="go on after a break with this hole, counted from 1")
+        int | None, Parameter(name="--from-hole", help="resume after a break at this hole, counted from 1")
     ] = None,
     from_line: Annotated[
-        int | None, Parameter(name="--from-line", help="go on after a break with this line of the program")
+        int | None, Parameter(name="--from-line", help="resume after a break at this line of the program")
     ] = None,
     check: Annotated[
         bool,
@@ -67,7 +67,7 @@ def send(
         bool,
         switch(
             "--unlock",
-            help="bring it to rest first: out of a hold or an alarm, unhomed ($X)",
+            help="first clear a hold or an alarm, without homing ($X)",
         ),
     ] = False,
     unhomed: Annotated[
@@ -81,15 +81,15 @@ def send(
         bool,
         switch(
             "--zero-here",
-            help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)",
+            help="the tool is at the program's zero (G10 L20 P1 X0 Y0 Z0)",
         ),
     ] = False,
     accept: Annotated[
         Name | None,
-        Parameter(name="--accept", help="codes of dangers that you have looked at and want sent, such as L801,L806"),
+        Parameter(name="--accept", help="codes of dangers that you accept, such as L801,L806"),
     ] = None,
     log: Annotated[
-        File | None, Parameter(name="--log", help="file to which all that goes over the line is added")
+        File | None, Parameter(name="--log", help="file to which all traffic on the serial line is appended")
     ] = None,
     yes: Annotated[bool, switch("--yes", "-y", help="start without asking once more")] = False,
     as_json: Json = False,
@@ -130,7 +130,7 @@ def send(
             if zero_here:
                 talk.zero_here()
             if locked and not (home or zero_here or unhomed):
-                raise SendError("it was locked by an alarm, and may not be where it thinks: add --home, or --unhomed")
+                raise SendError("it was locked by an alarm, so its position may be wrong: add --home, or --unhomed")
             facts, job = _ready(talk, job, unhomed=unhomed or zero_here, quiet=quiet)
             steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
@@ -149,7 +149,7 @@ def _check_wishes(
     from leafcut.sender.resuming import check_place
 
     if program in (DASH, HELD):
-        raise OptionError("send -: a program is sent from a file, which can be gone on with after a break")
+        raise OptionError("send -: name a file, so that the run can be resumed after a break")
     check_place(from_hole, from_line)
     if check and dry_run:
         raise OptionError("--check and --dry-run exclude each other: --check sends the program, --dry-run does not")
@@ -179,7 +179,7 @@ def _steps(
     line, steps, tool = rest_of(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
     if line:
-        _print_unless_quiet(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
+        _print_unless_quiet(f"continues from line {line} '{job.text(line)}'{put}", quiet=quiet)
     return steps
 
 
@@ -263,7 +263,9 @@ class _ProgressLine:
         for line in messages:
             print(line, file=sys.stderr)
         with keys.lines():
-            words = "Enter goes on, q stops, a line such as G10 L20 P0 Z0 or $J=G91 Z5 F500 goes to the controller: "
+            words = (
+                "Enter continues, q stops, a line such as G10 L20 P0 Z0 or $J=G91 Z5 F500 is sent to the controller: "
+            )
             print(f"{pause}\n{words}", end="", file=sys.stderr, flush=True)
             line = sys.stdin.readline()
         return None if not line or line.strip().lower() == "q" else line.strip()

@@ -120,7 +120,7 @@ def _work_of(command: str) -> Work:
         words = ", ".join(process.command for process in registry.processes())
         raise OptionError(f"{command} does several kinds of work; name one of {words}")
     if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
-        raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help tells its options")
+        raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help lists its options")
     if command not in kinds:
         raise OptionError(f"unknown command '{command}'{nearest(command, kinds)}")
     return kinds[command]

@@ -142,13 +142,13 @@ class FolderWatch:
     def step(self, poll: FolderPoll) -> None:
         """Poll once, and process the files that are ready."""
         if not self.output.is_dir():
-            self._hinder(f"{self.output}: the folder for programs is not there; it is tried again")
+            self._hinder(f"{self.output}: the folder for programs is missing; trying again")
             return
         before = set(poll.seen)
         try:
             ready = poll.ready()
         except OSError as problem:
-            self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); it is looked at again")
+            self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); trying again")
             return
         if before - set(poll.seen):
             # Another file may have been refused because a removed file had its program name.
@@ -221,7 +221,7 @@ class FolderWatch:
                 old.unlink()
             except OSError as problem:
                 self.refused(
-                    f"{old}: of {row.input} before that was changed; it cannot be removed ({problem.strerror})"
+                    f"{old}: made from an earlier version of {row.input}; it cannot be removed ({problem.strerror})"
                 )
             else:
-                self.refused(f"{old}: removed, as it was made of {row.input} before that was changed")
+                self.refused(f"{old}: removed, because it was made from an earlier version of {row.input}")

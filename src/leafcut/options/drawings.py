@@ -69,7 +69,7 @@ class ReadOptions(OptionGroup):
     solid: int | None = option(
         "whole",
         None,
-        "which solid of a STEP file with several, by its number: without it they are listed",
+        "number of the solid in a STEP file with several solids; without it, they are listed",
         minimum=1,
         maximum=1_000_000,
         default_words="the file's only one",
@@ -78,7 +78,7 @@ class ReadOptions(OptionGroup):
     up: str | None = option(
         "text",
         None,
-        "turn a solid: this direction of it points up; x, y and z are its own axes",
+        "turn a solid until this direction points up; x, y and z are the axes of the solid",
         choices=("x", "y", "z", "-x", "-y", "-z"),
         default_words="z",
         needs=(input_is("step"),),
@@ -86,7 +86,7 @@ class ReadOptions(OptionGroup):
     z_zero: str | None = option(
         "text",
         None,
-        "Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn); for "
+        "Z0 of the program on a solid, after turning: its highest point, its lowest point, or its own Z0 (drawn); for "
         "a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing",
         choices=("top", "bottom", "drawn"),
         default_words="top; of a --workpiece as drawn",

@@ -18,6 +18,6 @@ class FeedOptions(OptionGroup):
     feeds: bool = option(
         "flag",
         False,
-        "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, slower "
-        "where that is more than its data allow; a foreign program needs --workpiece, too",
+        "adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, slower "
+        "where its worst cut exceeds its data; a foreign program also needs --workpiece",
     )

@@ -66,21 +66,21 @@ class _ReadOptions4(TypedDict, total=False):
 class _ReadOptions5(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, nest, solve, stock, tool_speeds.
     solid: int | None
-    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
-    one).
+    """Number of the solid in a STEP file with several solids; without it, they are listed (default: the file's
+    only one).
     """
 
 
 class _ReadOptions6(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, nest, stock, tool_speeds.
     up: Literal["x", "y", "z", "-x", "-y", "-z", None]
-    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
+    """Turn a solid until this direction points up; x, y and z are the axes of the solid (default: z)."""
 
 
 class _ReadOptions7(TypedDict, total=False):
     # Of optimize, drill, pocket, reorder, stock, tool_speeds.
     z_zero: Literal["top", "bottom", "drawn", None]
-    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or its own Z0 (drawn); for
+    """Z0 of the program on a solid, after turning: its highest point, its lowest point, or its own Z0 (drawn); for
     a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing (default: top; of a
     --workpiece as drawn).
     """
@@ -389,9 +389,9 @@ class _ResequenceOptions1(TypedDict, total=False):
     earlier work.
     """
     air: bool | None
-    """Make fed moves in the air rapids, where the stock shows that they keep clear of all material."""
+    """Replace feed moves in air by rapids where the stock shows that they stay clear of all material."""
     low_retracts: bool | None
-    """Lower retracts and R planes to just above what stands under the way; clamps are not known: name them with
+    """Lower retracts and R planes to just above the material below each move; clamps are unknown: name them with
     --keep-out; needs --workpiece.
     """
 
@@ -608,8 +608,8 @@ class _StockOptions2(TypedDict, total=False):
 class _FeedOptions1(TypedDict, total=False):
     # Of optimize, pocket, reorder.
     feeds: bool | None
-    """Fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut,
-    slower where that is more than its data allow; a foreign program needs --workpiece, too.
+    """Adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, slower
+    where its worst cut exceeds its data; a foreign program also needs --workpiece.
     """
 
 

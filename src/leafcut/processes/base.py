@@ -92,7 +92,7 @@ HELP_OF_PROGRAM = {
     "tools": ("", "the tools that the program describes"),
     "tool_diameter": ("diameter of the flat mills that the program does not describe", "unknown"),
     "z_zero": (
-        "Z0 of the program on the solid of --workpiece, after turning: its highest place, its lowest place, or its own "
+        "Z0 of the program on the solid of --workpiece, after turning: its highest point, its lowest point, or its own "
         "Z0 (drawn)",
         "drawn",
     ),

@@ -219,18 +219,18 @@ def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> N
     bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds: give --material",
-        "slots are fed as other cuts",
-        "entries into the material keep their feeds with T1: give a plunge feed with --tools",
+        "slots have the same limits as other cuts",
+        "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
     ]
     some = {"tools": library(tmp_path, teeth=""), "material": "steel-c45"}
     known = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, machine=machine_of_power(tmp_path, "500 W"), **some)
     assert [issue.message for issue in known.issues if issue.code == "L514"] == [
         "power and torque do not limit feeds of T1: give the number of teeth with --tools",
-        "slots are fed as other cuts",
-        "entries into the material keep their feeds with T1: give a plunge feed with --tools",
+        "slots have the same limits as other cuts",
+        "plunges and ramps of T1 keep their feeds: give a plunge feed with --tools",
     ]
     machine = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **some)
-    assert any("the machine's are unknown" in issue.message for issue in machine.issues)
+    assert any("those of the machine are unknown" in issue.message for issue in machine.issues)
 
 
 def test_a_material_that_is_not_known_is_refused(tmp_path: Path) -> None:
@@ -298,12 +298,12 @@ SIDE = "G1 Y11.5\nG1 X10\n"
 @pytest.mark.parametrize(
     ("cuts", "tools", "options", "words"),
     [
-        ("G1 X60 F600\n", None, {}, "its worst cut is a full slot at line 8, and chips are as thick in 100 % of its"),
-        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "the chip of its library's feed and speed is the limit"),
-        ("G1 X60 Z-3 F600\n", None, {}, "it goes down on ramps in 100 % of its cutting time, first at line 8"),
+        ("G1 X60 F600\n", None, {}, "its worst cut is a full slot at line 8, and its chips are as thick in 100 % of"),
+        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "the chip thickness of its library feed and speed is the"),
+        ("G1 X60 Z-3 F600\n", None, {}, "it cuts on ramps in 100 % of its cutting time, first at line 8"),
         (f"G93\nG1 X60 F12\n{SIDE.replace('5', '5 F12').replace('X10', 'X10 F12')}G94\n", {"feed": '"4 m/min"'}, {},
          "lines that cannot be changed take 67 % of its cutting time, first line 10"),
-        ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "it only goes straight down"),
+        ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "it only plunges"),
     ],
 )  # fmt: skip
 def test_a_tool_that_keeps_its_feed_has_a_note_with_the_reason_and_its_line(

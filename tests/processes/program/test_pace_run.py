@@ -217,7 +217,8 @@ def test_a_program_of_which_the_controller_may_skip_moves_keeps_its_speeds(tmp_p
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
     assert found.text == text
     assert [str(i) for i in found.issues if i.code == "L513"] == [
-        "L513 speeds and heights stay: a switch of the machine may skip moves (/), and what they cut (line 7)"
+        "L513 speeds and heights are unchanged: block delete (/) can skip moves, and their material then remains "
+        "(line 7)"
     ]
 
 
@@ -337,7 +338,7 @@ def judge(text: str, tmp_path: Path, rs274: str, **options: bool) -> leafcut.Out
     """Check lower and faster moves, and return them."""
     asked: dict[str, Any] = {"air": True, "low_retracts": True, "feeds": True, **options}
     found = reordered(tmp_path, text, workpiece=BLOCK, cell=0.1, **asked)
-    assert not [issue for issue in found.issues if "the heights stay" in issue.message]
+    assert not [issue for issue in found.issues if "the heights are unchanged" in issue.message]
     assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
     seen = []
     for one in (text, found.text):

@@ -440,7 +440,7 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     print_summary(report_of(outcome), console)
     said = console.export_text()
     assert f"1 of 3 pieces stays: 1 {text}" in said
-    assert "2 of 3 pieces of work free to be ordered" in said
+    assert "2 of 3 pieces of work can be reordered" in said
     outcome = leafcut.optimize(file, machine="linuxcnc-mill", algorithm="none")
     kept = as_json(report_of(outcome))
     print_summary(report_of(outcome), console)

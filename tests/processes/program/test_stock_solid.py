@@ -123,7 +123,7 @@ def test_undercuts_are_told_and_count_as_material(tmp_path: Path, capsys: pytest
     [
         ("gone.stl", 1, "gone.stl: cannot be read"),
         ("empty.stl", 1, "has no triangles"),
-        ("open.stl", 1, "open.stl: has holes in its surface, so that it is not known where material is; mend it"),
+        ("open.stl", 1, "open.stl: has holes in its surface, so its inside is unknown; repair it"),
         ("torn.stl", 1, "is truncated"),
         ("many.stl", 1, "has 10,000,000 triangles; at most"),
         ("metres.stl", 1, "is 0.04 mm long, too long for a part; save it in mm"),

@@ -33,13 +33,13 @@ class ResequenceOptions(OptionGroup):
     air: bool = option(
         "flag",
         False,
-        "make fed moves in the air rapids, where the stock shows that they keep clear of all material",
+        "replace feed moves in air by rapids where the stock shows that they stay clear of all material",
         of_file=True,
     )
     low_retracts: bool = option(
         "flag",
         False,
-        "lower retracts and R planes to just above what stands under the way; clamps are not known: name them with "
+        "lower retracts and R planes to just above the material below each move; clamps are unknown: name them with "
         "--keep-out; needs --workpiece",
         of_file=True,
     )

@@ -119,7 +119,7 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
     if not tools:
         return Paced(text, program, PaceChange())
     if line := _skippable(program):
-        message = "speeds and heights stay: a switch of the machine may skip moves (/), and what they cut"
+        message = "speeds and heights are unchanged: block delete (/) can skip moves, and their material then remains"
         return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
@@ -184,8 +184,8 @@ class _Pacing:
         """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
             message = (
-                "the stock is not given: a cut counts as in the air only where a rapid or a cut of the program was "
-                "before; give --workpiece for more"
+                "the stock is not given: a move counts as in air only where the program has already moved or cut; "
+                "give --workpiece to find more"
             )
             yield Issue("L510", message, severity=Severity.NOTE)
 
@@ -236,7 +236,7 @@ class _Pacing:
                     drills = program.path.kind == Kind.DRILL
                     count = int((new.path.end[drills, 2] < program.path.end[drills, 2] - _SAME).sum())
             except (PostError, VerifyError) as problem:
-                found = replace(found, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
+                found = replace(found, issues=(*found.issues, Issue("L513", f"the heights are unchanged: {problem}")))
                 continue
             saved = before - self.seconds(new)
             if saved > (found.change.retracts_s or 0.0):
@@ -276,7 +276,7 @@ class _Pacing:
             pace, text, new = self.without_losses(program, pace)
             speed, stretches, nearest = self.proved(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
-            said = Issue("L513", f"the speeds stay: {problem}")
+            said = Issue("L513", f"the speeds are unchanged: {problem}")
             return replace(none, issues=(*issues, said, *_above(none.change)))
         before, after = self.seconds(program), self.seconds(new)
         # A feed above the limit of its tool is reduced even if that costs time.
@@ -297,8 +297,11 @@ class _Pacing:
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
-            message = "the program lets the controller round corners as far as it likes (G64 without P)"
-            issues = (*issues, Issue("L511", f"{message}: more at higher feeds; state G64 P0.01 or the like"))
+            message = "the program lets the controller round corners without a limit (G64 without P)"
+            issues = (
+                *issues,
+                Issue("L511", f"{message}: higher feeds round them more; give a tolerance such as G64 P0.01"),
+            )
         kept = self.kept(program, loads, pace, change, speed)
         return Paced(text, new, change, (*issues, *kept, *_above(change)))
 
@@ -484,7 +487,7 @@ class _Pacing:
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
-            words = "it only goes straight down" if why is None else _kept_words(why, limit, diameter)
+            words = "it only plunges" if why is None else _kept_words(why, limit, diameter)
             issues.append(Issue("L512", f"{tool.label} keeps its feed: {words}", severity=Severity.NOTE))
         return issues
 
@@ -500,28 +503,32 @@ class _Pacing:
         if spindle is None:
             yield "power and torque do not limit feeds: give --material"
         elif not spindle.limited:
-            yield "power and torque do not limit feeds: the machine's are unknown; give spindle.power in its profile"
+            yield (
+                "power and torque do not limit feeds: those of the machine are unknown; give spindle.power in its "
+                "profile"
+            )
         elif toothless:
             yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
-        yield "slots are fed as other cuts"
+        yield "slots have the same limits as other cuts"
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
-            yield f"entries into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
+            yield f"plunges and ramps of {named(unknown)} keep their feeds: give a plunge feed with --tools"
 
 
 #: Messages by `KeptFeed.reason`; reason "chip" becomes "stated" for a feed of the library, and "slot" for a full slot.
 _KEPT_WORDS = {
-    "stated": "the chip of its library's feed and speed is the limit in {share:.0f} % of its cutting time, first at "
-    "line {line}",
-    "slot": "its worst cut is a full slot at line {line}, and chips are as thick in {share:.0f} % of its cutting time; "
-    "give its own feed and speed with --tools",
-    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and chips are as thick in {share:.0f} % of its "
+    "stated": "the chip thickness of its library feed and speed is the limit in {share:.0f} % of its cutting time, "
+    "first at line {line}",
+    "slot": "its worst cut is a full slot at line {line}, and its chips are as thick in {share:.0f} % of its cutting "
+    "time; give its own feed and speed with --tools",
+    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and its chips are as thick in {share:.0f} % of its "
     "cutting time; give its own feed and speed with --tools",
-    "rate": "it takes off as much as in its worst cut in {share:.0f} % of its cutting time, first at line {line}",
+    "rate": "it removes material as fast as in its worst cut in {share:.0f} % of its cutting time, first at line "
+    "{line}",
     "spindle": "power or torque of the spindle is the limit in {share:.0f} % of its cutting time, first at line {line}",
-    "ramp": "it goes down on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
+    "ramp": "it cuts on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
     "with --tools",
     "finish": "it finishes walls in {share:.0f} % of its cutting time, first at line {line}",
-    "machine": "the machine feeds no faster in {share:.0f} % of its cutting time, first at line {line}",
+    "machine": "it has the maximum feed of the machine in {share:.0f} % of its cutting time, first at line {line}",
     "lines": "lines that cannot be changed take {share:.0f} % of its cutting time, first line {line}",
     "short": "a higher feed saves no time in {share:.0f} % of its cutting time, first at line {line}: the cuts are too "
     "short",

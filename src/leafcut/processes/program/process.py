@@ -93,8 +93,8 @@ class ForeignProgram(Process):
             "",
         ),
         "feeds": (
-            "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, "
-            "slower where that is more than its data allow; needs --workpiece",
+            "adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, "
+            "slower where its worst cut exceeds its data; needs --workpiece",
             "",
         ),
     }

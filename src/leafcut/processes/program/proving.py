@@ -155,7 +155,7 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
     for reason, places in by_reason.items():
         number, piece = places[0]
         line = work.sequence.sections[number].pieces[piece].line
-        said = f"the piece of work keeps its place, because another order failed: {reason}"
+        said = f"1 piece of work keeps its place, because another order failed: {reason}"
         if len(places) > 1:
             said = f"{len(places):,} pieces of work keep their place, because another order failed: {reason}"
         yield Issue("L505", said, f"line {line}")

@@ -304,7 +304,7 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     program = interpret_program(text, words, source, units=units, on_progress=look, material_feed=feed)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
-        issues.append(Issue("L101", f"{what} not G-code, and stand above the percent sign: ignored as a title"))
+        issues.append(Issue("L101", f"{what} not G-code: ignored as a title above the percent sign"))
     if not program.assumed_units and "units" in settings.asked:
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:

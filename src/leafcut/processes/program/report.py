@@ -40,7 +40,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         nouns = {"holes": "hole", "cuts": "cutting move"}
         work = [Fact(f"counts.{k}", n, "", count(n, nouns[k]) if n and k in nouns else "") for k, n in numbers.items()]
         free = detail.pieces - sum(group.count for group in detail.staying)
-        words = f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered" if detail.pieces else ""
+        words = f"{free:,} of {count(detail.pieces, 'piece')} of work can be reordered" if detail.pieces else ""
         facts = [
             *work,
             Fact("counts.barriers", detail.barriers),
@@ -96,8 +96,8 @@ class ProgramReport(PathReport[ProgramDetail]):
 def stock_words(stock: StockProof) -> str:
     """Return the result of comparing the remaining material in words, or the reason why it was not compared."""
     if stock.reason:
-        return f"the remaining work was not compared: {stock.reason}"
-    words = f"the remaining work is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
+        return f"the remaining stock was not compared: {stock.reason}"
+    words = f"the remaining stock is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
     for tools, said in ((stock.flat, "as flat mills"), (stock.unknown, "left out, as their shape is unknown")):
         if tools:
             words += f"; {', '.join(f'T{number}' for number in tools)} {said}"

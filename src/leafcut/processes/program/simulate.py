@@ -58,8 +58,8 @@ def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float)
     whole = float(lost.sum())
     first, last, most = _worst_stretch(path.line[rows], lost)
     message = (
-        f"lines come over the serial line, and are planned, more slowly than their short moves are run: {whole:.1f} s "
-        f"of {seconds:.1f} s are lost, {most:.1f} s of it in lines {first} to {last}; join short moves (arcs, a wider "
+        f"the board receives and plans lines more slowly than it runs their short moves: {whole:.1f} s of "
+        f"{seconds:.1f} s are lost, {most:.1f} s of it in lines {first} to {last}; join short moves (arcs, a wider "
         "tolerance in the CAM) or lower the feed"
     )
     return [Issue("L415", message, f"line {first}")]

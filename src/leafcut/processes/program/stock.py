@@ -164,7 +164,7 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
 def _read(program: Input, settings: Settings, dialect: str | None, look: Heartbeat) -> _Cuts:
     source, read = str(program), read_file(program, settings, dialect, look)
     if read.process in BEAMS:
-        raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
+        raise PlanError(f"{source}: this program drives a laser or a torch; only milled and drilled stock has heights")
     tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
         raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")

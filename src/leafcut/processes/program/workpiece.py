@@ -140,7 +140,7 @@ def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
 
     mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
     if not mesh.closed:
-        raise ReadError(path, "has holes in its surface, so that it is not known where material is; mend it in CAD")
+        raise ReadError(path, "has holes in its surface, so its inside is unknown; repair it in CAD")
     return mesh
 
 
@@ -296,7 +296,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
         more = in_unit_words(in_other_unit(text, program, cutters, block))
         raise OptionError(
             f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
-            f"give all of the material{more}"
+            f"give the whole stock{more}"
         )
 
 

@@ -245,14 +245,16 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         line = int(program.line[block])
         text = program.lines[line - 1]
         if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
-            inner = "its numbers come from parameters" if "#" in text else "it is more than words with numbers"
+            inner = (
+                "its numbers come from parameters" if "#" in text else "it does not consist of words with numbers only"
+            )
         if inner and block == begin:
             return inner
         if inner:
-            return f"the subprogram holds what stays at line {line}: {inner}"
+            return f"the subprogram has a block that stays at line {line}: {inner}"
     before, after = program.modal(begin), program.modal(end)
     same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
-    return "" if same else "the subprogram leaves the spindle otherwise than it was"
+    return "" if same else "the subprogram changes the spindle state"
 
 
 def _idle(program: Program, rows: Rows) -> list[int]:

@@ -255,7 +255,7 @@ class _Rewriter:
     def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
         stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None:
-            raise PostError(f"line {piece.line}: the piece of work there cannot be reversed")
+            raise PostError(f"line {piece.line}: the cut there cannot be reversed")
         offset = int(self.program.line[piece.begin]) - 1 - self.territory.first_block_in(piece.begin, piece.begin)
         return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
 
@@ -448,7 +448,7 @@ class _Rewriter:
         need = program.modal(kept.begin)
         if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
             raise PostError(
-                f"line {program.line[kept.begin]}: the block there continues a drilling cycle that is another one now"
+                f"line {program.line[kept.begin]}: the block there continues a drilling cycle, which has changed"
             )
         if self.have.cycle is not None and need.cycle is None and self._ends_cycle(reliance, need, kept):
             self._own("G80")
@@ -577,7 +577,7 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
         )
     fixed = [section.pieces[k].line for k in chosen[given < 0].tolist() if not section.pieces[k].reversible]
     if fixed:
-        raise PostError(f"line {fixed[0]}: the piece of work there cannot be reversed")
+        raise PostError(f"line {fixed[0]}: the cut there cannot be reversed")
     place = np.empty_like(chosen)
     place[chosen] = np.arange(len(chosen))
     for before, after in section.precedence.tolist():
