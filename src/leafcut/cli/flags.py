@@ -120,7 +120,7 @@ def command_of(
     help
         Replacement for the docstring of the function.
     all_shown
-        Whether the help shows all options. If not, it shows only the main options, unless there are none.
+        Whether the help shows all options. Otherwise it shows only the main options, if the command has any.
     helps
         Returns option → replacement for its help text and for its displayed default; "" keeps the original.
     """

@@ -224,7 +224,9 @@ def tune_options(
 
 @contextmanager
 def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
-    """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a one-line error."""
+    """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a short error
+    message.
+    """
     import threading
 
     from leafcut.lab.running import on_executor

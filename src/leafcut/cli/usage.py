@@ -61,7 +61,7 @@ def refuse_dash(flag: str, *words: str | None) -> None:
 
 
 def command_in(arguments: Sequence[str]) -> str:
-    """Return the command in a command line, such as ``lab run``; "" if there is none."""
+    """Return the command in a command line, such as ``lab run``, or ""."""
     words = [word for word in arguments if not word.startswith("-")][:2]
     return " ".join(words[: 1 + (len(words) > 1 and words[1] in _commands_of(words[0]))])
 

@@ -1,6 +1,5 @@
-"""Feed of a mill from its engagement.
-
-The feed limits the chip thickness to that of a slot at the tool's own feed, and it limits the power.
+"""Feed of a mill from its engagement, limited by the chip thickness of a slot at the tool's own feed, and by
+the power.
 """
 
 from __future__ import annotations
@@ -88,7 +87,7 @@ def power_on_ramp(limits: FeedLimits, across: float, sink_rate: float, depth: fl
 def power_on_plunge(limits: FeedLimits, sink_rate: float) -> float:
     """Return the power of a straight plunge at a feed in mm/s, W; 0 without a power limit.
 
-    The formula is that of the end of a ramp (`material.cutting_force.ramp_power`).
+    The plunge counts as the end of a ramp (`material.cutting_force.ramp_power`).
     """
     if limits.material is None or not sink_rate > 0.0:
         return 0.0

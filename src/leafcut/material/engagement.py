@@ -1,8 +1,8 @@
 """Engagement of the tool's edge along a path, exact by intersection of circles.
 
-At a point p, the tool has removed the area swept by its disc so far. The engagement is the part of the edge, on the
-front half of the circle, outside this area. The swept area is represented by discs one step apart. Each disc covers an
-interval of angles around p, and their union is found by sorting, without a raster or a polygon.
+At a point p, the tool has already removed the area that its disc has swept. The engagement is the part of the edge, on
+the front half of the circle, outside this area. The swept area is represented by discs one step apart. Each disc covers
+an interval of angles around p, and their union is found by sorting, without a raster or a polygon.
 
 Two circles of equal radius touch all the time, because the edge has just been there. Therefore the search for material
 is a tolerance inside the edge, and a thinner film does not count. The disc at the tool position then covers exactly the

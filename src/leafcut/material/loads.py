@@ -74,7 +74,7 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; on a ramp it is that of
+        """Maximum chip thickness per revolution, mm, as if the tool had a single tooth; a ramp has the chip of
         a slot.
         """
         share = np.where(self.sinks, 1.0, self.share)
@@ -181,11 +181,11 @@ def largest_stock(
     threads: int = 1,
     check_cancelled: Heartbeat = unseen,
 ) -> HeightField:
-    """Return the largest stock around the cuts of a program that none of its rapids would meet.
+    """Return the largest stock around the cuts of a program that its rapids would not meet.
 
-    The program is assumed to be safe: above a rapid there is no material, unless a cut went as deep before. Everywhere
-    else there may be material. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there
-    would be too many cells.
+    The program is assumed to be safe: the space above a rapid is empty, unless a cut went as deep before. Everywhere else,
+    material is possible. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there would
+    be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE

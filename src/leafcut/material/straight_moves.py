@@ -61,8 +61,8 @@ class StraightMoves:
         )
 
     def extent(self, selected: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
-        """Return the lowest and highest corner of the volume that tools sweep on the selected moves, mm; Z is that of
-        the tip.
+        """Return the lowest and highest corner of the volume that tools sweep on the selected moves, mm; for Z, the tip
+        counts.
         """
         numbers, tool_index = np.unique(self.tool[selected], return_inverse=True)
         radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[tool_index.ravel()]

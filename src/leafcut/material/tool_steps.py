@@ -128,7 +128,7 @@ def _arc(s: Segment, max_step: float) -> _Chords:
 
 
 def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
-    """Return the steps of one section; `arrival` is the direction of arrival, or None after a plunge."""
+    """Return the steps of a section; `arrival` is the direction of arrival, or None after a plunge."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if arrival is None else arrival[None]
     if not len(length):

@@ -65,7 +65,7 @@ class OptionSpec:
 
     @property
     def all_choices(self) -> tuple[str, ...]:
-        """The choices including those of installed packages; empty if any text is allowed."""
+        """The choices, including choices of installed packages; empty if any text is allowed."""
         return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))
 
 

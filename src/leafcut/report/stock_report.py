@@ -24,7 +24,7 @@ _MAX_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
-    """Raise OptionError if the extension of a file is neither that of a picture nor that of a solid."""
+    """Raise OptionError unless the extension of a file is for a picture or a solid."""
     if output is not None and Path(output).suffix.lower() not in _FILES:
         raise OptionError(f"--output: '{Path(output).name}' is neither a picture (.png) nor a solid (.stl)")
 

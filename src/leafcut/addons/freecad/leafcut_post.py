@@ -37,7 +37,7 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
     text = str(_post(base).export(objectslist, "-", "--no-show-editor") or "")
     if not text:
         raise RuntimeError(f"the post-processor {base} wrote nothing")
-    # FreeCAD has its own Python, whose environment variables would disturb that of leafcut.
+    # FreeCAD has its own Python, whose environment variables would disturb leafcut.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     command = [*LEAFCUT, "reorder", "-", "-o", "-", "--quiet", *words]
     try:

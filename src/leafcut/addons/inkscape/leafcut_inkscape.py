@@ -31,7 +31,7 @@ def command(arguments: list[str]) -> list[str]:
 
 def main() -> int:
     """Write the program to standard output and messages to standard error; return the exit status."""
-    # Inkscape has its own Python, whose environment variables would disturb that of leafcut.
+    # Inkscape has its own Python, whose environment variables would disturb leafcut.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     try:
         done = subprocess.run(command(sys.argv[1:]), capture_output=True, env=environment, check=False)

@@ -17,7 +17,7 @@ class StockProof:
     Attributes
     ----------
     cells, cell
-        Number of compared cells, and side of a cell, mm; 0 if nothing was compared.
+        Number of compared cells, and side of a cell, mm; 0 without a comparison.
     given
         Whether the user described the stock; otherwise it is a block around the cuts.
     flat
@@ -25,7 +25,7 @@ class StockProof:
     unknown
         Numbers of the tools that were left out because their shape is unknown.
     reason
-        Why nothing was compared, or "".
+        Reason for a missing comparison, or "".
     """
 
     cells: int = 0
@@ -56,7 +56,7 @@ class AvoidedAreas:
 
     @property
     def crossings(self) -> str:
-        """Message with the number of moves, or "" if there are none."""
+        """Message with the number of moves; "" without such moves."""
         if not self.moves:
             return ""
         height = "" if self.below is None else f" below Z{self.below:g}"
@@ -65,7 +65,7 @@ class AvoidedAreas:
 
     @property
     def text(self) -> str:
-        """Message with the number of moves, the line of the first one, and the remedy."""
+        """Message with the number of moves, the line of the first move, and the remedy."""
         return f"{self.crossings}; name clamps with --keep-out (first: line {self.line})"
 
 

@@ -44,7 +44,7 @@ _ROUTER_RPM = (12_000.0, 30_000.0)
 
 
 def router_for(program: Program) -> tuple[str, str] | None:
-    """Return the router profile that a program indicates, and the word that indicates it; None if there is none."""
+    """Return the router profile that a program indicates, and the word that indicates it; None without such a word."""
     top = " ".join(text for line in program.lines[:_TOP] for text in COMMENT.findall(line))
     for name, machine in _NAMED:
         if named := name.search(top):

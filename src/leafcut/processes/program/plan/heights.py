@@ -150,7 +150,7 @@ class LowWays:
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next(self, row: int) -> int:
-        """Return the next row that has an effect on the machine; the number of rows if there is none."""
+        """Return the next row that has an effect on the machine, or the number of rows."""
         row += 1
         while row < len(self.path) and not self.does[row]:
             row += 1
@@ -298,7 +298,7 @@ class LowWays:
         return True
 
     def _add_way(self, row: int, high: float, there: _AtHeight) -> bool | None:
-        """Add a row between or after the holes; the result is the one of `_add_hole`."""
+        """Add a row between or after the holes, with the same result as `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
             return True

@@ -119,7 +119,7 @@ class _Rewriter:
         self.place = [math.nan] * 3
         #: Initial height of the active series of cycles, mm.
         self.initial = math.nan
-        #: Modal groups that the new program has stated so far; all others have the initial state of the machine.
+        #: Modal groups that the new program has already stated; all others have the initial state of the machine.
         self.said: set[str] = set()
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
@@ -164,7 +164,7 @@ class _Rewriter:
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
     def _stand(self, block: int) -> None:
-        """Set the modal state and the tool position to those of the original before a block."""
+        """Set the modal state and the tool position to the state of the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
         self.place = self.original.place_before(block)
@@ -528,11 +528,13 @@ class Territory:
         return self._lines[self._line[-1] :] if self._line else self._lines
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
-        """Return the lines of the blocks from `begin` to `end` - 1."""
+        """Return the lines of a half-open range of blocks."""
         return self._lines[self._at(begin) : self._at(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
-        """Return the index of a block's line among the lines of a piece of work, whose first block is `begin`."""
+        """Return the index of a block's line among the lines of a piece of work, given the first block of that
+        piece.
+        """
         return int(self._line[block]) - 1 - self._at(begin)
 
     def _at(self, block: int) -> int:

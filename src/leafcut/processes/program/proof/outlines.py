@@ -36,7 +36,7 @@ _EDGE = 1e-5
 _END_SEGMENTS = 4
 #: For `FREE`: if a third end is within this multiple of the shortest distance, the position of a tab is unclear.
 _CLEARLY = 1.02
-#: Maximum difference of centroids and lengths of one line cut at two depths, mm.
+#: Maximum difference of centroids and lengths of a line that is cut at two depths, mm.
 _SAME_LINE = 0.05
 
 
@@ -137,7 +137,7 @@ def _exteriors(polygons: NDArray[np.object_]) -> Indices:
 
 
 def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heartbeat = unseen) -> Iterator[Outline]:
-    """Yield the areas that several open lines enclose; with `FREE` also those of a single line with one tab.
+    """Yield the areas that several open lines enclose. With `FREE`, a single line with one tab counts too.
 
     Lines are joined if they touch. They are also joined if their ends are nearest to each other and within `tab` (mm).
     """

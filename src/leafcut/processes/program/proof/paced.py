@@ -146,7 +146,7 @@ def check_limits(
     ratio /= 1.0 + _PART
     upright = loads.upright
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
-    # In air there is no chip load, so any speed up to a rapid is allowed.
+    # A move in air has no chip load, so any speed up to a rapid is allowed.
     faster &= ~(clear & rules.air) & ~upright
     wrong = faster & (ratio > FEED_INCREASE)
     for number, limit in limits.items():
@@ -188,7 +188,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
 def made_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the new program that changed from cuts to rapids, and those of them that replace arcs."""
+    """Return the rows of the new program that changed from cuts to rapids, and the subset that replaces arcs."""
     rows: list[int] = []
     chords: list[int] = []
     at = 0
@@ -209,8 +209,8 @@ def check_lowered(
 ) -> None:
     """Raise VerifyError unless a program differs only in lower moves, and these stay clear of the material.
 
-    `loads` are those of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y must
-    stay above `bent_above` plus the clearance, mm.
+    `loads` are the loads of the program with lower heights. If rapids are not straight, lowered rapids in both X and Y
+    must stay above `bent_above` plus the clearance, mm.
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:

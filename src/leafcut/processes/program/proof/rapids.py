@@ -175,9 +175,16 @@ def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
 class AllowedHeights:
     """Lowest heights that the original permits at each feature, mm; infinite if only unknown heights are permitted.
 
-    `leave` is the height of the departure after the feature, and `arrive` that of the arrival before it. `down_here`
-    and `down_there` are the same for descents. `follows` marks features without a rapid before them, and `first` marks
-    the first feature after a barrier.
+    Attributes
+    ----------
+    leave, arrive
+        Height of the departure after the feature, and of the arrival before it.
+    down_here, down_there
+        Height of descents after the feature, and before it.
+    follows
+        Whether the feature has no rapid before it.
+    first
+        Whether the feature is the first after a barrier.
     """
 
     leave: Floats
@@ -523,7 +530,7 @@ def _leave_or_top(gaps: RapidGaps) -> Floats:
 
 
 def _down_at_once(gaps: RapidGaps) -> Floats:
-    """Return the lowest descent at the start of each gap, mm; without a sideways rapid, it is that of the whole gap."""
+    """Return the lowest descent at the start of each gap, mm, or of the whole gap if it has no sideways rapid."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 

@@ -146,6 +146,6 @@ def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, m
 
 
 def _first_with(program: Program, lines: list[int]) -> int:
-    """Return the first block on any of these lines; the number of blocks if there is none."""
+    """Return the first block on any of these lines, or the number of blocks."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks
