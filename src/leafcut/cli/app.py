@@ -29,7 +29,7 @@ from leafcut.processes.settings import all_options, used_by, why_unused
 
 #: Flag that shows all options of a command.
 HELP_ALL = "--help-all"
-#: Commands of earlier versions, and what to type instead.
+#: Command of an earlier version → its replacement.
 REPLACED = {
     "batch": "leafcut optimize FOLDER -o OUT",
     "watch": "leafcut optimize FOLDER --watch -o OUT",
@@ -44,7 +44,7 @@ REPLACED = {
     "warm-up": "leafcut install kernels",
     "cutting-data": "leafcut tools speeds",
 }
-#: Words mistaken for commands, and the command to type instead.
+#: Word that users mistake for a command → command to type.
 _MEANT = {
     "help": "leafcut --help, or leafcut COMMAND --help",
     "mill": "leafcut pocket DRAWING, or leafcut reorder PROGRAM",

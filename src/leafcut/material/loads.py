@@ -129,8 +129,8 @@ class Loads:
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
-        """Return a mask of the segments that a tool mills; if it only descends, of its ramps and helices, or else of
-        its plunges.
+        """Return a mask of the segments in which a tool mills. If it only descends, its ramps and helices count, or
+        else its plunges.
         """
         of_tool = self.moves.tool == number
         kinds = (np.asarray(pieces & of_tool) for pieces in (self.mills, self.sinks, self.plunges))
@@ -183,9 +183,9 @@ def largest_stock(
 ) -> HeightField:
     """Return the largest stock around the cuts of a program that its rapids would not meet.
 
-    The program is assumed to be safe: the space above a rapid is empty, unless a cut went as deep before. Everywhere else,
-    material is possible. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there would
-    be too many cells.
+    The program is assumed to be safe: the space above a rapid is empty, unless a cut went as deep before. Everywhere
+    else, material is possible. With `dogleg`, only the end of a rapid in several axes counts. Raises PlanError if there
+    would be too many cells.
     """
     low, high = moves.extent(~moves.rapid, cutters)
     bottom = float(low[2]) - _ABOVE

@@ -32,11 +32,13 @@ class Certificate:
     same
         Whether the new program does exactly the work of the original, and is as safe.
     differences
-        About fifty differences at most; the last one states the number of further differences.
+        At most about fifty differences; the last entry states the number of further differences.
     compared
         Names of the compared properties if all are equal; empty if any differs.
     sha256
         SHA-256 of the text of the original.
+    allow_reverse, reversed_cuts
+        Whether open cuts were allowed to be reversed, and the number of reversed cuts.
     notes
         Sentences about changes that do not affect the work, such as another order in which a beam detaches parts.
     defaults

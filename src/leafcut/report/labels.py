@@ -18,7 +18,7 @@ _ON_LINE = 4.0
 _WORST_ACCEPTED = 999.0
 _GAP = 1.2
 
-#: Directions from the hole to its number (y down), the preferred ones first.
+#: Directions from a hole to its number (y down), in order of preference.
 _DIRECTIONS = ((1, -1), (-1, -1), (1, 1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
 _DIAGONAL = 0.72
 

@@ -106,7 +106,7 @@ class PathReport(Generic[D]):
         return self.savings()
 
     def savings(self) -> list[Fact]:
-        """Return facts about the time that changes other than the order save."""
+        """Return facts about the time that is saved by changes other than the order."""
         return []
 
     def bound_words(self) -> str:

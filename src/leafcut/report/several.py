@@ -81,7 +81,7 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
 
 
 def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a line with all used defaults; inputs of different kinds may use different ones."""
+    """Return a line with all used defaults; they may differ between inputs of different kinds."""
     options = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
     return [f"defaults  {', '.join(options)}"] if options else []
 

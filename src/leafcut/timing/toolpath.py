@@ -246,7 +246,7 @@ def _length(delta: NDArray[np.float64]) -> float:
 def _displacements(
     path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the displacement of every row along each axis as two arrays, float64[n, 3], mm: known and estimated ones.
+    """Return the known and the estimated displacement of every row along each axis, float64[n, 3] each, mm.
 
     Each axis is tracked separately, in program or machine coordinates. A work offset, G92, or a block that is not
     understood redefines its position. The first `n_started` axes start at `start`, with z at 0.

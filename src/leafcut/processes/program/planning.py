@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of planning steps. If planning takes more, the program keeps its order.
 MOST_STEPS = 1_000_000
-#: Retract height whose cost stands for a path around an obstacle without a known height, mm.
+#: The cost of a path around an obstacle of unknown height is estimated as the cost of a retract by this height, mm.
 _AROUND = 50.0
 #: Kinds of rows with a position in program or machine coordinates.
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
@@ -280,7 +280,9 @@ def with_few_speed_changes(plan: Plan, order: Order) -> Order:
 
 
 def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
-    """Return the solution; if it changes the spindle speed too often, group the pieces of work by spindle speed."""
+    """Return the solution if it has few spindle speed changes; otherwise group the work by speed, or keep the given
+    order.
+    """
     from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)

@@ -333,7 +333,7 @@ def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
-            # The material of `reorder --feeds` is what its tools mill.
+            # The material of `reorder --feeds` is that of the milled part.
             if name in settings.asked and not (name == "material" and settings.of(FeedOptions).feeds):
                 raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
         return None, []

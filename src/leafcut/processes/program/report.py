@@ -107,7 +107,7 @@ def stock_words(stock: StockProof) -> str:
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
     """Return the number of fixed pieces of work in words, and then a text for each reason.
 
-    At most `most` reasons are listed (0 for all); further ones share a text.
+    At most `most` reasons are listed (0 for all); a single text counts the work with other reasons.
     """
     if not detail.staying:
         return []

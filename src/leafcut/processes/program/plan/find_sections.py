@@ -111,8 +111,9 @@ class Finder:
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
-        """Return the starts of the pieces of work in a run of blocks: retracted travel moves after the previous work
-        has ended.
+        """Return the starts of the pieces of work in a run of blocks.
+
+        A start is a travel move of the retracted tool after the previous work has ended.
         """
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
@@ -437,7 +438,7 @@ class Finder:
             ties,
         )
 
-    # -- what stays --------------------------------------------------------------------------------------------------
+    # -- fixed blocks ------------------------------------------------------------------------------------------------
 
     def items(self) -> list[Kept | Section]:
         """Return the sections and the fixed blocks between them, in program order."""

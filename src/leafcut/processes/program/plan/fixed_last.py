@@ -50,7 +50,7 @@ def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
         elif kind[row] in _FEEDS:
             return stays
         elif kind[row] == Kind.DRILL:
-            # If the hole follows directly, a new last piece retracts in the same way.
+            # If the hole follows directly, another last piece retracts in the same way.
             r_plane = program.path.cycles[int(ref[row])].r_plane
             return higher or (row > high and r_plane > program.path.before[high, 2] + TOLERANCE)
         elif kind[row] in STOPS:

@@ -388,7 +388,7 @@ class _Way(NamedTuple):
         return [(0.0, share)] if z1 < z0 else [(share, 1.0)]
 
     def trimmed(self, free: list[tuple[float, float]], rounds: tuple[bool, bool]) -> list[tuple[float, float]]:
-        """Return the clear intervals, shortened next to corners that the controller may round."""
+        """Return the clear intervals without the ends next to corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]

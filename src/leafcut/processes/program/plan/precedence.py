@@ -218,7 +218,7 @@ def _freed_by(pieces: Sequence[PieceOfWork]) -> tuple[NDArray[np.bool_], NDArray
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of n pieces from the pairs (before, after), int64[k, 2]."""
+    """Return `Section.ties` of n pieces of work from the pairs (before, after), int64[k, 2]."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
     np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
@@ -226,7 +226,7 @@ def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
 
 
 def no_ties(n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of pieces without precedence."""
+    """Return `Section.ties` of n pieces of work without precedence."""
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
@@ -238,7 +238,10 @@ def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[n
 
 
 def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n pieces that may not cross any of the edges; None without edges."""
+    """Return `Section.ties` of n pieces of work that must not cross the edges in the order; None without edges.
+
+    An edge is the number of a piece of work: pieces before it stay before all pieces from it on.
+    """
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
         return None

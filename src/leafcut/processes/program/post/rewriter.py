@@ -374,7 +374,7 @@ class _Rewriter:
             return letter + texts[at]
         return letter + format_value(value)
 
-    # -- what stays --------------------------------------------------------------------------------------------------
+    # -- fixed blocks ------------------------------------------------------------------------------------------------
 
     def _stay(self, kept: Kept) -> None:
         """Write fixed blocks; before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""

@@ -120,7 +120,7 @@ def goes_across(begin: Floats, end: Floats) -> Mask:
 
 
 def cuts_with_beam(program: Program) -> bool:
-    """Return whether the spindle is off on the way between two cuts without a barrier between them, as for a beam."""
+    """Return whether the spindle is off between two cuts without a barrier between them, as it is for a beam."""
     path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
