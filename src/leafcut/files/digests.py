@@ -1,4 +1,4 @@
-"""Digest in the header of a program or drawing: shows whether it was changed since leafcut wrote it."""
+"""A digest in the header of a program or drawing shows whether the file was edited after leafcut wrote it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import hashlib
 import re
 
 _DIGITS = 16
-#: Line of a header; `signed` fills in the digits.
+#: Header line with a placeholder digest of zeros; `signed` replaces the zeros.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
-#: The digest is within this many characters from the start.
+#: Search range for the digest line: the first characters of the file.
 _HEADER = 20_000
 
 
 def signed(text: str) -> str:
-    """Return a program with its digest in the header; unchanged without a digest line."""
+    """Return the program with its digest filled in. Text without a digest line is returned unchanged."""
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
         return text
@@ -24,7 +24,7 @@ def signed(text: str) -> str:
 
 
 def is_unchanged(text: str) -> bool:
-    """Return whether a program or drawing has a digest and is unchanged since leafcut wrote it."""
+    """Return whether the text has a digest that matches its content."""
     return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
 
 

@@ -1,6 +1,7 @@
-"""Plug-ins of other packages: readers, processes, algorithms, dialects and machines, found by entry points.
+"""Plug-ins from other packages: readers, processes, algorithms, dialects and machines, discovered through entry points.
 
-A package is imported only when it is listed or requested by name. Its errors do not affect anything else.
+A plug-in package is imported only when a plug-in is listed or requested by name. An error in one plug-in does not
+affect the others.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _GROUP_PREFIX = "leafcut."
 
 
 def on_call(place: str) -> Callable[..., Any]:
-    """Return the function ``module:function``; its module is imported at the first call, so that only users load it."""
+    """Return a function that imports ``module:function`` on its first call and then calls it."""
 
     def call(*arguments: Any) -> Any:
         return resolve_name(place)(*arguments)
@@ -35,7 +36,7 @@ def on_call(place: str) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class Plugin(Generic[T]):
-    """A plug-in with its name and package: the object that it adds, or the `error` that prevents its use."""
+    """A plug-in: its name, its package, and the object that it adds, or the `error` that prevents its use."""
 
     name: str
     package: str
@@ -44,17 +45,17 @@ class Plugin(Generic[T]):
 
     @property
     def refusal(self) -> str:
-        """Description for a list of plug-ins: the package, and why the plug-in cannot be used."""
+        """The package and the reason why the plug-in cannot be used, for a list of plug-ins."""
         return f"plug-in of {self.package} that cannot be used ({self.error})"
 
 
 @dataclass(frozen=True)
 class PluginKind(Generic[T]):
-    """One kind of plug-in: its name, ``machine``, and the group of its entry points, ``leafcut.machines``.
+    """A kind of plug-in: its name (``machine``) and its entry-point group (``leafcut.machines``).
 
-    No plug-in replaces a `built_in` name. `take` converts the name and the object of an entry point to the object that
-    leafcut uses, and may raise any exception. `line` returns the description of that object for a list. `claims`
-    returns its names that must be unique among plug-ins of this kind, such as ``--engraving-depth``.
+    A plug-in cannot replace a `built_in` name. `take` converts a name and the entry point's object to the object
+    that leafcut uses; it may raise any exception. `line` describes that object in a list. `claims` returns the names
+    that must be unique among the plug-ins of this kind, for example ``--engraving-depth``.
     """
 
     noun: str
@@ -65,13 +66,16 @@ class PluginKind(Generic[T]):
     claims: Callable[[T], Collection[str]] | None = None
 
     def names(self) -> tuple[str, ...]:
-        """Return the available names in order, without importing the packages."""
+        """Return the names of the plug-ins, sorted, without importing their packages."""
         entry_point_names = entry_names(self.group)
         built_in_names = self.built_in() if entry_point_names else ()
         return tuple(name for name in entry_point_names if name not in built_in_names)
 
     def load(self, name: str) -> T:
-        """Return the object of a plug-in, whose name is from `names`; raise `OptionError` if it cannot be used."""
+        """Return the object that a plug-in adds.
+
+        Raise `OptionError` if the name is unknown or the plug-in cannot be used.
+        """
         for plugin in self._named(name):
             if plugin.adds is not None:
                 return plugin.adds
@@ -79,11 +83,11 @@ class PluginKind(Generic[T]):
         raise OptionError(f"unknown {self.noun} '{name}'")
 
     def plugins(self) -> list[Plugin[T]]:
-        """Return every plug-in of this kind in the order of the names, unusable ones included."""
+        """Return all plug-ins of this kind, sorted by name. Plug-ins that cannot be used are included."""
         return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
 
     def listed(self) -> list[tuple[str, str]]:
-        """Return every plug-in: its name, and its description with the package, or the reason why it cannot be used."""
+        """Return (name, description) of each plug-in. The description of an unusable plug-in gives the reason."""
         return [
             (plugin.name, plugin.refusal if plugin.adds is None else f"{self.line(plugin.adds)} (of {plugin.package})")
             for plugin in self.plugins()
@@ -95,7 +99,7 @@ class PluginKind(Generic[T]):
 
 @cache
 def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins with a name; a plug-in that shares a unique name with another plug-in has an error."""
+    """Return the plug-ins with this name. A plug-in that claims the same option as another plug-in gets an error."""
     plugins, claims = _by_name(kind, name, path), kind.claims
     if claims is None or len(plugins) != 1 or plugins[0].adds is None:
         return plugins
@@ -118,7 +122,10 @@ def _checked_plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> t
 
 @cache
 def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins with a name, without comparing them with others. No package is imported twice."""
+    """Return the plug-ins with this name, before they are checked against other plug-ins.
+
+    Each package is imported once.
+    """
     entries = [entry for entry in _entries(path) if entry.group == kind.group and entry.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
@@ -139,13 +146,13 @@ def _load_entry(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
 
 
 def entry_names(group: str) -> tuple[str, ...]:
-    """Return the names of the entry points of a group in order; none for an empty group."""
+    """Return the sorted names of the entry points in a group; empty if `group` is empty."""
     entries = _entries(tuple(sys.path)) if group else ()
     return tuple(dict.fromkeys(entry.name for entry in entries if entry.group == group))
 
 
 def reason(problem: BaseException) -> str:
-    """Return the error of a plug-in in one line; for an error of leafcut, its message."""
+    """Return the error as one line, with its type unless it is an error of leafcut."""
     if isinstance(problem, LeafcutError):
         return str(problem)
     words = shown(str(problem), 120)
@@ -153,9 +160,10 @@ def reason(problem: BaseException) -> str:
 
 
 def file_of(name: str, loaded: Any) -> Path:
-    """Return the TOML file of an entry point; raise `TypeError` if it names something else.
+    """Return the path of the TOML file to which an entry point refers; raise `TypeError` if it refers to anything else.
 
-    A package or a module has the file ``NAME.toml`` in its folder; a path is the file; a function returns its path.
+    The entry point may be a package or module (its folder contains ``NAME.toml``), a path, or a function that
+    returns a path.
     """
     if isinstance(loaded, ModuleType):
         from importlib.resources import files
@@ -175,7 +183,7 @@ def _package(entry: EntryPoint) -> str:
 def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
     """Return leafcut's entry points on a search path, sorted by group and name.
 
-    Of several packages with the same name, the first counts, as in an import.
+    If several packages have the same name, the first one counts, as in an import.
     """
     from importlib.metadata import distributions
 

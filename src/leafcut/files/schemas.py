@@ -1,4 +1,4 @@
-"""Schema numbers: format versions of documents (docs/schemas.md), and the versions that leafcut reads."""
+"""Schema numbers (format versions) of leafcut's documents, and the versions that leafcut can read (docs/schemas.md)."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from leafcut.errors import DataError, shown
 
 @dataclass(frozen=True)
 class Schema:
-    """Current and oldest schema of one kind of document.
+    """The current and the oldest readable schema number of one kind of document.
 
-    `title` names the kind in messages. leafcut writes `current`, and reads all versions down to `oldest`. A document
-    without a number is read as `current`. `key` is the key of the number in a document.
+    `title` is the kind of document in messages. leafcut writes `current` and reads every version from `oldest` on. A
+    document without a number is read as `current`. `key` is the name of the field that holds the number.
     """
 
     title: str
@@ -25,7 +25,7 @@ class Schema:
 
     @property
     def line(self) -> str:
-        """The line of a TOML file that states the current schema."""
+        """The TOML line that states the current schema."""
         return f"{self.key} = {self.current}"
 
 
@@ -41,7 +41,7 @@ DIALECT = Schema("dialect")
 EXPERIMENT = Schema("experiment")
 PLAN = Schema("plan file", key="leafcut_plan")
 ORDER = Schema("order file", key="leafcut_order")
-#: The runs of experiments (SQLite; the number is its user_version).
+#: Results file of experiments (SQLite; the number is its user_version).
 RESULTS = Schema("results file")
 #: The stored jobs of the studio (SQLite; the number is its user_version).
 HISTORY = Schema("job history")

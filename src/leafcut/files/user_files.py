@@ -1,4 +1,7 @@
-"""The user's files: shop defaults, and the hints already shown; optional, and ignored if inaccessible."""
+"""The user's files: shop defaults, and the hints already shown.
+
+Both are optional and skipped if they cannot be read.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ _MAX_REMEMBERED, _LARGEST = 500, 1_000_000
 
 
 def defaults_file() -> Path | None:
-    """Return the user's defaults file or None; raise `OptionError` if `DEFAULTS_VARIABLE` names a missing file."""
+    """Return the user's defaults file, or None if there is none.
+
+    Raise `OptionError` if the environment variable `DEFAULTS_VARIABLE` names a missing file.
+    """
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
         if named and not Path(named).is_file():
@@ -31,13 +37,13 @@ def defaults_file() -> Path | None:
 
 
 def usual_defaults_file() -> Path | None:
-    """Return the standard path of the user's defaults file, existing or not; None without a home folder."""
+    """Return the standard path of the defaults file, whether or not it exists; None without a home folder."""
     folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     return None if folder is None else folder / "defaults.toml"
 
 
 def has_defaults() -> bool:
-    """Return whether the command line uses a defaults file, unless it is disabled."""
+    """Return whether a defaults file is present. A missing file named by the environment variable counts as present."""
     try:
         return defaults_file() is not None
     except OptionError:
@@ -45,7 +51,10 @@ def has_defaults() -> bool:
 
 
 def first_time(hint: str) -> bool:
-    """Return whether a hint is shown for the first time, and record it if possible."""
+    """Record a hint and return whether it is shown for the first time.
+
+    Without a writable folder, every time is the first.
+    """
     folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
         return True
@@ -69,7 +78,7 @@ def _recorded_hints(file: Path) -> list[str]:
 
 
 def _folder(variable: str, usual: str, windows: str, windows_usual: str) -> Path | None:
-    """Return leafcut's folder for configuration or state (XDG base directory specification); None without a home."""
+    """Return leafcut's configuration or state folder (XDG base directory specification); None without a home folder."""
     name, under = (windows, f"AppData/{windows_usual}") if os.name == "nt" else (variable, usual)
     base = os.environ.get(name)
     if base and Path(base).is_absolute():  # the specification: ignore relative paths

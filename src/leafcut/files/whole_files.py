@@ -1,4 +1,4 @@
-"""File access: programs are read within size limits; outputs are written atomically and never replace an input."""
+"""File access: inputs are read up to a size limit; outputs are written atomically and never replace an input."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import Any, Protocol
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
 from leafcut.files.schemas import Schema, check_schema
 
-#: Maximum size of a program, bytes; ten times the largest seen in the field.
+#: Maximum size of a program, bytes; ten times the largest program known.
 LARGEST_PROGRAM = 512 * 1024 * 1024
-#: Maximum size of a TOML file, bytes; real ones have some kilobytes.
+#: Maximum size of a TOML file, bytes; typical files have a few kilobytes.
 LARGEST_TOML = 1_000_000
 
 
-#: All files have the same encoding.
+#: No file has an encoding of its own.
 _NO_EXCEPTIONS: Mapping[str, str] = MappingProxyType({})
 
 
@@ -31,7 +31,7 @@ class OutputError(LeafcutError):
 
 @dataclass(frozen=True)
 class StandardInput:
-    """Data from standard input, accepted wherever a drawing or a program is."""
+    """Data read from standard input, accepted in place of a drawing or program file."""
 
     data: bytes
 
@@ -40,7 +40,7 @@ class StandardInput:
 
     @classmethod
     def read(cls) -> StandardInput:
-        """Return all of standard input; raise `ReadError` if it is empty or larger than the size limit of a file."""
+        """Read all of standard input; raise `ReadError` if it is empty or larger than `LARGEST_PROGRAM`."""
         try:
             data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
         except OSError as problem:
@@ -53,22 +53,25 @@ class StandardInput:
 
 
 class Loaded(Protocol):
-    """An input that has already been read; `str` returns its name."""
+    """An input that is already in memory; `str` returns its name."""
 
     @property
     def data(self) -> bytes:
-        """All bytes."""
+        """The whole content."""
 
 
 def read_program(source: str | Path | Loaded) -> str:
-    """Return the text of a program, UTF-8 or Latin-1; raise `ReadError` if it is unreadable, empty or too large."""
+    """Return the text of a program, UTF-8 or Latin-1.
+
+    Raise `ReadError` if the file is unreadable, empty, binary or too large.
+    """
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
     return decoded(data)[0]
 
 
 def decoded(data: bytes) -> tuple[str, str]:
-    """Return bytes as text (UTF-8 or Latin-1) without byte order mark, and the encoding that restores the bytes."""
+    """Decode bytes as UTF-8, or as Latin-1 if that fails; return the text without byte order mark, and the encoding."""
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
         return data.decode(encoding), encoding
@@ -77,7 +80,7 @@ def decoded(data: bytes) -> tuple[str, str]:
 
 
 def check_is_text(source: str, data: bytes) -> None:
-    """Raise `ReadError` for a binary file or for UTF-16 text; both contain zero bytes."""
+    """Raise `ReadError` for binary data and UTF-16 text, which contain zero bytes."""
     if b"\0" in data:
         wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if wide:
@@ -98,7 +101,10 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def check_is_there(flag: str, path: Path | None) -> None:
-    """Raise `OptionError` if the file of an option does not exist or is a folder."""
+    """Raise `OptionError` if the file of an option does not exist or is a folder.
+
+    `flag` names the option in the message.
+    """
     try:
         exists = path is None or path.exists()
     except OSError:
@@ -113,14 +119,17 @@ def check_is_there(flag: str, path: Path | None) -> None:
 def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
     """Return the tables of a TOML file, without its schema number.
 
-    Raise `OptionError` if the file does not exist, and `DataError` if it cannot be read, is too large, is not TOML, or
-    has a schema that this version of leafcut does not read.
+    Raise `OptionError` if the file does not exist. Raise `DataError` if it cannot be read, is too large, is not
+    TOML, or has a schema that this version of leafcut cannot read.
     """
     return parse_toml(toml_bytes(path), str(path), schema)
 
 
 def toml_bytes(path: Path) -> bytes:
-    """Return the bytes of a TOML file; raise `OptionError` if it is missing, `DataError` if unreadable or too large."""
+    """Return the content of a TOML file.
+
+    Raise `OptionError` if the file is missing, `DataError` if it is unreadable or too large.
+    """
     if not path.is_file():
         raise OptionError(f"{path}: file not found")
     try:
@@ -136,9 +145,9 @@ def toml_bytes(path: Path) -> bytes:
 
 
 def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
-    """Return the tables of TOML text, without its schema number; `source` names the text in an error.
+    """Return the tables of TOML text, without its schema number. `source` names the text in error messages.
 
-    Raise `DataError` if the text is not TOML, or has a schema that this version of leafcut does not read.
+    Raise `DataError` if the text is not TOML or has a schema that this version of leafcut cannot read.
     """
     import tomllib
 
@@ -156,7 +165,10 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:
-    """Return the line number of a key in a table of TOML text, or of the table's header without a `name`, or None."""
+    """Return the line number of a key in a section of TOML text, or None.
+
+    If `name` is empty, return the line number of the section header.
+    """
     current_section = ""
     for number, line in enumerate(toml.splitlines(), 1):
         words = line.partition("#")[0].strip()
@@ -177,7 +189,7 @@ def line_of(toml: str, section: str, name: str = "") -> int | None:
 
 
 def _check_wholes(value: Any) -> None:
-    """Refuse integers of more than 64 bits (TOML 1.0.0, "Integer"); very large integers do not even fit a float."""
+    """Raise `ValueError` for integers of more than 64 bits (TOML 1.0.0, "Integer"); huge integers overflow a float."""
     if isinstance(value, dict | list):
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
@@ -219,12 +231,12 @@ def same_file(a: Path, b: Path) -> bool:
 
 
 def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
-    """Write `text` to a file atomically, by renaming a temporary file beside it; raise `OutputError` if it fails."""
+    """Write `text` to a file atomically (temporary file, then rename); raise `OutputError` on failure."""
     write_together({str(target): text}, encoding=encoding, newline=newline)
 
 
 def write_bytes(target: str | Path, data: bytes) -> None:
-    """Write `data` to a file atomically; raise `OutputError` if it fails."""
+    """Write `data` to a file atomically; raise `OutputError` on failure."""
     write_whole(target, data.decode("latin-1"), encoding="latin-1", newline="")
 
 
@@ -235,16 +247,16 @@ def write_together(
     newline: str = "\n",
     encodings: Mapping[str, str] = _NO_EXCEPTIONS,
 ) -> None:
-    """Write several related files atomically, all or none; raise `OutputError` if one cannot be written.
+    """Write several related files, all or none; raise `OutputError` if one cannot be written.
 
-    The first file is the main file; the others describe it. All files are written under temporary names first. Then the
-    previous versions of the other files are removed, the main file is renamed, and the other files are renamed. If the
-    process is killed in between, either the old or the new main file exists, but never next to a description of the
-    other version. If a rename fails, all files get their previous contents. Temporary files of killed runs are removed.
+    The first file is the main file; the others describe it. All files are first written under temporary names. Then
+    the old versions of the other files are deleted, the main file is renamed into place, and the others follow. If
+    the process is killed in between, the old or the new main file exists, but never beside a description of the
+    other version. If a rename fails, the previous contents are restored. Temporary files of killed runs are deleted.
 
-    `encodings` holds the encodings of files that differ from `encoding`.
+    `encodings` lists the files whose encoding differs from `encoding`.
     """
-    import tempfile  # imported here for a quick start: not needed when writing to standard output
+    import tempfile  # imported here for a quick start: not needed for output to standard output
 
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
@@ -252,7 +264,7 @@ def write_together(
     target = encoding_of = ""
     try:
         for target, text in texts.items():
-            path = Path(os.path.realpath(target))  # a link keeps its target
+            path = Path(os.path.realpath(target))  # write through a symbolic link
             _remove_left_over(path)
             encoding_of = encodings.get(target, encoding)
             with tempfile.NamedTemporaryFile(
@@ -288,7 +300,7 @@ def write_together(
 
 
 def _prefix(path: Path) -> str:
-    """Return the common prefix of temporary files for a file; the number of the writing process follows."""
+    """Return the common prefix of all temporary files for a file; the process id follows it."""
     return f".{path.name}.leafcut-"
 
 
@@ -319,7 +331,7 @@ def _is_running(process: int) -> bool:
 
 
 def _backup_of(path: Path) -> Path | None:
-    """Keep the current content of a file as a hard link or a copy, and return its path; None without a file."""
+    """Save the content of a file as a hard link or copy, and return the path; None if the file does not exist."""
     if not path.exists():
         return None
     backup = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
@@ -331,7 +343,7 @@ def _backup_of(path: Path) -> Path | None:
 
 
 def _restore(before: Mapping[Path, Path | None]) -> None:
-    """Restore the previous contents after a failed write; the main file comes first, the other files after it."""
+    """Restore the previous contents after a failed write, the main file first."""
     for path in list(before)[1:]:
         with suppress(OSError):
             path.unlink()

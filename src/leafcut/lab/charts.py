@@ -1,4 +1,4 @@
-"""Charts of an experiment, drawn by Matplotlib, as SVG that takes its colours from the page."""
+"""Charts of an experiment: Matplotlib drawings as SVG, coloured by the style sheet of the page."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from leafcut.report.svg import title
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: A curve: (iteration or seconds, cost), in order.
+#: A convergence curve: points (iteration or seconds, cost), in order.
 Course = Sequence[tuple[float, float]]
 
-#: Placeholder colours in Matplotlib's output, replaced by CSS variables: a page may be light or dark.
+#: Placeholder colours in Matplotlib's output. CSS variables replace them, because a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
 _HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
 _IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
@@ -30,7 +30,7 @@ _ID = re.compile(r'\s+id="([^"]*)"')
 
 
 def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: str) -> str:
-    """Return box plots with whiskers to 1.5 times the interquartile range (Tukey 1977), and a dot per value."""
+    """Return box plots with a dot per value; whiskers reach 1.5 times the interquartile range (Tukey 1977)."""
     figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
     values = [list(group) for group in groups.values()]
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
@@ -49,7 +49,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, description: 
 
 def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_label: str, heading: str,
           description: str, ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
-    """Return means with their intervals: name → (x, mean, low, high); `ideal` is a thin line."""
+    """Return a chart of means with error bars: name → (x, mean, low, high). `ideal` is drawn as a dotted line."""
     figure, axes = _figure()
     if ideal:
         axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
@@ -65,7 +65,7 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], x_l
 
 
 def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading: str, description: str) -> str:
-    """Return the mean convergence of each variant, with a band from its best to its worst run."""
+    """Return the mean convergence curve of each variant, with a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in variants.values() for curve in curves)
     places = np.linspace(0.0, last, _STEPS)
@@ -81,9 +81,9 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
 
 
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
-    """Return time-to-target plots: the share of runs that have reached the target.
+    """Return time-to-target plots: the percentage of runs that have reached the target, over time.
 
-    `variants` maps a name to the time of each run, None if it missed the target, which counts in the total.
+    `variants` maps a name to the time of each run. A run that missed the target has None and counts in the total.
 
     Source: Aiex, Resende and Ribeiro 2007, *TTT plots*.
     """
@@ -105,7 +105,7 @@ def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str,
 def pareto(
     points: Mapping[str, tuple[float, float]], front: Sequence[str], x_label: str, heading: str, description: str
 ) -> str:
-    """Return variants as points of two figures; points on the Pareto front are connected and labelled."""
+    """Return a scatter plot of two responses. The variants on the Pareto front are connected and labelled."""
     figure, axes = _figure()
     dominated = [point for name, point in points.items() if name not in front]
     if dominated:
@@ -125,7 +125,7 @@ def pareto(
 
 
 def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, heading: str, description: str) -> str:
-    """Return a scatter plot: name → (x, y)."""
+    """Return a scatter plot of name → points (x, y)."""
     figure, axes = _figure()
     for k, (name, points) in enumerate(series.items()):
         axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
@@ -137,7 +137,7 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, h
 
 
 def trials(costs: Sequence[tuple[float, float]], heading: str, description: str) -> str:
-    """Return the cost of each trial relative to the defaults, and the running best as a step line."""
+    """Return a chart of the cost of each trial relative to the defaults, with the lowest cost so far as a step line."""
     figure, axes = _figure()
     x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
     axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
@@ -151,14 +151,14 @@ def trials(costs: Sequence[tuple[float, float]], heading: str, description: str)
 
 
 def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each cost from the last step before."""
+    """Return the cost of a curve at each of the given places (the value of the last step before it)."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
 
 
 def reached(curve: Course, target: float) -> float | None:
-    """Return the first time at which a run reached the target cost, None if it did not."""
+    """Return the time at which a run reached the target cost, or None."""
     return next((x for x, y in curve if y <= target), None)
 
 
@@ -195,7 +195,7 @@ def _legend(axes: Axes, count: int) -> None:
 
 
 def _svg(figure: Any, description: str) -> str:
-    """Use the page's CSS colours and an accessible title."""
+    """Return the figure as SVG with the page's CSS colours and `description` as its accessible title."""
     from matplotlib import rc_context
 
     output = io.StringIO()

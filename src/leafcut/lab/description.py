@@ -1,4 +1,4 @@
-"""Description of an experiment: a TOML file with inputs × options × seeds, responses and analyses."""
+"""Description of an experiment, read from a TOML file: inputs × options × seeds, responses and analyses."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Any
 
 from leafcut.errors import OptionError
 
-#: Commands of a run that belong to no process.
+#: Commands of a run that do not belong to a process.
 SOLVE, OPTIMIZE = "solve", "optimize"
-#: Maximum number of runs of an experiment, and of seeds.
+#: Maximum number of runs of an experiment, and maximum number of seeds.
 MAX_RUNS, MAX_SEEDS = 100_000, 1000
-#: Responses that every run has, whatever its command: wall-clock time and processor time, s.
+#: Responses that exist for every command: wall-clock time and processor time, s.
 WALL, PROCESSOR = "wall_s", "processor_s"
-#: Responses of the searches of a run: processor time and wall-clock time, s; the best cost; the best cost of their own
-#: tours, without a first tour that was given to them.
+#: Prefix of the responses of the searches of a run: processor time and wall-clock time, s; best cost; best cost of the
+#: tours that the search itself built, excluding a given initial tour.
 SEARCH = "search"
-#: Response of every program: time of its rapid moves, with retracts, s.
+#: Response of every command that writes a program: time of its rapid moves, including retracts, s.
 RAPID = "rapid_s"
-#: Responses that measure computing time, not machine time.
+#: Responses that measure computing time instead of machine time.
 TIMES = (WALL, PROCESSOR, "seconds", f"{SEARCH}.processor_s", f"{SEARCH}.seconds")
 
 ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
@@ -29,7 +29,11 @@ ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projec
 
 @dataclass(frozen=True)
 class LabInstance:
-    """One input (a file, ``example:plate-70`` or ``random:200``), with its own options and known figures."""
+    """An input of an experiment with its own options and known figures.
+
+    `input` is a file, an included example (``example:plate-70``) or a random map (``random:200``). `facts` are known
+    figures, for example the size or a published result.
+    """
 
     name: str
     input: str
@@ -39,7 +43,7 @@ class LabInstance:
 
 @dataclass(frozen=True)
 class Level:
-    """One level of a factor: its options; `value` if it is a number."""
+    """A level of a factor: the options that it sets, and its number if it is numeric."""
 
     name: str
     options: Mapping[str, Any]
@@ -48,7 +52,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor, crossed with all other factors."""
+    """A factor of the experiment; its levels are crossed with those of all other factors."""
 
     name: str
     title: str
@@ -56,7 +60,7 @@ class Factor:
 
     @property
     def numeric(self) -> bool:
-        """Whether every level is a number."""
+        """Whether all levels are numbers."""
         return all(level.value is not None for level in self.levels)
 
 
@@ -115,7 +119,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Published:
-    """Published figures: a table of texts, with its source and a note."""
+    """A table of published figures with its source and a note."""
 
     title: str
     source: str
@@ -126,7 +130,7 @@ class Published:
 
 @dataclass(frozen=True)
 class RunPlan:
-    """One planned run: an input, a level of each factor, and a seed."""
+    """A planned run: an instance, a level of each factor, and a seed."""
 
     instance: LabInstance
     levels: Mapping[str, Level]
@@ -135,17 +139,17 @@ class RunPlan:
 
     @property
     def label(self) -> str:
-        """Label for messages."""
+        """Name of the run in messages."""
         return ", ".join([self.instance.name, *(level.name for level in self.levels.values()), f"seed {self.seed}"])
 
 
 @dataclass(frozen=True)
 class Description:
-    """An experiment as described by its file.
+    """An experiment as described by its TOML file.
 
-    `command` is ``solve``, ``optimize``, or the command of a process. `new_process`: each run is a new process, so that
-    its start-up time counts. `cores` is the factor whose levels are numbers of threads; levels above the machine's
-    cores are skipped.
+    `command` is ``solve``, ``optimize``, or the command of a process. With `new_process`, each run starts a new
+    process, whose start-up time counts. `cores` names a factor whose levels are numbers of threads; levels above the
+    number of cores of this machine are skipped.
     """
 
     name: str
@@ -164,26 +168,26 @@ class Description:
     new_process: bool = False
     cores: str = ""
     reduced: bool = False
-    #: Whether `leafcut lab run` lists it by name.
+    #: Whether `leafcut lab` lists the experiment by name.
     listed: bool = True
-    #: The table of the short form, as in the file.
+    #: The table [reduced] of the file, which describes the short form.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def key(self) -> str:
-        """Name under which its runs are stored; the short form has a separate one."""
+        """Name under which the runs are stored. The short form has a name of its own."""
         return f"{self.name} (reduced)" if self.reduced else self.name
 
     def response(self, name: str) -> Response:
-        """Return a response by name."""
+        """Return the response with this name."""
         return next(response for response in self.responses if response.name == name)
 
     def factor(self, name: str) -> Factor:
-        """Return a factor by name."""
+        """Return the factor with this name."""
         return next(factor for factor in self.factors if factor.name == name)
 
     def runs(self) -> Iterator[RunPlan]:
-        """Yield all runs seed by seed, so that an early end leaves complete rounds."""
+        """Yield all runs, one seed after the other. If the experiment ends early, all complete rounds are usable."""
         for seed in self.seeds:
             for instance in self.instances:
                 for levels in itertools.product(*(factor.levels for factor in self.factors)):
@@ -195,7 +199,7 @@ class Description:
 
     @property
     def n_runs(self) -> int:
-        """Number of runs."""
+        """Number of planned runs."""
         count = len(self.seeds) * len(self.instances)
         for factor in self.factors:
             count *= len(factor.levels)

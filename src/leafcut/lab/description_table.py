@@ -1,4 +1,4 @@
-"""A table of an experiment file, with type-checked access."""
+"""Type-checked access to a table of an experiment file."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from leafcut.errors import OptionError, nearest
 
 
 def value_text(value: Any) -> str:
-    """Return a level or a figure as text."""
+    """Return a level or figure as text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def number_of(value: Any) -> float | None:
-    """Return a number, None if the value is not a number."""
+    """Return a value as float, or None if it is not a number."""
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 @dataclass(frozen=True)
 class DescriptionTable:
-    """A table of the file and its path in it; each access checks the type."""
+    """A table of an experiment file and its path; every access checks the type of the value."""
 
     content: Mapping[str, Any]
     experiment: str
@@ -29,56 +29,56 @@ class DescriptionTable:
 
     @property
     def name(self) -> str:
-        """The last part of the path."""
+        """Last part of the table's path."""
         return self.place.rpartition(".")[2]
 
     def wrong(self, words: str) -> OptionError:
-        """Return an error that names the experiment and the table."""
+        """Return an error message that names the experiment and the table."""
         return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
 
     def check(self, known: set[str]) -> None:
-        """Refuse unknown keys."""
+        """Raise an error for a key that is not in `known`."""
         for key in self.content:
             if key not in known:
                 raise self.wrong(f"unknown key '{key}'{nearest(key, sorted(known))}")
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; without a default, the key is required."""
+        """Return the text under a key. The key is required if there is no default."""
         value = self.content.get(key, default)
         if not isinstance(value, str):
             raise self.wrong(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
         return value
 
     def flag(self, key: str) -> bool:
-        """Return true or false."""
+        """Return the boolean under a key, or False if the key is missing."""
         value = self.content.get(key, False)
         if not isinstance(value, bool):
             raise self.wrong(f"{key}: give true or false, not {value!r}")
         return value
 
     def as_number(self, key: str, value: Any) -> float:
-        """Return a number."""
+        """Return a value as float; raise an error that names `key` if it is not a number."""
         number = number_of(value)
         if number is None:
             raise self.wrong(f"{key}: a number is needed, not {value!r}")
         return number
 
     def texts(self, key: str) -> list[str]:
-        """Return a list of texts, or of numbers as texts."""
+        """Return the list under a key as texts; numbers are converted."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(isinstance(item, dict | list) for item in value):
             raise self.wrong(f"{key}: a list of texts is needed")
         return [value_text(item) for item in value]
 
     def table(self, key: str) -> dict[str, Any]:
-        """Return a table unchanged."""
+        """Return the table under a key, or an empty table."""
         value = self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.wrong(f"{key}: a table is needed")
         return value
 
     def dicts(self, key: str) -> dict[str, dict[str, Any]]:
-        """Return a table of tables."""
+        """Return a table whose values are all tables."""
         tables = self.table(key)
         for name, entry in tables.items():
             if not isinstance(entry, dict):
@@ -86,13 +86,13 @@ class DescriptionTable:
         return tables
 
     def tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables of a table, in order."""
+        """Return the tables inside a table, in file order."""
         return [
             DescriptionTable(content, self.experiment, f"{key}.{name}") for name, content in self.dicts(key).items()
         ]
 
     def list_of_tables(self, key: str) -> list[DescriptionTable]:
-        """Return the tables of a list of tables."""
+        """Return the tables of an array of tables ([[key]])."""
         value = self.content.get(key, [])
         if not isinstance(value, list) or any(not isinstance(item, dict) for item in value):
             raise self.wrong(f"{key}: tables [[{key}]] are needed")

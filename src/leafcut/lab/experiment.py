@@ -1,4 +1,4 @@
-"""`run_experiment`: several algorithms, each with several seeds, on one map."""
+"""`run_experiment`: run several algorithms on one point map, each with several seeds."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from leafcut.options.condition import Conditions
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
-#: Maximum number of runs per algorithm, and of points per curve.
+#: Maximum number of runs per algorithm, and maximum number of points per curve.
 MAX_RUNS, MAX_POINTS = 1000, 300
-#: Maximum number of points of all curves together (a page draws them all); minimum per curve.
+#: Maximum number of points of all curves together (one page draws them all), and minimum number per curve.
 _ALL_POINTS, _MIN_POINTS = 20_000, 10
 
-#: Algorithms that can be compared: all that search for a tour.
+#: Algorithms that can be compared: those that search for a tour.
 COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """One run: an algorithm with a seed.
+    """One run of an algorithm with one seed.
 
     Attributes
     ----------
     seconds
-        Without the lower bound.
+        Search time without the lower bound, s.
     nodes
-        int32[k]: the tour.
+        int32[k]: the nodes of the tour, in order.
     curve
         (iteration, seconds, cost) at each improvement of the best tour; iteration 0 is the initial tour.
     """
@@ -57,9 +57,9 @@ class Repetition:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """Results of all runs, by algorithm, then by seed.
+    """The results of all runs, sorted by algorithm, then by seed.
 
-    `lower_bound` is that of the tour cost. `stopped`: the user stopped the experiment before all runs were finished.
+    `lower_bound` bounds the cost of the tour. `stopped` is set if the user stopped the experiment before its end.
     """
 
     part: Part
@@ -69,12 +69,12 @@ class Experiment:
 
     @property
     def algorithms(self) -> tuple[str, ...]:
-        """The algorithms in the order in which they ran."""
+        """The algorithms, in the order in which they ran."""
         return tuple(dict.fromkeys(run.algorithm for run in self.repetitions))
 
     @property
     def best(self) -> Repetition:
-        """The first run with the shortest tour."""
+        """The run with the lowest cost; of equal runs, the first."""
         return min(self.repetitions, key=lambda run: run.cost)
 
     def runs_of(self, algorithm: str) -> tuple[Repetition, ...]:
@@ -83,7 +83,7 @@ class Experiment:
 
 
 def check_experiment(algorithms: Sequence[str], runs: int) -> None:
-    """Raise `OptionError` for no or unknown algorithms, or an invalid number of runs."""
+    """Raise `OptionError` if no algorithm is given, one is unknown, or the number of runs is out of range."""
     if not algorithms:
         raise OptionError("choose at least one algorithm to compare")
     for name in algorithms:
@@ -103,10 +103,10 @@ def run_experiment(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
 ) -> Experiment:
-    """Run each algorithm `runs` times on a map, with seeds counted up from the option ``seed``.
+    """Run each algorithm `runs` times on a point map. The seeds count up from the option ``seed``.
 
-    `options` are as in `api.solve`; each algorithm gets only the options that it uses. All algorithms use the same
-    seeds. When `cancelled` is set, the current run is dropped, unless it is the first.
+    `options` are those of `api.solve`; each algorithm receives only the options that it uses. All algorithms use the
+    same seeds. If `cancelled` is set, the current run is discarded, unless it is the first.
 
     Raises
     ------
@@ -139,7 +139,11 @@ def run_experiment(
 
 
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that an algorithm uses, without the bound, which is computed once for all algorithms."""
+    """Return the options that an algorithm uses.
+
+    The lower bound is switched off, because it is computed once for all algorithms; a target gap needs it in every
+    run.
+    """
     used = registry.work("solve").used()
     kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
     if kept.get("target_gap") is None:
@@ -152,7 +156,7 @@ def _fits(needs: Conditions, algorithm: str) -> bool:
 
 
 def _run_progress(progress: OnProgress | None, run_name: str, number: int, runs: int) -> OnProgress | None:
-    """Return a callback that adds the name of the run and converts to the share of all runs."""
+    """Return a progress callback that adds the name of the run and scales its share to all runs."""
     if progress is None:
         return None
 
@@ -168,7 +172,10 @@ def _repetition(algorithm: str, seed: int, solution: Solution, study: Study, max
 
 
 def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) at each improvement, thinned to about `max_points` points, and at the end."""
+    """Yield (iteration, seconds, cost) of the initial tour, of each improvement, and of the end.
+
+    Improvements are thinned to about `max_points`.
+    """
     started, cost = solution.history[0]
     points, rows = [(0, started, cost)], study.iterations()
     # For a map with sets of points, a search may only know the lengths through the centres.

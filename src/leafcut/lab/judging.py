@@ -1,4 +1,4 @@
-"""Evaluate an experiment: each analysis of its description as sentences, tables and charts."""
+"""Evaluate an experiment: run each analysis of its description, and report it as sentences, tables and charts."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from leafcut.lab.description import TIMES, WALL, Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
-#: Relative tolerance for equal figures of a cell.
+#: Maximum relative difference between figures of a cell that count as equal.
 _EQUAL_SHARE = 1e-3
 
 
 def judged(results: Results) -> list[ReportBlock]:
-    """Return a block for each analysis; blocks of analyses without enough results state the reason."""
+    """Return a report block per analysis. A block without enough results gives the reason."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
@@ -30,7 +30,10 @@ def judged(results: Results) -> list[ReportBlock]:
 
 
 def _once(results: Results, analysis: Analysis, response: Response) -> Results:
-    """Drop repetitions, since threads change the time of a search but not its result."""
+    """Keep only the runs of the first number of threads, unless the analysis concerns threads or times.
+
+    Threads change the time of a search but not its result.
+    """
     cores = results.description.cores
     if not cores or cores in analysis.factors or response.path in TIMES:
         return results
@@ -245,7 +248,7 @@ def _speedup(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Report whether a figure, or the gain over the level `base`, grows with the size of the instance."""
+    """Report the gain over the level `base` for each instance, and whether it grows with the size of the instance."""
     description = results.description
     sizes = {entry.name: entry.facts["size"] for entry in description.instances if "size" in entry.facts}
     factor = description.factor(analysis.factors[0])
@@ -313,7 +316,7 @@ def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -
 
 
 def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    """Multiply the saving per piece by the batch size, since all pieces take the same time."""
+    """Report the saving of each level over the base level for batches of pieces. All pieces take the same time."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     rows = []
     for rest, groups in results.groups(response.name, factor.name).items():

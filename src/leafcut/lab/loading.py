@@ -39,17 +39,17 @@ _SHIPPED = resources.files("leafcut.lab") / "shipped"
 
 
 def shipped_names() -> list[str]:
-    """Return the names of the included experiments, without reading them."""
+    """Return the sorted names of the included experiments, without reading their files."""
     return sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
 
 
 def shipped() -> dict[str, str]:
-    """Return the included experiments: name → title."""
+    """Return the included experiments as name → title."""
     return {name: load(name).title for name in shipped_names()}
 
 
 def load(name: str | Path) -> Description:
-    """Return an experiment by its name, or by the path of its TOML file.
+    """Return the experiment with this name, or the one in a TOML file.
 
     Raises
     ------
@@ -79,9 +79,9 @@ def load(name: str | Path) -> Description:
 
 
 def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
-    """Return the experiment in a parsed TOML file; its files are relative to `folder`.
+    """Return the experiment that parsed TOML describes. File names in it are relative to `folder`.
 
-    Without a folder, the file names refer to files included with leafcut.
+    If `folder` is None, they name files that are included with leafcut.
 
     Raises
     ------
@@ -214,7 +214,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
 
 
 def _fact(table: DescriptionTable, description: Description) -> str:
-    """Return the known figure of a comparison; empty for none."""
+    """Return the name of the known figure that a comparison uses as reference; empty if it uses none."""
     fact, known = table.text("fact", ""), {name for instance in description.instances for name in instance.facts}
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
@@ -233,7 +233,7 @@ def _published(table: DescriptionTable) -> Published:
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:
-    """Return a list, or 1 to a given number."""
+    """Return the seeds: the given list, or 1 to the given number."""
     given = table.content.get("seeds", 1)
     listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MAX_SEEDS else given
     if not isinstance(listed, list) or not listed or any(type(seed) is not int or seed < 0 for seed in listed):
@@ -244,7 +244,7 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
 
 
 def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
-    """Return all items if no name is given."""
+    """Return the items with the given names, or all items if no name is given."""
     known = [item.name for item in items]
     for name in names:
         if name not in known:
@@ -253,7 +253,10 @@ def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable,
 
 
 def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Unknown options are refused later, with their run."""
+    """Return the options with their file names resolved relative to `folder`.
+
+    Options that cannot be resolved are kept; they are refused later, with the name of their run.
+    """
     try:
         return placed_in(folder, options)
     except OptionError:
@@ -287,12 +290,15 @@ def _check_options(description: Description) -> None:
 
 
 def _work(command: str) -> Work | None:
-    """Return None if the input decides."""
+    """Return the work of a command, or None if it depends on the input."""
     return next((work for work in registry.works() if work.command == command), None)
 
 
 def in_short(description: Description) -> Description:
-    """Return the short form (fewer inputs, levels and seeds, less work per run); raise `OptionError` without one."""
+    """Return the short form of an experiment (fewer inputs, levels and seeds, less work per run).
+
+    Raise `OptionError` if the experiment has no short form.
+    """
     if not description.short:
         raise OptionError(f"experiment '{description.name}' has no reduced form: its file has no table [reduced]")
     table = DescriptionTable(description.short, description.name, "reduced")

@@ -1,4 +1,4 @@
-"""Parts of every experiment report: each cell with its spread, and the convergence of the searches."""
+"""Sections of every experiment report: a table of all cells, and the convergence of the searches."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number,
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
-#: Candidate targets, percent above the best result; the smallest that half of all runs reach is used.
+#: Candidate targets, percent above the best result. The smallest target that half of all runs reach is used.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def overview(results: Results) -> ReportBlock:
-    """Return every cell with its number of runs, of missing runs and the figures of each response."""
+    """Return a table of all cells: number of runs and missing runs, and statistics of each response."""
     description = results.description
     columns = ["Instance", *(factor.title for factor in description.factors), "Runs", "Missing"]
     for response in description.responses:
@@ -37,7 +37,7 @@ def overview(results: Results) -> ReportBlock:
 
 
 def searches(results: Results) -> ReportBlock | None:
-    """Return convergence and time-to-target charts; None if no run has a curve."""
+    """Return convergence and time-to-target charts of each instance; None if no run recorded a curve."""
     curves: dict[str, dict[str, list[Row]]] = {}
     for row in results.rows:
         if len(row.curve) > 1:

@@ -1,4 +1,4 @@
-"""An experiment on the user's own part: the possible comparisons, and their description."""
+"""An experiment on the user's own part: which settings can be compared, and the description of the experiment."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.lab.description import (
 from leafcut.lab.experiment import COMPARED
 from leafcut.processes.settings import group_of
 
-#: Name under which its runs are stored; runs of different parts differ by the hash of the file.
+#: Name under which the runs are stored. The hash of the file distinguishes runs of different parts.
 OWN_PART = "open_part"
 
 _TIME = Response("time", "Time of the computer", "s", PROCESSOR)
@@ -33,7 +33,7 @@ _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_m
 
 
 def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
-    """Return the option that is compared for a command, and its values: pocket strategies, or algorithms."""
+    """Return the option whose values can be compared (pocket strategies or algorithms), and these values."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
         return "strategy", tuple(name for name in choices if name != "auto")
@@ -41,23 +41,22 @@ def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
 
 
 def responses_of(command: str) -> tuple[Response, ...]:
-    """Return the responses of a command; the first is its objective."""
+    """Return the responses of a command; the first is the objective."""
     return _RESPONSES.get(command, _USUAL_RESPONSES)
 
 
 def compare_on(
     name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
-    """Return an experiment that runs a part with several values of an option, each with the same seeds.
+    """Return an experiment that runs a part with several values of an option and the same seeds for each.
 
-    Options that only some of these values use are dropped: each runs with its recommended settings.
-
-    `values` are those of `what_differs`.
+    Options that apply only to some of these values are dropped; each value runs with its defaults for them. `values`
+    must be values that `what_differs` returns.
 
     Raises
     ------
     OptionError
-        Fewer than two values are chosen, one is unknown, or the number of runs is out of range.
+        Fewer than two values are given, one is unknown, or the number of runs is out of range.
     """
     option, known = what_differs(command)
     for value in values:

@@ -1,4 +1,4 @@
-"""The report of an experiment: a self-contained HTML page, and its runs as CSV."""
+"""The report of an experiment: a self-contained HTML page, and a CSV table of its runs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from leafcut.lab.overviews import overview, searches
 from leafcut.lab.results import ReportBlock, Results, number
 from leafcut.lab.store import Row
 
-#: Packages of the extra ``lab``.
+#: Packages of the extra ``lab`` that a report needs.
 _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
 
 def write_page(
     description: Description, rows: Sequence[Row], n_runs: int, n_left_out: int = 0, before: Sequence[ReportBlock] = ()
 ) -> str:
-    """Return the page of an experiment from its finished runs; `n_runs` is the number of planned runs on this machine.
+    """Return the report page of an experiment.
+
+    `rows` are the stored runs, and `n_runs` is the number of runs planned for this machine. `n_left_out` runs need
+    more cores than this machine has. The blocks of `before` come first.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def write_page(
 
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
-    """Return one row per run: its responses, machine and time."""
+    """Return the runs as CSV, one row per run, with its responses, machine and start time."""
     factors, responses = [item.name for item in description.factors], [item.name for item in description.responses]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -117,7 +120,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], n_ru
 
 
 def circumstances(rows: Sequence[Row]) -> list[str]:
-    """Describe the machines, versions and dates of the runs."""
+    """Return sentences on the machines, versions and dates of the runs."""
     if not rows:
         return []
     machines = sorted({row.machine for row in rows})

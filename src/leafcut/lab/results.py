@@ -1,4 +1,4 @@
-"""The finished runs of an experiment by cell, and the tables and text blocks of a report."""
+"""The runs of an experiment grouped by cell, and the tables and sections of a report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leafcut.lab.description import Description
 from leafcut.lab.store import Row
 
-#: Maximum number of instances with their own charts.
+#: Maximum number of instances that get charts of their own.
 MAX_CHARTS = 8
 
 DesignCell = tuple[str, ...]
@@ -17,7 +17,7 @@ DesignCell = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of texts under headings; the first `texts` columns are text, the others numbers."""
+    """A table of a report. The first `texts` columns hold text, the others numbers."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -27,7 +27,7 @@ class Table:
 
 @dataclass(frozen=True)
 class ReportBlock:
-    """One section of a report: heading, sentences, tables, and charts as SVG."""
+    """A section of a report: heading, sentences, tables, and charts (name, SVG)."""
 
     title: str
     words: tuple[str, ...] = ()
@@ -37,14 +37,14 @@ class ReportBlock:
 
 @dataclass(frozen=True)
 class Results:
-    """Finished runs by cell: an instance and a level of each factor."""
+    """The runs of an experiment, grouped by cell. A cell is an instance with a level of each factor."""
 
     description: Description
     rows: tuple[Row, ...]
 
     @classmethod
     def of(cls, description: Description, rows: Iterable[Row]) -> Results:
-        """Keep the rows that match the current description and have figures, some of them from refused programs."""
+        """Keep the rows that match the current description and have figures. Refused programs may have figures."""
         instances = {instance.name for instance in description.instances}
         levels = {factor.name: {level.name for level in factor.levels} for factor in description.factors}
         kept = [
@@ -56,20 +56,23 @@ class Results:
 
     @property
     def finished(self) -> tuple[Row, ...]:
-        """The runs that did not fail."""
+        """Runs that did not fail."""
         return tuple(row for row in self.rows if not row.failed)
 
     def missing(self, count: int) -> int:
-        """Return the number of runs that a cell with `count` figures lacks."""
+        """Return the number of missing runs of a cell that has `count` figures."""
         return len(self.description.seeds) - count
 
     def figures(self, response: str) -> dict[DesignCell, list[float]]:
-        """Return the figures of a response by cell, in the order of the description, by seed."""
+        """Return the figures of a response by cell.
+
+        Cells follow the description; the figures of a cell are sorted by seed.
+        """
         by_cell: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
         for row in sorted(self.rows, key=lambda run: run.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # rounded, without the last digits of a sum
+                by_cell[self.cell(row)].append(float(f"{value:.12g}"))  # rounds off the order of a sum
         return {cell: values for cell, values in by_cell.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:
@@ -79,11 +82,11 @@ class Results:
         )
 
     def cell(self, row: Row) -> DesignCell:
-        """Return the cell of a run."""
+        """Return the cell to which a run belongs."""
         return (row.instance, *(row.levels[factor.name] for factor in self.description.factors))
 
     def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
-        """Return the figures by level of a factor, for each combination of the other factors."""
+        """Return the figures of a response by level of a factor, for each combination of instance and other factors."""
         position = 1 + [item.name for item in self.description.factors].index(factor)
         by_rest: dict[DesignCell, dict[str, list[float]]] = {}
         for cell, values in self.figures(response).items():
@@ -92,18 +95,21 @@ class Results:
 
 
 def has_figures(row: Row) -> bool:
-    """Whether a run has a figure; a refused program may have the figures of its search."""
+    """Return whether a run has a figure. A refused program may have the figures of its search."""
     return not row.failed or any(value is not None for value in row.responses.values())
 
 
 def variant_name(description: Description, cell: DesignCell) -> str:
-    """Return the name of a variant: its levels, without the instance; numbers follow the title of their factor."""
+    """Return the name of a cell's variant: its levels without the instance.
+
+    Numeric levels follow their factor's title.
+    """
     levels = zip(description.factors, cell[1:], strict=True)
     return ", ".join(f"{factor.title} {level}" if factor.numeric else level for factor, level in levels) or "runs"
 
 
 def number(value: float) -> str:
-    """Return a figure with five significant digits."""
+    """Return a number with five significant digits."""
     if not math.isfinite(value):
         return "∞" if value > 0 else "–"
     if value == 0.0:
@@ -115,12 +121,12 @@ def number(value: float) -> str:
 
 
 def or_dash(value: float | None) -> str:
-    """Return a figure, or a dash for None."""
+    """Return a number as text, or a dash for None."""
     return "–" if value is None else number(value)
 
 
 def p_words(p: float | None, name: str = "p ") -> str:
-    """Return a p value in words, after `name`."""
+    """Return a p value as text such as ``p = 0.012`` or ``p < 0.001``; `name` is its prefix."""
     if p is None:
         return "–"
     if p < 0.001:

@@ -1,4 +1,4 @@
-"""`run`: execute the missing runs of an experiment, and store each when finished."""
+"""`run`: execute the missing runs of an experiment and store each run as soon as it is finished."""
 
 from __future__ import annotations
 
@@ -56,7 +56,10 @@ _PACKAGES = ("numpy", "numba")
 
 @dataclass(frozen=True)
 class RunTask:
-    """A run as plain data for another process or machine; `input` is a name, or a file already read."""
+    """A run as plain data that can be sent to another process or machine.
+
+    `input` is a name, or a file that is already read.
+    """
 
     key: str
     command: str
@@ -68,9 +71,9 @@ class RunTask:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a task, with its machine and time.
+    """The result of a run task, with the machine and the start time.
 
-    `failed` is the error message. A run that fails after its search keeps its figures.
+    `failed` is the error message. A run that fails after its search keeps the figures of the search.
     """
 
     responses: Mapping[str, float | None] = field(default_factory=dict)
@@ -82,13 +85,17 @@ class Answer:
     load: float | None = None
 
 
-#: Runs tasks, and yields each with its answer when finished, in any order.
+#: Executes tasks and yields each with its answer when finished, in any order.
 Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
 @dataclass(frozen=True)
 class Ran:
-    """Summary of a call of `run`; `left_out` counts runs that need more threads than this machine has cores."""
+    """Summary of a call of `run`.
+
+    `runs` fit this machine and `finished` of them are stored; `done` were executed by this call. `left_out` runs
+    need more threads than this machine has cores.
+    """
 
     runs: int
     finished: int
@@ -107,10 +114,11 @@ def run(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Ran:
-    """Execute the runs of an experiment that are not stored yet; failed runs are repeated.
+    """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
-    The order is random within each round of a seed, so that a drift of the machine affects all levels alike.
-    Each run is stored when finished. When `cancelled` is set, or on an interrupt, unfinished runs are dropped.
+    The seeds form rounds. The order within a round is random, so that a drift of the machine affects all levels
+    alike. Each run is stored when it is finished. If `cancelled` is set, or after an interrupt, unfinished runs are
+    discarded.
 
     Parameters
     ----------
@@ -122,7 +130,7 @@ def run(
     Raises
     ------
     OptionError
-        No run fits this machine; or there are results of another version of leafcut, and `mixed` is not set.
+        No run fits this machine; or stored results are from another version of leafcut, and `mixed` is not set.
     ReadError, OutputError
         An input cannot be read, or the results cannot be written. Stored runs are kept.
     """
@@ -162,7 +170,7 @@ def run(
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
-    """Return the runs round by round (by seed), in random order within each round; the same for the same name."""
+    """Return the runs in rounds of one seed, shuffled within each round. The same name gives the same order."""
     by_seed: dict[int, list[RunPlan]] = {}
     for plan in plans:
         by_seed.setdefault(plan.seed, []).append(plan)
@@ -172,9 +180,9 @@ def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
 
 
 def rows_of(description: Description, store: Store) -> list[Row]:
-    """Return the rows of the runs that match the current description of an experiment, in order.
+    """Return the stored runs that match the current description of an experiment, in its order.
 
-    Runs with outdated options or inputs are omitted.
+    Runs whose options or inputs have changed since are omitted.
 
     Raises
     ------
@@ -188,16 +196,16 @@ def rows_of(description: Description, store: Store) -> list[Row]:
 
 
 def can_run(description: Description, plan: RunPlan) -> bool:
-    """Whether this machine has a core for each thread of a run."""
+    """Return whether this machine has a core for each thread of a run."""
     return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
 
 
 def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
-    """Return a run as a task; `inputs` are the instances that were read, with their hashes."""
+    """Return the task of a planned run. `inputs` maps each instance to its content and hash."""
     source, sha = inputs[plan.instance.name]
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
-    # A file named by an option is identified by its content, not its path.
+    # A file named by an option is identified by its content, not by its path.
     options = {name: _by_content(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
@@ -206,7 +214,7 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
 
 
 def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
-    """Do one run; an error is returned in the answer."""
+    """Execute a run; an error is returned in the answer."""
     started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
     study = _study_for(task)
@@ -222,7 +230,9 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
 
 
 def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
-    """Return a performer that does each run once on an executor. A run fails if its workers die repeatedly.
+    """Return a performer that executes each run once on an executor.
+
+    A run fails if the workers that execute it die repeatedly.
 
     Raises
     ------
@@ -243,7 +253,7 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
 
 
 def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
-    """A cancelled task yields no answer."""
+    """Execute tasks one after the other. A cancelled task yields no answer."""
     for task in tasks:
         answer = perform(task, cancel_event)
         if cancel_event.is_set():
@@ -252,24 +262,24 @@ def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> 
 
 
 class SearchStudy(Study):
-    """Records the processor time of the searches as well, s."""
+    """A study that also records the processor time of the searches, s."""
 
     def __init__(self) -> None:
         super().__init__(None)
         self.processor = 0.0
         self._last = 0.0
-        #: Lowest cost of the last search's own paths; `iterations` leaves some out.
+        #: Lowest cost among the tours that the last search itself built.
         self._own = math.inf
 
     def begin(self) -> None:
-        """Start recording another search."""
+        """Start the record of another search."""
         super().begin()
         self._last, self._own = time.process_time(), math.inf
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: Floats | None = None, branching: float | None = None
     ) -> None:
-        """Record an iteration, and its processor time."""
+        """Record an iteration and its processor time."""
         super().note(number, seconds, shortest, costs, branching)
         if costs is not None:
             self._own = min(self._own, float(costs.min(initial=math.inf)))
@@ -277,7 +287,7 @@ class SearchStudy(Study):
         self.processor, self._last = self.processor + now - self._last, now
 
     def figures(self) -> dict[str, float]:
-        """Return the times of all searches, and the cost of the last one; empty without an iteration."""
+        """Return the total times of all searches and the cost of the last one; empty without an iteration."""
         searches = [rows for k in range(len(self.searches)) if (rows := self.iterations(k))]
         if not searches:
             return {}
@@ -286,7 +296,7 @@ class SearchStudy(Study):
 
 
 def _study_for(task: RunTask) -> SearchStudy | None:
-    """Observe only if the search is a response: observing costs time, for example for a lower bound."""
+    """Return a study if a response needs one, else None. Observing costs time, for example for a lower bound."""
     observed = task.command == SOLVE or any(f"{SEARCH}." in path for path, _ in task.responses.values())
     return SearchStudy() if observed else None
 
@@ -298,7 +308,7 @@ def _search_figures(study: SearchStudy | None) -> dict[str, float]:
 def _answer(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
-    """Return the ``--json`` answer of the command, and the convergence curve for a map."""
+    """Run the command; return its ``--json`` answer, and the convergence curve if it solves a map."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
@@ -314,7 +324,7 @@ def _answer(
 
 
 def _warm_up(task: RunTask) -> None:
-    """Compile before timing: the first run of a kind in this process is done twice."""
+    """Run the first task of each kind once before it is timed, so that compilation does not count."""
     variant = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
     if variant not in _warm():
         _warm().add(variant)
@@ -351,7 +361,10 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
 
 
 def _figures(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
-    """A response is a sum of figures, each the first that exists of several paths."""
+    """Return the responses of an answer.
+
+    A response is a sum of figures, each the first that exists of several paths.
+    """
     figures: dict[str, float | None] = {}
     for name, (sum_of, scale) in task.responses.items():
         numbers = [
@@ -364,7 +377,7 @@ def _figures(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None
 
 
 def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
-    """Return the number at a path of keys and list indices, or None."""
+    """Return the scaled number at a path of keys and list indices, or None."""
     value: Any = answer
     for word in path.split("."):
         if isinstance(value, Mapping):
@@ -377,7 +390,7 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 
 
 def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
-    """Read files once; the second value is the hash of the bytes or the name."""
+    """Return the input of an instance and its hash (of the content, or of the name if there is no file)."""
     if command == "nest":  # a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
 
@@ -390,7 +403,7 @@ def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
 
 
 def _by_content(value: Any) -> Any:
-    """Replace a path of a file by the hash of its content."""
+    """Return the hash of a file's content if the value is an absolute path of a file, else the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
     return hashlib.sha256(Path(value).read_bytes()).hexdigest()
@@ -421,7 +434,7 @@ def _load() -> float | None:
 
 
 def _processor() -> float:
-    """Return the time of this process and its finished children, s."""
+    """Return the processor time of this process and its finished children, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

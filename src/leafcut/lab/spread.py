@@ -1,4 +1,4 @@
-"""Spread of the results of several runs: mean, standard deviation, quartiles, outliers."""
+"""Spread of the results of several runs: mean, standard deviation, quartiles and outliers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WHISKER = 1.5
 
 @dataclass(frozen=True)
 class Spread:
-    """Statistics of numbers of which the smallest is the best.
+    """Statistics of a sample in which smaller is better.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Spread:
     low, high
         Smallest and largest number that is not an outlier.
     outliers
-        Numbers farther than `WHISKER` interquartile ranges from the quartiles.
+        Numbers more than `WHISKER` interquartile ranges outside the quartiles.
     """
 
     count: int
@@ -41,7 +41,7 @@ class Spread:
 
     @classmethod
     def of(cls, numbers: Iterable[float]) -> Spread:
-        """Return the spread of one or more numbers."""
+        """Return the statistics of one or more numbers."""
         values = np.sort(np.fromiter(numbers, dtype=np.float64))
         lower, median, upper = (float(q) for q in np.percentile(values, (25, 50, 75)))
         reach = WHISKER * (upper - lower)

@@ -1,7 +1,7 @@
-"""Statistical tests for the figures of an experiment: analysis of variance, rank comparisons, trends.
+"""Statistical tests for experiments: analysis of variance, rank comparisons, trends.
 
-The tests come from scipy, statsmodels and scikit-posthocs. A figure is a number of any unit; groups are identified by
-the names of levels. No test depends on whether small figures are better.
+The tests come from scipy, statsmodels and scikit-posthocs. Figures may have any unit. Groups are identified by the
+names of their levels. No test depends on whether smaller figures are better.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from leafcut.errors import OptionError
 
 Groups = Mapping[str, Sequence[float]]
 
-#: Minimum size of a group for a variance, and minimum number of blocks for a rank comparison.
+#: Minimum number of figures per group for a variance, and minimum number of blocks for a rank comparison.
 MIN_OF_A_GROUP, MIN_OF_PAIRS = 2, 5
 _RESAMPLES = 5000
-#: Share of the total sum of squares below which an interaction is rounding.
+#: Share of the total sum of squares below which an interaction is a rounding error.
 _ZERO_SHARE = 1e-12
 
 
@@ -52,7 +52,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class OneWay:
-    """One-way analysis of variance, completely randomised design.
+    """Result of a one-way analysis of variance (completely randomised design).
 
     Attributes
     ----------
@@ -61,15 +61,15 @@ class OneWay:
     lsd
         Fisher's least significant difference of two means at `alpha`; None for groups of different sizes.
     fisher, tukey
-        Pairs by LSD, uncorrected, and by Tukey's honest significant difference.
+        Pairwise comparisons by LSD (uncorrected) and by Tukey's honest significant difference.
     fisher_letters, letters
         Level → letters: levels that share a letter do not differ, by LSD and by Tukey's test.
     normal_p, equal_p
         Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None if not possible.
     welch_p, kruskal_p
-        The same question without equal variances (Welch), and by ranks (Kruskal–Wallis).
+        p values of tests without equal variances (Welch) and by ranks (Kruskal–Wallis).
     eta_squared, omega_squared
-        Share of the variance explained by the factor, in the sample and as a population estimate.
+        Share of the variance explained by the factor, in the sample and estimated for the population.
     """
 
     means: Mapping[str, float]
@@ -95,15 +95,15 @@ class OneWay:
 
     @property
     def residuals_doubtful(self) -> bool:
-        """Whether a residual check fails at `alpha`, so that the tests without those assumptions apply."""
+        """Whether a residual check fails at `alpha`; then the tests without these assumptions apply."""
         return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A row of the two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η².
+    """A row of a two-way analysis of variance: sum of squares, degrees of freedom, F, p, partial η².
 
-    `zero` marks an interaction that is zero by construction and is not tested.
+    `zero` marks an interaction that is zero by construction and therefore not tested.
     """
 
     name: str
@@ -117,14 +117,14 @@ class Effect:
 
 @dataclass(frozen=True)
 class Ranked:
-    """Rank comparison of treatments over blocks; every treatment occurs in each block.
+    """Rank comparison of treatments over blocks. Every treatment occurs in each block.
 
     Attributes
     ----------
     mean_ranks
         Treatment → mean rank; rank 1 is the smallest figure.
     statistic, p, kendall_w
-        Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for only two treatments.
+        Friedman's test, and Kendall's coefficient of concordance, 0 to 1; None for two treatments.
     """
 
     blocks: int
@@ -150,7 +150,7 @@ class Trend:
 
 
 def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
-    """Return the analysis of variance of groups, with all pairwise comparisons and residual checks.
+    """Return the one-way analysis of variance of groups, with pairwise comparisons and residual checks.
 
     Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
 
@@ -203,13 +203,14 @@ def crossed(
 ) -> tuple[Effect, ...]:
     """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
 
-    An interaction of zero has no F: a simulator that adds two times makes it zero by construction.
+    An interaction of zero has no F. It is zero by construction if the simulated time is a sum of two terms, one per
+    factor.
 
     Parameters
     ----------
     rows
-        Level of the first factor, level of the second, figure. Without repeated cells, the interaction cannot be
-        separated from chance and is left out.
+        (level of the first factor, level of the second, figure). Without repeated cells, the interaction cannot be
+        separated from chance and is omitted.
     blocks
         Block of each row, a third factor without interactions; empty for none.
 
@@ -255,10 +256,11 @@ def crossed(
 
 
 def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
-    """Return a rank comparison; the figures of all treatments belong to the same blocks in the same order.
+    """Return a rank comparison. The figures of all treatments must belong to the same blocks, in the same order.
 
-    Friedman's test over all, Wilcoxon's signed-rank test for pairs with Holm's correction (Demšar 2006, section 3.2;
-    García and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
+    Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs
+    (Demšar 2006, section 3.2; García and Herrera 2008). The difference of a pair is the Hodges–Lehmann median, with
+    a bootstrap interval.
 
     Raises
     ------
@@ -287,7 +289,7 @@ def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
 
 
 def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
-    """Return the trend of `y` over `x`, two-sided.
+    """Return the trend of `y` over `x` with two-sided tests.
 
     Raises
     ------
@@ -307,7 +309,10 @@ def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
 
 
 def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
-    """Return the bootstrap interval of the mean (bias-corrected and accelerated); it is empty for equal figures."""
+    """Return the bootstrap interval of the mean (bias-corrected and accelerated).
+
+    For equal figures its width is zero.
+    """
     from scipy import stats
 
     array = np.asarray(values, dtype=np.float64)
@@ -320,7 +325,7 @@ def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of the Pareto-optimal points, both figures minimised."""
+    """Return the indices of the Pareto-optimal points; both figures are minimised."""
     return [
         k for k, (x, y) in enumerate(points)
         if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)
@@ -352,7 +357,7 @@ def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
 
 
 def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, t: float) -> tuple[Pair, ...]:
-    """Use the pooled variance and no correction."""
+    """Return the pairwise comparisons by Fisher's LSD: pooled variance `ms`, no correction."""
     from scipy import stats
 
     pairs = []
@@ -365,7 +370,7 @@ def _fisher(values: Mapping[str, NDArray[np.float64]], ms: float, freedom: int, 
 
 
 def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool) -> tuple[Pair, ...]:
-    """Tukey–Kramer for unequal groups."""
+    """Return the pairwise comparisons by Tukey's test (Tukey–Kramer for groups of different sizes)."""
     from scipy import stats
 
     means = np.array([sample.mean() for sample in values.values()])
@@ -383,7 +388,7 @@ def _tukey(values: Mapping[str, NDArray[np.float64]], alpha: float, spread: bool
 
 
 def _letters(values: Mapping[str, NDArray[np.float64]], pairs: Sequence[Pair], alpha: float) -> dict[str, str]:
-    """Letters start at the smallest mean."""
+    """Return level → letters. Levels that share a letter do not differ; letters start at the smallest mean."""
     import pandas
     from scikit_posthocs import compact_letter_display
 
@@ -422,7 +427,7 @@ def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
 
 
 def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Correct p by the step-down method (Holm 1979)."""
+    """Return the pairs with p corrected by Holm's step-down method (Holm 1979)."""
     from dataclasses import replace
 
     from statsmodels.stats.multitest import multipletests

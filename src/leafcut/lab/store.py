@@ -1,4 +1,4 @@
-"""Results of experiments in an SQLite file, one row per run, safe against interruption."""
+"""The results file of experiments: an SQLite database with one row per run, safe against interruption."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ create table run (
 
 @dataclass(frozen=True)
 class Row:
-    """A finished run; `failed` is its error message, or empty.
+    """A finished run. `failed` is its error message, or empty.
 
     Attributes
     ----------
     responses
-        None if the answer lacks the figure.
+        Name → figure; None if the answer lacks the figure.
     curve
         (iteration, seconds, cost) at each improvement of the best tour; empty if the command reports none.
     load
-        Processes that waited for a core at the start, per core.
+        Processes that waited for a core when the run started, per core.
     """
 
     key: str
@@ -74,22 +74,23 @@ class Row:
 
 
 def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
-    """Return the key of a run: the hash of everything that its answer depends on, except the version of leafcut."""
+    """Return the key of a run: a hash of everything that determines its answer, except the version of leafcut."""
     text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Store:
-    """The results file, a context manager.
+    """The results file, as a context manager.
 
-    Every row is on disk when `add` returns; SQLite rolls back incomplete writes after a crash.
+    A row is on disk when `add` returns. After a crash, SQLite rolls back incomplete writes.
 
     Raises
     ------
     ReadError, DataError
-        The file is not a results file, is damaged, or has a schema that this version cannot read. It stays unchanged.
+        The file is not a results file, is damaged, or has a schema that this version cannot read. It stays
+        unchanged.
     OutputError
-        The file cannot be written, or another program is writing it; stored rows are kept.
+        The file cannot be written, or another program is writing it. Stored rows are kept.
     """
 
     def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
@@ -144,7 +145,7 @@ class Store:
                 self._data.execute("commit")
 
     def add(self, row: Row) -> None:
-        """Store a run; a failed run is replaced."""
+        """Store a run; it replaces a failed run with the same key."""
         values = (
             row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
             json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.responses)),
@@ -154,7 +155,7 @@ class Store:
             self._data.execute(f"insert or replace into run values ({', '.join('?' * len(values))})", values)
 
     def rows(self, experiment: str) -> list[Row]:
-        """Return the runs of an experiment, by instance, levels and seed."""
+        """Return the runs of an experiment, sorted by instance, levels and seed."""
         with self._refused():
             records = self._data.execute(
                 "select * from run where experiment = ? order by instance, levels, seed", (experiment,)
@@ -170,7 +171,7 @@ class Store:
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
-        """Convert errors of SQLite and the system to one-line errors."""
+        """Convert errors of SQLite and of the operating system to one-line errors of leafcut."""
         try:
             yield
         except (sqlite3.Error, OSError, ValueError) as problem:

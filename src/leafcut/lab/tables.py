@@ -1,4 +1,4 @@
-"""An experiment as JSON and as CSV."""
+"""An experiment as JSON and CSV."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from leafcut.model.study import Iteration
 
 
 def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
-    """Return the results of an experiment as JSON data; lengths are in the unit of the map's metric."""
+    """Return the results of an experiment as JSON data. Lengths are in the unit of the map's metric."""
     part = experiment.part
     return {
         "instance": part.name,
@@ -28,7 +28,7 @@ def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
 
 
 def curves_as_json(experiment: Experiment) -> list[dict[str, Any]]:
-    """Return the convergence of every run, for charts: algorithm, seed, and points (iteration, seconds, length)."""
+    """Return the convergence curve of each run: algorithm, seed, and points (iteration, seconds, length)."""
     return [
         {"algorithm": run.algorithm, "seed": run.seed, "points": [list(point) for point in run.curve]}
         for run in experiment.repetitions
@@ -36,13 +36,13 @@ def curves_as_json(experiment: Experiment) -> list[dict[str, Any]]:
 
 
 def runs_as_csv(experiment: Experiment) -> str:
-    """Return one row per run."""
+    """Return the runs as CSV, one row per run."""
     rows = [list(_plain(run).values()) for run in experiment.repetitions]
     return _csv(_plain(experiment.repetitions[0]), rows)
 
 
 def summary_as_csv(experiment: Experiment) -> str:
-    """Return one row per algorithm."""
+    """Return the summary of the algorithms as CSV, one row per algorithm."""
     rows = [
         {
             name: value
@@ -55,7 +55,7 @@ def summary_as_csv(experiment: Experiment) -> str:
 
 
 def iterations_as_csv(rows: Sequence[Iteration]) -> str:
-    """Return one row per iteration of a search."""
+    """Return the iterations of a search as CSV, one row per iteration."""
     return _csv(Iteration._fields, rows)
 
 

@@ -1,8 +1,8 @@
-"""`tune`: tune the parameters of an algorithm on some parts of a class, and evaluate them on the others.
+"""`tune`: tune the parameters of an algorithm on some parts, and evaluate them on other parts of the same kind.
 
-The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
-NIPS 2011). It draws the same trials from the same seed and costs. After an interruption it is therefore replayed over
-the stored runs and then continues.
+The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter
+Optimization, NIPS 2011). The same seed and costs give the same trials. After an interruption, the search therefore
+replays the stored runs and continues.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ _FRESH = 10_001
 
 @dataclass(frozen=True)
 class Range:
-    """Search range of a parameter.
+    """The search range of a parameter.
 
-    `log`: uniform in the logarithm. `paced`: a larger value means more work per iteration.
+    `log`: sample uniformly in the logarithm. `paced`: larger values mean more work per iteration.
     """
 
     name: str
@@ -71,7 +71,7 @@ _FIREFLIES = (
     Range("attractiveness", 1.0, 80.0, log=True, paced=True),
     Range("absorption", 1e-4, 1.0, log=True),
 )
-#: Search ranges per algorithm: the parameters that its authors leave open, around the values that they tried.
+#: Search ranges per algorithm: parameters that the authors leave open, around the values that they tested.
 RANGES: Mapping[str, tuple[Range, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
     "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99)),
@@ -124,17 +124,17 @@ class TuningTask:
 
     @property
     def ranges(self) -> tuple[Range, ...]:
-        """Ranges to search; without a time limit, only parameters that do not change the work per iteration."""
+        """The ranges to search. Without a time limit, parameters that change the work per iteration are excluded."""
         timed = self.options.get("time_limit") is not None
         return tuple(range_ for range_ in RANGES[self.algorithm] if timed or not range_.paced)
 
     @property
     def response(self) -> Response:
-        """The response to minimise."""
+        """The response to be minimised."""
         return responses_of(self.command)[0]
 
     def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
-        """Return training and evaluation inputs, drawn by the seed, both in the given order."""
+        """Return the training inputs and the evaluation inputs, drawn with the seed, each in the given order."""
         n_held_out = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
         held_out = set(random.Random(self.seed).sample(range(len(self.inputs)), n_held_out))
         names = _names(self.inputs)
@@ -146,7 +146,7 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """One parameter set and its mean cost relative to the defaults; None if it was refused."""
+    """A parameter set and its mean cost relative to the defaults; None if the set was refused."""
 
     parameters: Mapping[str, float | int]
     cost: float | None
@@ -161,9 +161,9 @@ class Tuned:
     parameters
         The best set; empty if no set was better than the defaults.
     judging, rows
-        The experiment on the evaluation inputs and its runs; no runs without a set.
+        The experiment on the evaluation inputs, and its runs; no runs if no set was better.
     change
-        Mean relative change of the cost there: −0.02 is 2 % less.
+        Mean relative change of the cost on the evaluation inputs: −0.02 means 2 % less.
     """
 
     task: TuningTask
@@ -175,7 +175,7 @@ class Tuned:
     finished: bool = True
 
     def words(self) -> str:
-        """Return the outcome in one line."""
+        """Return the result of the tuning as one sentence."""
         trained, unseen = (count_of(len(instances), "input") for instances in self.task.split())
         if self.change is None:
             return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {trained}"
@@ -188,7 +188,7 @@ class Tuned:
 
 
 def command_of(process: str) -> str:
-    """Return the command of a process, ``solve`` (maps) or ``auto``; raise `OptionError` for others."""
+    """Return the command for the name of a process, ``solve`` or ``auto``; raise `OptionError` if it is unknown."""
     if process == SOLVE:
         return SOLVE
     registry.check_asked(process)
@@ -204,7 +204,7 @@ def tune(
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Tuned:
-    """Search parameters on some inputs, and evaluate the best set on the others; stored runs are not repeated.
+    """Search parameters on some inputs and evaluate the best set on the others. Stored runs are not repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
 
@@ -213,7 +213,7 @@ def tune(
     LeafcutError
         The extra ``lab`` is not installed.
     OptionError, ReadError, OutputError
-        As for `run`; or the defaults themselves are refused on an input.
+        As for `run`; or an input is refused with the default parameters.
     """
     if find_spec("optuna") is None:
         raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
@@ -225,7 +225,7 @@ def tune(
         return rows_of(description, store)
 
     training, held_out = task.split()
-    # Share of a single trial in the progress; base runs and evaluation count as three trials.
+    # Progress share of a trial; the base runs and the evaluation count as three trials.
     width = 1.0 / (task.trials + 3)
     base = _costs(runs_of(_description(task, training, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
     trials: list[TrialResult] = []
@@ -274,7 +274,7 @@ def _search(
 
 
 def _drawn(trial: Trial, range_: Range) -> float | int:
-    """Return a value with three significant digits, readable as a setting."""
+    """Return a value drawn from the range, rounded to three significant digits so that it is readable as a setting."""
     if range_.whole:
         return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
     return float(f"{trial.suggest_float(range_.name, range_.low, range_.high, log=range_.log):.3g}")
@@ -283,7 +283,7 @@ def _drawn(trial: Trial, range_: Range) -> float | int:
 def _description(
     task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
 ) -> Description:
-    """Return an experiment with consecutive seeds from `first`."""
+    """Return an experiment on these inputs with a level per parameter set; its seeds count up from `first`."""
     levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
     return Description(
         name=f"tune_{task.algorithm}",
@@ -313,7 +313,10 @@ def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> di
 
 
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
-    """Return the mean over the inputs, each the mean of its seeds; None without runs of both sets."""
+    """Return the mean relative change of the cost from the defaults to the tuned set.
+
+    Each input counts once, with the mean of its seeds. The result is None without runs of both sets.
+    """
     sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
     common = sides[0].keys() & sides[1].keys()
     names = dict.fromkeys(name for name, _ in sorted(common))
@@ -322,7 +325,7 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
 
 
 def search_block(tuned: Tuned) -> ReportBlock:
-    """Return the report section of the search: the best set, the convergence, and all trials."""
+    """Return the report section of the search: the best set, the cost of the trials, and a table of all trials."""
     from leafcut.lab import charts
 
     task = tuned.task
@@ -359,7 +362,7 @@ def search_block(tuned: Tuned) -> ReportBlock:
 
 
 def options_text(tuned: Tuned) -> str:
-    """Return the set as a file for ``--options``, with a comment on its measured gain."""
+    """Return the best set as text of an ``--options`` file, with its measured gain as a comment."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
@@ -376,7 +379,7 @@ def _usual(name: str) -> str:
 
 
 def _names(inputs: Sequence[str]) -> list[str]:
-    """Number duplicates."""
+    """Return the names of the inputs; equal names are numbered."""
     names = [source if ":" in source else Path(source).name for source in inputs]
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
