@@ -1,4 +1,7 @@
-"""Answers of a controller, independent of its firmware; each firmware has a module that parses its lines into these."""
+"""Answers of a controller in a form that is independent of its firmware.
+
+Each firmware has a parser module for its lines.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,14 @@ class Refused:
 
 @dataclass(frozen=True)
 class Alarm:
-    """The machine has stopped: the alarm number, or the reason in words."""
+    """The machine has stopped with an alarm: its number, or the reason in words."""
 
     why: int | str
 
 
 @dataclass(frozen=True)
 class Greeting:
-    """The controller has just started or was reset."""
+    """The greeting of a controller that has just started or was reset."""
 
     version: str
     name: str
@@ -39,12 +42,12 @@ class Greeting:
 
 @dataclass(frozen=True)
 class Status:
-    """Status report. Positions are in the units of the report; missing fields are None.
+    """A status report. Positions are in the units of the report; missing fields are None.
 
     Attributes
     ----------
     state, detail
-        ``Idle``, ``Run``, ``Hold``, ``Alarm`` …; the number after it, such as 0 in ``Hold:0``.
+        ``Idle``, ``Run``, ``Hold``, ``Alarm`` …, and the number after it, such as 0 in ``Hold:0``.
     free_blocks, free_bytes
         Free space in the planner and in the receive buffer.
     overrides
@@ -68,7 +71,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """Other information: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
+    """Any other report: ``[GC:G0 G54]``, ``$110=500``, ``[MSG:Caution: Unlocked]``, ``Cap:EEPROM:1``."""
 
     name: str
     text: str
@@ -78,13 +81,13 @@ class Report:
 
     @property
     def numbers(self) -> tuple[float, ...] | None:
-        """The text as comma-separated numbers; None if it is anything else."""
+        """The text as comma-separated numbers; None if it is not a list of numbers."""
         return numbers_in(self.text)
 
 
 @dataclass(frozen=True)
 class Strange:
-    """A line that is no valid answer."""
+    """A line that is not a valid answer."""
 
     text: str
 
@@ -93,7 +96,7 @@ ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | Str
 
 
 def numbers_in(text: str) -> tuple[float, ...] | None:
-    """Return comma-separated numbers; None if the text is anything else."""
+    """Return comma-separated numbers; None if the text is not a list of numbers."""
     try:
         return tuple(float(number) for number in text.split(",")) if text else None
     except ValueError:

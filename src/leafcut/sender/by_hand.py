@@ -1,7 +1,7 @@
-"""Manual operation of the machine, independent of a program: jog, probe the top of the workpiece, frame the part.
+"""Manual operation of the machine: jog, probe the top of the workpiece, trace the frame of a part.
 
-All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and leaves the modes unchanged, and
-one byte cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
+All moves except the probing move are jogs (``$J=``). A jog respects the soft limits and leaves the modes unchanged,
+and one byte cancels it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jogging".
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
 from leafcut.sender.resuming import number_in_mm
 
-#: Cancels a jog at once; the position is kept.
+#: Byte that cancels a jog at once; the machine keeps its position.
 JOG_CANCEL = b"\x85"
 #: Time limit of a probing move, s.
 _PROBE_SECONDS = 600.0
-#: Retract height above the plate after probing, mm.
+#: Retract distance above the plate after probing, mm.
 _RETRACT = 2.0
 #: Tolerance for rounded positions, mm.
 _TOLERANCE = 0.005
@@ -34,9 +34,9 @@ _AXES = "XYZ"
 
 
 def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> str:
-    """Return a jog command: axis → mm, relative or in machine coordinates, and feed, mm/min.
+    """Return a jog command. `moves` maps axes to distances or, with `machine`, to machine coordinates, mm.
 
-    Raise `OptionError` if an axis, a length or the feed is invalid.
+    `feed` is in mm/min. Raise `OptionError` if an axis, a length or the feed is invalid.
     """
     words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
@@ -47,12 +47,15 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
 
 
 def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
-    """Jog by axis → mm at a feed in mm/min; raise `SendError` if it leaves the travel or the machine refuses it."""
+    """Jog by the distances in `moves` (axis → mm) at a feed in mm/min; raise `SendError` if the controller refuses."""
     talk.ask(jog_line(moves, feed))
 
 
 def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
-    """Raise `SendError` for a jog that leaves the travel, even with soft limits off; moves back into it are allowed."""
+    """Raise `SendError` for a jog that leaves the travel, even with soft limits off.
+
+    Jogs back into the travel are allowed.
+    """
     if place is None or not facts.knows_place:
         return
     low, high = facts.travel()
@@ -64,16 +67,16 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
 
 
 def cancel_jog(talk: GrblConversation) -> None:
-    """Cancel a jog."""
+    """Cancel the jog in progress."""
     talk.write(JOG_CANCEL)
 
 
 def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
     """Probe down onto a plate, set Z0 at the underside of the plate, and retract.
 
-    `plate` is the thickness of the plate, mm, `feed` in mm/min, and `travel` the maximum distance down, mm. Raise
-    `OptionError` if a value is invalid, and `SendError` if the move would leave the machine's travel, or the probe made
-    no contact.
+    `plate` is the thickness of the plate in mm, `feed` is in mm/min, and `travel` is the maximum distance down in
+    mm. Raise `OptionError` if a value is invalid. Raise `SendError` if the move would leave the machine's travel, or
+    if the probe makes no contact.
     """
     if not (math.isfinite(plate) and plate >= 0.0):
         raise OptionError("the thickness of the plate must be 0 or more, mm")
@@ -100,7 +103,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
     place_now = facts.machine_place(talk.fresh_status())
     if contact is None or touched.strip() != "1" or place_now is None:
         raise SendError("the controller does not report the position of the contact")
-    # The tool comes to rest slightly below the contact point.
+    # The tool comes to rest slightly below the point of contact.
     talk.ask("G54")
     talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + place_now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _RETRACT}, max(feed, 100.0)))
@@ -108,14 +111,14 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
 
 @dataclass(frozen=True)
 class FrameBox:
-    """Bounding box of the cuts of a program and the height at which it is traced, machine coordinates, mm."""
+    """Bounding box of a program's cuts, and the height at which it is traced; machine coordinates, mm."""
 
     low: tuple[float, float]
     high: tuple[float, float]
     height: float
 
     def lines(self, feed: float) -> list[str]:
-        """Return the jogs: raise the tool, go to a corner, trace the box; the tool stays up."""
+        """Return the jogs that raise the tool, move to a corner and trace the box. The tool stays up."""
         (x0, y0), (x1, y1) = self.low, self.high
         corners = ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))
         up = jog_line({"Z": self.height}, feed, machine=True)
@@ -123,7 +126,7 @@ class FrameBox:
 
 
 def frame_of(job: SendJob, facts: Facts) -> FrameBox:
-    """Return the frame of a program at the program's greatest height, or at the tool's height if that is greater.
+    """Return the frame of a program, at the program's greatest Z or at the current Z of the tool if that is higher.
 
     `checking.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
     `SendError` if the program cuts nothing, or the machine does not report its position.
@@ -138,13 +141,13 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
             "framing is not possible: the program cuts nothing, or the machine does not report its position"
         )
     low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
-    # For a laser that never moves Z, frame at its current height.
+    # A laser that never moves Z traces the frame at its current height.
     top = max([place[2], *heights.tolist()])
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
 def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
-    """Return the smallest and largest x, y, z of the cuts in program coordinates; None if nothing is cut."""
+    """Return the smallest and largest x, y, z of the cuts in program coordinates, mm; None if nothing is cut."""
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()

@@ -1,4 +1,4 @@
-"""Check whether a program can run on the machine in its current state: mode, homing, travel, speeds."""
+"""Check whether the machine can run a program in its current state: mode, homing, travel, speeds."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
 _TOLERANCE = 0.005
-#: Relative difference of speeds and travels that is reported.
+#: Relative difference between profile and controller above which a setting is reported.
 _MAX_DIFFERENCE = 0.01
 
 
-#: Rules of `height_checks`, with the code that accepts a violation.
+#: Rules of `height_checks`, with the issue code that accepts a violation.
 _CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 
-#: States that end only by an action of the operator.
+#: States that only the operator can end.
 _STANDING = ("Check", "Hold", "Door")
 
 _UNSURE = "the controller does not report whether it was homed, and does not insist on it"
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
-    """Raise `SendError` for a machine that is not idle or whose position is unknown, with its state and the remedy.
+    """Raise `SendError`, with the state and the remedy, if the machine is not idle or its position is unknown.
 
-    `unhomed`: the operator has confirmed the position although the machine was not homed. `restarted`: the board has
-    just restarted, so that its position is wrong unless it is homed. `family`, the firmware, selects the list of
+    `unhomed`: the operator has confirmed the position of a machine that was not homed. `restarted`: the board has
+    just restarted, so its position is wrong unless it is homed. `family`: the firmware, which selects the list of
     alarms.
     """
     state = state_in_words(facts.status, family)
@@ -71,7 +71,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
 def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
     """Return warnings; raise `SendError`, with the line, if the machine cannot run the program in its current state.
 
-    `begun`: the program has reached a pause, so its first move was already checked.
+    `begun`: the program has reached a pause; its first move was checked before.
     """
     if job.laser != facts.laser_mode:
         name = facts.names.laser
@@ -112,7 +112,7 @@ def _speed_now(facts: Facts) -> float | None:
 
 
 def _check_spindle(job: SendJob) -> None:
-    """Refuse a cut if the spindle was started without a speed: this controller would run it at S0."""
+    """Raise `SendError` for a cut after a spindle start without a speed. The controller would run it at S0."""
     program = job.program
     path = program.path
     cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
@@ -128,9 +128,10 @@ def _check_spindle(job: SendJob) -> None:
 
 
 def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
-    """Return all positions that a program reaches in machine coordinates, float64[n, 3] mm, and their lines.
+    """Return the positions that a program reaches in machine coordinates, float64[n, 3] mm, and their lines.
 
-    Unknown coordinates are NaN. With `fed`, positions reached only by rapids are left out; the start of a cut counts.
+    Unknown coordinates are NaN. With `fed`, only the start and end points and arc extremes of feed moves are
+    returned.
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
@@ -160,7 +161,7 @@ def _stored_name(job: SendJob, line: int) -> str | None:
 
 
 def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
-    """Return the end of a move in machine coordinates, float64[3] mm, NaN for an axis that does not move.
+    """Return the end of a move in machine coordinates, float64[3] mm; NaN for an axis that does not move.
 
     Raise `SendError` if the move goes to a stored position that the controller does not report.
     """
@@ -179,10 +180,11 @@ def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats
 
 
 def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
-    """Return the program with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
+    """Return the path with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
 
-    Coordinates that such a move leaves unknown in the program alone are known here until the axis moves again. Raise
-    `SendError` if a move goes to a stored position that the controller does not report.
+    The program alone does not determine the coordinates after such a move. With the origins and stored positions of
+    the machine they are known. Raise `SendError` if a move goes to a stored position that the controller does not
+    report.
     """
     path = expand(job.program.path)
     in_machine = path.kind == Kind.MACHINE
@@ -197,7 +199,7 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     for row in np.flatnonzero(in_machine).tolist():
         ends[row] = _machine_end(job, facts, path, row)
     for axis in range(3):
-        # A frame moves no axis; the height at which a probe stops is unknown in advance.
+        # A change of the work offset moves no axis. The height at which a probe stops is unknown in advance.
         lost = (path.kind == Kind.PROBE) & (axis == 2)
         last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
         ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
@@ -209,9 +211,9 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
 
 
 def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Raise `SendError` for a rapid below the surface that is caused by a move in machine coordinates.
+    """Raise `SendError` if a move in machine coordinates causes a rapid below the surface.
 
-    `find_dangers` has checked all other rapids; their heights are known without the machine.
+    `find_dangers` has checked all other rapids, because their heights are known without the machine.
     """
     original = expand(job.program.path)
     moved = original.kind == Kind.MACHINE
@@ -236,7 +238,7 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
 
 
 def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
-    """Return the cause of a height: the last move in machine coordinates and its stored position or work zero."""
+    """Return the cause of a low height: the last move in machine coordinates, its stored position, the work zero."""
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
@@ -251,7 +253,7 @@ def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
 
 
 def bulge(path: Toolpath, row: int) -> list[XYZ]:
-    """Return the extreme points of an arc in program coordinates, mm; none if its start is unknown."""
+    """Return the extreme points of an arc in program coordinates, mm; an empty list if its start is unknown."""
     try:
         return [(x, y, z) for x, y, z in arc_extremes(path, row)]
     except ValueError:
@@ -259,7 +261,7 @@ def bulge(path: Toolpath, row: int) -> list[XYZ]:
 
 
 def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
-    """Refuse a program that leaves the travel. If the machine is not homed, only the size is checked."""
+    """Raise `SendError` for a program that leaves the travel. If the machine is not homed, only the size is checked."""
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
     for axis, name in enumerate("XYZ"):
@@ -288,7 +290,7 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
 
 
 def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
-    """Refuse a first move in X or Y below the program's greatest height if no Z is given before it."""
+    """Raise `SendError` if the program moves in X or Y before it sets Z, and the tool is below its greatest Z."""
     place = facts.machine_place()
     program_path = expand(job.program.path)
     heights = program_path.end[np.isin(program_path.kind, (Kind.RAPID, Kind.FEED)), 2]

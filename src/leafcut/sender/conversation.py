@@ -1,4 +1,4 @@
-"""Communication with a controller, one request at a time: the part that is independent of the firmware."""
+"""Communication with a controller, one request at a time. Subclasses add the protocol of a firmware."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_wo
 from leafcut.sender.facts import Facts
 from leafcut.sender.port import Port
 
-#: Time limits, s: for an answer, for a board that restarts when its port is opened, and for homing.
+#: Time limits, s: for an answer, for the start of a board that restarts when its port is opened, and for homing.
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
-#: Interval of status queries, s: while waiting for a result, and when idle.
+#: Intervals of status queries, s: while waiting for a result, and while idle.
 POLL_SECONDS, SLOW_POLL_SECONDS = 0.1, 0.5
 _READ_SECONDS = 0.02
-#: States in which the machine rests and accepts nothing until the operator acts.
+#: States in which the machine is at rest and refuses everything until the operator acts.
 LOCKED = ("Alarm", "ConfigAlarm", "Critical", "Sleep")
-#: State of a machine that was stopped without deceleration and may have lost steps.
+#: State of a machine that was stopped without deceleration. It may have lost steps.
 STOPPED_SHORT = "Stopped"
 
 
 class Interrupted(Exception):
-    """The operator wants the machine to do something else."""
+    """The operator has interrupted a wait."""
 
 
 #: Called with each line of traffic: direction ("<" or ">") and text.
 Log = Callable[[str, str], None]
-#: Called with each answer that arrives while the code waits for a different answer.
+#: Called with each answer that arrives while the caller waits for a different answer.
 OnAnswer = Callable[[ControllerAnswer], None]
 
 
@@ -49,7 +49,7 @@ def ignore_answer(_answer: ControllerAnswer) -> None:
 
 
 class Conversation(ABC):
-    """A controller at a port.
+    """A controller connected to a port.
 
     Attributes
     ----------
@@ -58,19 +58,19 @@ class Conversation(ABC):
     offset
         Last reported offset between machine and work coordinates, in the units of the report.
     restarted
-        The board has restarted since the connection was opened, as many do when the port is opened. Unless homed, it
-        counts its position from where it is now.
+        Whether the board has restarted since the connection was opened, as many boards do when the port is opened.
+        Unless it is homed, its position counts from where it was at the restart.
     homed
-        Homed since the connection was opened.
+        Whether the machine was homed since the connection was opened.
     family
-        Firmware that the board has reported; selects the list of errors and alarms (`explained.family_of`).
+        Firmware that the board has reported; it selects the list of errors and alarms (`explained.family_of`).
     max_lines
         Maximum number of lines without an answer; None if only the buffer limits it.
     max_ahead
         Maximum number of lines that are accepted but not executed: planner blocks, and lines without motion between
         them.
     check_line
-        Command that turns on check mode (read, but do not move); empty if there is none.
+        Command that turns on check mode (lines are read, nothing moves); empty if there is none.
     """
 
     patience = 1.0
@@ -90,19 +90,25 @@ class Conversation(ABC):
         self._interrupted = self._resetting = False
         self._rest = b""
 
-    # Specific to each firmware.
+    # Methods that each firmware implements.
 
     @abstractmethod
     def parse(self, line: str) -> ControllerAnswer:
-        """Parse a line of the controller."""
+        """Convert a line of the controller to an answer."""
 
     @abstractmethod
     def connect(self) -> Status:
-        """Wait for the controller to answer and return its status; raise `SendError` if another firmware answers."""
+        """Wait until the controller answers, and return its status.
+
+        Raise `SendError` if another firmware or none answers.
+        """
 
     @abstractmethod
     def ask_status(self, *, more: bool = False) -> None:
-        """Request the status, which arrives like any other answer. `more`: further lines follow at once."""
+        """Request the status, which arrives like any other answer.
+
+        `more`: the caller will send further lines at once.
+        """
 
     @abstractmethod
     def gather(self) -> Facts:
@@ -110,15 +116,15 @@ class Conversation(ABC):
 
     @abstractmethod
     def gather_settings(self) -> tuple[str, str]:
-        """Return the kind and the text of the settings, as `leafcut machine import` reads them."""
+        """Return the kind and the text of the settings, in the format that `leafcut machine import` reads."""
 
     @abstractmethod
     def send(self, text: str) -> None:
-        """Send a line without waiting for its answer."""
+        """Send a line without waiting for the answer."""
 
     @abstractmethod
     def hold(self) -> None:
-        """Feed hold: bring the machine to rest so that it can continue."""
+        """Hold the feed: bring the machine to rest in such a manner that it can continue."""
 
     @abstractmethod
     def resume(self) -> None:
@@ -126,7 +132,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def step_feed(self, current: int, target: int) -> None:
-        """Change the feed override by one step towards `target`, percent."""
+        """Change the feed override by one step from `current` towards `target`, percent."""
 
     @abstractmethod
     def home_lines(self) -> str:
@@ -134,7 +140,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def zero_line(self, axes: str) -> str:
-        """Return the command that zeroes the current position in the given axes."""
+        """Return the command that zeroes the given axes at the current position."""
 
     @abstractmethod
     def unlock(self) -> bool:
@@ -150,11 +156,11 @@ class Conversation(ABC):
 
     @abstractmethod
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Clean up after the machine has stopped with an alarm; return the status."""
+        """Clean up after the machine has stopped with an alarm, and return the status."""
 
     @abstractmethod
     def stop_unanswered(self) -> str:
-        """Stop a machine that no longer answers; return the commands sent, in words."""
+        """Send a stop to a machine that no longer answers; return the commands sent, in words."""
 
     @abstractmethod
     def prepare(self) -> None:
@@ -162,25 +168,25 @@ class Conversation(ABC):
 
     @property
     def takes_lines(self) -> bool:
-        """Whether a line may be sent now, apart from space in the buffer."""
+        """Whether a line may be sent now, provided that the buffer has space."""
         return True
 
-    # Common to all firmwares.
+    # Methods that all firmwares share.
 
     def _until(self, seconds: float) -> float:
         return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Write bytes to the port and to the log."""
         self.log(">", data.decode("ascii", "backslashreplace").rstrip("\n"))
         self.port.write(data)
 
     def interrupt(self) -> None:
-        """Make any wait end with `Interrupted`; may be called from any thread."""
+        """Make the current wait end with `Interrupted`. May be called from any thread."""
         self._interrupted = True
 
     def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
-        """Return the answers received within `seconds`; raise `Interrupted` if the operator interrupts first."""
+        """Return the answers received within `seconds`; raise `Interrupted` if `interrupt` was called."""
         if self._interrupted and not self._resetting:
             self._interrupted = False
             raise Interrupted
@@ -198,14 +204,17 @@ class Conversation(ABC):
         return answer
 
     def keep(self, status: Status) -> None:
-        """Store a status and report it."""
+        """Store a status and pass it to `on_status`."""
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
 
     def receive(
         self, seconds: float, every: float | None = None, ask: Callable[[], None] | None = None, *, later: bool = False
     ) -> Iterator[ControllerAnswer]:
-        """Yield answers for a given time; query the status (or call `ask`) at intervals, at once unless `later`."""
+        """Yield answers for `seconds`. With `every`, query the status at this interval, in s.
+
+        `ask` replaces the status query. The first query is sent at once, or with `later` after the first interval.
+        """
         until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
             if every is not None and self.clock() >= next_query:
@@ -214,13 +223,16 @@ class Conversation(ABC):
             yield from self.listen()
 
     def facts(self) -> Facts:
-        """Return the controller's facts; raise `SendError` if the machine moves or the firmware is a different one."""
+        """Return the facts that the controller reports; raise `SendError` if the machine moves or a fact is missing."""
         if movement := self._moving():
             raise SendError(f"the machine is {movement}; wait until it has stopped, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
-        """Return kind (`importing.KINDS`) and text of the settings; raise `SendError` if they cannot be read now."""
+        """Return the kind (`importing.KINDS`) and text of the settings.
+
+        Raise `SendError` if they cannot be read now.
+        """
         if movement := self._moving():
             raise SendError(f"the machine is {movement}; wait until it has stopped")
         return self.gather_settings()
@@ -230,7 +242,10 @@ class Conversation(ABC):
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
-        """Send a line, return its answers; raise `SendError` if it is refused, an alarm occurs, or none arrives."""
+        """Send a line and return the answers before its ``ok``.
+
+        Raise `SendError` if the line is refused, an alarm occurs, or no answer arrives within `seconds`.
+        """
         self.send(text)
         answers: list[ControllerAnswer] = []
         for answer in self.receive(seconds, 2 * POLL_SECONDS if seconds > ANSWER_SECONDS else None, later=True):
@@ -252,25 +267,28 @@ class Conversation(ABC):
         raise SendError(f"the controller does not respond to '{text}'")
 
     def fresh_status(self, seconds: float = ANSWER_SECONDS) -> Status:
-        """Query and return the status; raise `SendError` if the controller does not answer."""
+        """Query the status and return it; raise `SendError` if the controller does not answer."""
         for answer in self.receive(seconds, SLOW_POLL_SECONDS):
             if isinstance(answer, Status):
                 return answer
         raise SendError(f"{self.port.name} no longer responds")
 
     def explained(self, answer: Refused | Alarm) -> str:
-        """Return the meaning of an error or alarm for this firmware."""
+        """Return the meaning of an error or alarm in words, according to the firmware."""
         if isinstance(answer.why, str):
             return answer.why
         return (error_in_words if isinstance(answer, Refused) else alarm_in_words)(answer.why, self.family)
 
     def record_restart(self) -> None:
-        """Record a restart of the board: the zeros set before are lost."""
+        """Record a restart of the board, which loses the zeros set before."""
         self.restarted, self.homed = True, False
         self._zeroed.clear()
 
     def home(self) -> None:
-        """Home the machine; raise `SendError` if homing is off or fails, after a reset that stops all motion."""
+        """Home the machine.
+
+        Raise `SendError` if homing is off or fails. On a failure or an interrupt, stop all motion first.
+        """
         try:
             self.ask(self.home_lines(), HOMING_SECONDS)
         except (KeyboardInterrupt, Interrupted, SendError):
@@ -280,10 +298,10 @@ class Conversation(ABC):
 
     @abstractmethod
     def _give_up_homing(self) -> None:
-        """Stop a homing machine, whether it answers or not."""
+        """Stop a homing machine, whether or not it answers."""
 
     def zero_here(self, axes: str = "XYZ") -> None:
-        """Set the program zero at the current position of the tool; raise `SendError` if the command is refused."""
+        """Set the program zero at the current position of the tool; raise `SendError` if the controller refuses."""
         self.ask(self.zero_line(axes))
         self._zeroed |= set(axes)
         if self._zeroed >= set("XYZ"):
@@ -294,14 +312,14 @@ class Conversation(ABC):
         return any(isinstance(answer, Report | Greeting) for answer in self.receive(seconds))
 
     def pass_time(self, seconds: float) -> None:
-        """Read and drop answers for a given time."""
+        """Read and discard answers for a given time, s."""
         until = self.clock() + seconds
         while self.clock() < until:
             self.listen()
 
 
 class NotThisFirmware(SendError):
-    """Another firmware answers, or none; `answers` holds the answers."""
+    """Another firmware answers at the port, or none. `answers` holds the lines received."""
 
     def __init__(self, message: str, answers: list[str]) -> None:
         super().__init__(message)
@@ -309,7 +327,7 @@ class NotThisFirmware(SendError):
 
 
 def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmware:
-    """Return the error for a port at which another firmware, or none, answers."""
+    """Return the error for a port at which another firmware answers, or none."""
     if not answers:
         words = f"no response on {port}; is the machine on, and are port and --baud right?"
     else:
@@ -321,7 +339,7 @@ def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmw
 
 
 def answer_text(answer: ControllerAnswer) -> str:
-    """Return a controller's answer as recognisable text."""
+    """Return an answer in the form in which a controller writes it."""
     match answer:
         case Accepted():
             return "ok"

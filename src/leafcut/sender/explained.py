@@ -1,7 +1,7 @@
-"""Meaning of GRBL's error and alarm numbers.
+"""The meanings of GRBL's error and alarm numbers.
 
-Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h. Numbers that grblHAL and
-FluidNC add or redefine: grblHAL/core, errors.h and alarms.h; bdring/FluidNC, Error.h, Error.cpp and ExecAlarm of
+Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h. Numbers that grblHAL
+and FluidNC add or redefine: grblHAL/core, errors.h and alarms.h; bdring/FluidNC, Error.h, Error.cpp and ExecAlarm of
 Protocol.h.
 """
 
@@ -200,17 +200,20 @@ _STATES = {
 
 
 def family_of(text: str) -> str:
-    """Return ``grblHAL`` or ``FluidNC`` if a greeting or an answer to ``$I`` names it; otherwise ""."""
+    """Return ``grblHAL`` or ``FluidNC`` if a greeting or the answer to ``$I`` contains this name; otherwise ""."""
     return next((name for name in _ERRORS_OF if name.lower() in text.lower()), "")
 
 
 def error_in_words(code: int, family: str = "") -> str:
-    """Return an error as text: ``error 20: the controller does not support this word``; GRBL's without a family."""
+    """Return an error number with its meaning: ``error 20: the controller does not support this word``.
+
+    `family` is ``grblHAL``, ``FluidNC`` or empty for GRBL.
+    """
     return f"error {code}: {_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
 
 
 def alarm_in_words(code: int, family: str = "") -> str:
-    """Return an alarm with its meaning and remedy; GRBL's without a family."""
+    """Return an alarm number with its meaning and remedy. An empty `family` means GRBL."""
     return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
 
 
@@ -220,7 +223,7 @@ def _meaning(code: int, by_family: dict[int, str], common: dict[int, str], famil
 
 
 def state_in_words(status: Status, family: str = "") -> str:
-    """Return the state of a machine in words; with the alarm number if the status contains it (grblHAL)."""
+    """Return the state of a machine in words, with the alarm if the status contains its number (grblHAL)."""
     words = _STATES.get(status.state, f"in the state '{status.state}'")
     if status.state == "Alarm" and status.detail:
         return f"{words} ({alarm_in_words(status.detail, family)})"

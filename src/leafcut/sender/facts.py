@@ -1,4 +1,4 @@
-"""Facts that a controller reports before a job: settings, origins, modes, position. Independent of the firmware."""
+"""Facts that a controller reports before a job, independent of its firmware: settings, origins, modes, position."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ZERO: XYZ = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class SettingNames:
-    """A controller's names of its settings and coordinates, for messages."""
+    """Names of a controller's settings and coordinates, for messages."""
 
     homing: str
     soft_limits: str
@@ -27,10 +27,10 @@ class SettingNames:
 
 @dataclass(frozen=True)
 class Clock:
-    """Settings of a board that determine the cycle time, per axis in mm/s and mm/s²; None if not reported.
+    """Settings of a board that determine the cycle time; None if not reported.
 
-    `steps` are per mm, per axis; `deviation` (junction) and `arc_tolerance` are in mm; `motor_lock_s` is the time after
-    a move until the motors are released.
+    `rates` are in mm/s, `accelerations` in mm/s² and `steps` per mm, each per axis. `deviation` (junction deviation)
+    and `arc_tolerance` are in mm. `motor_lock_s` is the time from the end of a move until the motors are released.
     """
 
     rates: XYZ | None = None
@@ -41,7 +41,7 @@ class Clock:
     motor_lock_s: float | None = None
 
     def timed(self, machine: Machine) -> Machine:
-        """Return the machine with the reported settings."""
+        """Return the machine profile with the reported settings in place of its own."""
         return replace(
             machine,
             rapid_velocity=self.rates or machine.rapid_velocity,
@@ -55,7 +55,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Facts:
-    """Facts reported by a controller. Lengths are in mm, whatever its report units.
+    """Facts that a controller reports. Lengths are in mm, whatever its report units.
 
     Attributes
     ----------
@@ -64,14 +64,14 @@ class Facts:
     low, high
         Limits of the machine coordinates, mm; -inf and inf if not reported.
     unit
-        Report unit, mm.
+        Size of the report unit, mm.
     homing, homed
-        Whether the machine has homing, so that machine coordinates are meaningful; whether it was homed, None if the
-        controller cannot report that.
+        `homing`: whether the machine can home; only then are machine coordinates meaningful. `homed`: whether it was
+        homed; None if the controller cannot report that.
     fastest
-        Maximum spindle speed or laser power.
+        Maximum spindle speed (rpm) or laser power.
     places
-        Origins by name (``G54``, ``G28``, ``G92``, ``TLO``): x, y, z in mm.
+        Origins and stored positions by name (``G54``, ``G28``, ``G92``, ``TLO``): x, y, z in mm.
     modes
         Active modal words.
     """
@@ -95,12 +95,12 @@ class Facts:
 
     @property
     def knows_place(self) -> bool:
-        """Whether the machine coordinates are valid: the machine was homed."""
+        """Whether the machine was homed, so that its machine coordinates are valid."""
         return self.homing and self.homed is True
 
     @property
     def soft_limits_off(self) -> str:
-        """Message that the soft limits are off; empty if they are on."""
+        """A message that the soft limits are off; empty if they are on."""
         return (
             ""
             if self.soft_limits
@@ -108,22 +108,25 @@ class Facts:
         )
 
     def travel(self) -> tuple[XYZ, XYZ]:
-        """Return the limits of the machine coordinates, mm."""
+        """Return the lower and upper limits of the machine coordinates, mm."""
         return self.low, self.high
 
     def origin(self, frame: int) -> XYZ:
-        """Return the zero of a work offset (540 for G54) in machine coordinates, mm, including G92 and tool length."""
+        """Return the zero of a work offset in machine coordinates, mm, including G92 and tool length.
+
+        `frame` is ten times the number of the G word: 540 for G54.
+        """
         offset = self.places.get(f"G{frame / 10:g}", _ZERO)
         shift, length = self.places.get("G92", _ZERO), self.places.get("TLO", _ZERO)
         return (offset[0] + shift[0], offset[1] + shift[1], offset[2] + shift[2] + length[2])
 
     @property
     def frame(self) -> int:
-        """The active work offset, times ten."""
+        """The active work offset as ten times its G number: 540 for G54."""
         return next((int(word[1:]) * 10 for word in self.modes if word in self.places and word != "G92"), 540)
 
     def machine_place(self, status: Status | None = None) -> XYZ | None:
-        """Return the machine position in machine coordinates, mm; None if not reported."""
+        """Return the position of the tool in machine coordinates, mm; None if it is not reported."""
         status = status or self.status
         if status.machine is not None:
             return scaled(status.machine, self.unit)
@@ -134,7 +137,10 @@ class Facts:
         return (x + zero[0], y + zero[1], z + zero[2])
 
     def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
-        """Return the position in work coordinates, mm; `offset` is the last reported offset, in report units."""
+        """Return the position in work coordinates, mm.
+
+        `offset` is the last reported offset between machine and work coordinates, in report units.
+        """
         if status.work is not None:
             return scaled(status.work, self.unit)
         place = self.machine_place(status)
@@ -144,17 +150,17 @@ class Facts:
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def timed(self, machine: Machine) -> Machine:
-        """Return the machine with the speeds, accelerations and other clock settings of this board."""
+        """Return the machine profile with the speeds, accelerations and other timing settings of this board."""
         return self.clock.timed(machine)
 
 
 def scaled(place: XYZ, unit: float) -> XYZ:
-    """Return a position in mm."""
+    """Return a position in mm; `unit` is the size of its unit in mm."""
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
 def moving(values: XYZ, names: tuple[str, str, str]) -> XYZ:
-    """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, so that its axis cannot move."""
+    """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, because its axis cannot move."""
     if not all(value > 0.0 for value in values):
         raise SendError(f"the controller has 0 in one of {', '.join(names)}: it cannot move")
     return values

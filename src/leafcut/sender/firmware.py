@@ -1,4 +1,4 @@
-"""The firmwares that programs can be sent to, by the controller of the machine."""
+"""The firmwares to which leafcut can send programs, selected by the controller of the machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 
 
 def speaker_of(machine: Machine, name: str) -> type[Conversation]:
-    """Return the conversation class for a machine named `name`; raise `OptionError` if leafcut has none."""
+    """Return the conversation class for a machine; raise `OptionError` if leafcut cannot send to its controller.
+
+    `name` is the value of ``--machine``, for the message.
+    """
     speaker = _SPEAKERS.get(machine.control)
     if speaker is None:
         raise OptionError(
@@ -46,8 +49,8 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
     """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
 
     Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command. Raise
-    `OptionError` if boards of this kind cannot be queried, and `SendError` if the board does not answer, has another
-    firmware, is moving, or does not report its settings.
+    `OptionError` if boards of this kind cannot be queried. Raise `SendError` if the board does not answer, has
+    another firmware, is moving, or does not report its settings.
     """
     if kind is not None and kind not in ASKED:
         raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be read from a port; use a file of its settings")

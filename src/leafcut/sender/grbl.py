@@ -1,7 +1,7 @@
 """Communication with GRBL 1.1, grblHAL and FluidNC.
 
-Most actions are realtime bytes. For grblHAL, its own bytes above 0x7F are used: ``?``, ``!`` and ``~`` may be disabled
-there (``[NEWOPT:…,RT-``) and would then become part of a line.
+Most actions are realtime bytes. grblHAL has bytes of its own above 0x7F, and leafcut uses these: on grblHAL, ``?``,
+``!`` and ``~`` may be disabled (``[NEWOPT:…,RT-``) and would then become part of a line.
 
 Source: gnea/grbl 1.1, config.h, protocol.c and its wiki, "Grbl v1.1 Commands"; grblHAL/core, grbl.h (CMD_…) and
 protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h (same bytes as GRBL).
@@ -36,15 +36,15 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.grbl_facts import gathered
 from leafcut.sender.port import Port
 
-#: Soft reset, the same in all three.
+#: Soft reset; the same byte for all three firmwares.
 RESET = b"\x18"
-#: Time to come to rest, s; time before the reset of a machine that no longer answers, s.
+#: Time limit for coming to rest, s; time from the hold to the reset of a machine that no longer answers, s.
 REST_SECONDS, UNANSWERED_SECONDS = 15.0, 3.0
-#: Time in which the cause of an alarm is reported, s; interval at which an unanswered reset is repeated, s.
+#: Time within which the cause of an alarm is reported, s; interval at which an unanswered reset is repeated, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
-#: Time for another firmware to answer a line ending, s.
+#: Time limit for the answer of another firmware to an empty line, s.
 _LINE_SECONDS = 1.0
-#: States at rest from which the machine does not continue by itself.
+#: States of rest that the machine does not leave by itself.
 _AT_REST = ("Idle", "Check", *LOCKED)
 _FEED_NORMAL = b"\x90"
 #: Override step, percent → byte.
@@ -64,7 +64,7 @@ _LEGACY, _GRBLHAL = RealtimeBytes(b"?", b"!", b"~"), RealtimeBytes(b"\x80", b"\x
 
 
 class GrblConversation(Conversation):
-    """A controller with the protocol of GRBL 1.1."""
+    """A controller that uses the protocol of GRBL 1.1."""
 
     check_line = "$C"
 
@@ -72,11 +72,11 @@ class GrblConversation(Conversation):
         super().__init__(port, log, clock)
         self.act = _LEGACY
         self._knocks = 0
-        #: Raw lines, collected while an answer is not in the protocol (a configuration).
+        #: Raw lines of an answer that is not in GRBL's format (a configuration); None otherwise.
         self._raw: list[str] | None = None
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Parse a line, and note the firmware that it names."""
+        """Convert a line to an answer, and record the firmware that it names."""
         answer = grbl_lines.parse(line)
         if not self.family and isinstance(answer, Greeting | Report) and (family := family_of(line)):
             self.family = family
@@ -85,7 +85,7 @@ class GrblConversation(Conversation):
         return answer
 
     def ask_status(self, *, more: bool = False) -> None:
-        """Query the status; it arrives like any other answer. This needs no line."""
+        """Query the status with a realtime byte. The report arrives like any other answer."""
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
@@ -107,19 +107,23 @@ class GrblConversation(Conversation):
         raise wrong_firmware(self.port.name, replies, "GRBL")
 
     def _answers_to_line(self) -> list[str]:
-        """Return the answers to a line ending: other firmwares may answer nothing else."""
+        """Return the answers to an empty line. Some firmwares answer nothing else."""
         self.write(b"\n")
         return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
 
     def _knock(self) -> None:
-        """Query an unknown board: one that ignores ``?`` may be a grblHAL that only reacts to its own byte."""
+        """Query an unknown board.
+
+        From the second query on, the query byte of grblHAL is sent as well, because a grblHAL board may ignore
+        ``?``.
+        """
         self._knocks += 1
         if self._knocks > 1 and not self.family:
             self.port.write(_GRBLHAL.ask)
         self.ask_status()
 
     def _find_bytes(self) -> None:
-        """Switch to grblHAL's bytes if the board answers its status query; GRBL ignores that byte."""
+        """Switch to grblHAL's bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
         self.pass_time(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)
         if any(isinstance(answer, Status) for answer in self.receive(SLOW_POLL_SECONDS)):
@@ -135,7 +139,10 @@ class GrblConversation(Conversation):
         return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return kind and text of the settings (FluidNC: its configuration); raise `SendError` if not reported."""
+        """Return the kind and the text of the settings (for FluidNC: its configuration).
+
+        Raise `SendError` if the controller does not report them.
+        """
         self._settle()
         build_info = self.ask("$I")
         if not any(isinstance(report, Report) for report in build_info):
@@ -147,7 +154,7 @@ class GrblConversation(Conversation):
         return "grbl", "\n".join(lines) + "\n"
 
     def _settle(self) -> None:
-        """Terminate a partial line that may be in the buffer, whatever the answer."""
+        """End a partial line that may be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
             raise SendError(
@@ -156,7 +163,7 @@ class GrblConversation(Conversation):
         self.listen()
 
     def _configuration(self) -> str:
-        """Return FluidNC's configuration: lines of YAML, which are not parsed as answers."""
+        """Return FluidNC's configuration as YAML text."""
         lines: list[str] = []
         self._raw = lines
         try:
@@ -177,7 +184,7 @@ class GrblConversation(Conversation):
         self.write(text.encode("ascii") + b"\n")
 
     def hold(self) -> None:
-        """Feed hold: decelerate and wait."""
+        """Send a feed hold: the machine decelerates and waits."""
         self.write(self.act.hold)
 
     def resume(self) -> None:
@@ -185,13 +192,16 @@ class GrblConversation(Conversation):
         self.write(self.act.resume)
 
     def step_feed(self, current: int, target: int) -> None:
-        """Change the override by 10 or 1 percent: the board merges two steps that arrive together."""
+        """Change the feed override by 10 or 1 percent.
+
+        Only one step is sent, because the board merges steps that arrive together.
+        """
         change = target - current
         step = (10 if abs(change) >= 10 else 1) * (1 if change > 0 else -1)
         self.write(_FEED_NORMAL if target == 100 else _FEED_STEPS[step])
 
     def prepare(self) -> None:
-        """Do nothing; the controller is ready."""
+        """Do nothing: the controller needs no preparation."""
 
     def home_lines(self) -> str:
         """Return the homing command."""
@@ -207,7 +217,10 @@ class GrblConversation(Conversation):
         return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
-        """Bring the machine to rest without homing; return if it was locked; raise `SendError` if it stays so."""
+        """Bring the machine to rest without homing; return whether it was locked.
+
+        Raise `SendError` if it remains locked.
+        """
         status = self.fresh_status()
         if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
             status = self.stop()
@@ -217,15 +230,16 @@ class GrblConversation(Conversation):
         return locked
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Hold, wait for rest, then reset: the spindle is off and all lines are discarded. Return the status.
+        """Hold, wait for rest, then reset, which stops the spindle and discards all lines. Return the status.
 
-        `on_answer` is called with every answer meanwhile. Raise `SendError` if the controller no longer answers.
+        `on_answer` is called with every answer that arrives meanwhile. Raise `SendError` if the controller no longer
+        answers.
         """
         try:
             self.hold()
             self._wait_for_rest(on_answer)
         except (KeyboardInterrupt, Interrupted):
-            pass  # a second interrupt: reset at once
+            pass  # a second interrupt resets at once
         return self.reset(on_answer)
 
     def _wait_for_rest(self, on_answer: OnAnswer) -> None:
@@ -258,16 +272,19 @@ class GrblConversation(Conversation):
             if isinstance(answer, Greeting):
                 break
         if sent > 1:
-            self.pass_time(RESET_SECONDS)  # the other resets may be answered, too
+            self.pass_time(RESET_SECONDS)  # repeated resets may be answered as well
         return self.fresh_status()
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Wait until an alarm is fully reported (half a second on GRBL; resets are ignored until then), then reset."""
+        """Wait until the alarm is fully reported, then reset.
+
+        GRBL ignores resets during the report, for half a second.
+        """
         self.wait_for_alarm_report(ALARM_SECONDS)
         return self.reset(on_answer)
 
     def stop_unanswered(self) -> str:
-        """Send a hold and, after the time to come to rest, a reset, in case the machine still receives."""
+        """Send a hold, wait until the machine should be at rest, and send a reset, in case it still receives."""
         self.hold()
         self.pass_time(UNANSWERED_SECONDS)
         self.write(RESET)
@@ -275,9 +292,9 @@ class GrblConversation(Conversation):
 
 
 def at_hold(status: Status) -> bool:
-    """Return whether a machine has stopped completely in the state Hold or Door.
+    """Return whether a machine in the state Hold or Door has come to rest.
 
-    Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`); FluidNC
-    prints the same, and ``Door:0`` for a door that is closed again.
+    Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`);
+    FluidNC prints the same, and ``Door:0`` for a door that is closed again.
     """
     return status.state in ("Hold", "Door") and status.detail in (0, 1 if status.state == "Door" else 0)

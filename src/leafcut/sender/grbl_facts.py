@@ -1,8 +1,8 @@
 """Facts from the reports of GRBL, grblHAL and FluidNC.
 
 FluidNC has a configuration instead of numbered settings. The numbers that it emulates are not enough: ``$20`` is the
-soft limit of X only, and none gives the homing position or the maximum spindle speed. Therefore its configuration is
-requested (``$CD``) and read as in `leafcut machine import`.
+soft limit of X only, and no number gives the homing position or the maximum spindle speed. Therefore its
+configuration is requested (``$CD``) and read as in `leafcut machine import`.
 
 Source: gnea/grbl wiki, "Grbl v1.1 Configuration", and system.c, `system_check_travel_limits`; grblHAL/core, report.c
 (`report_build_info`, `report_home_position`); bdring/FluidNC, Report.cpp (`report_build_info`), ProcessSettings.cpp
@@ -25,9 +25,9 @@ from leafcut.units import MM_PER_INCH
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
 _SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _FASTEST, _LASER = 20, 22, 23, 30, 32
 _STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
-#: `$1` for motors that stay on.
+#: Value of `$1` that keeps the motors on all the time.
 _ALWAYS_ON = 255
-#: Letters of ``[OPT:``: machine zero is the homing position; the machine is not locked until it is homed.
+#: Letters in ``[OPT:``. Z: machine zero is the homing position. L: the machine is not locked until it is homed.
 _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
@@ -57,8 +57,9 @@ _FLUIDNC_NAMES = SettingNames(
 def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
     """Return the facts from the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
-    `homed` means since the connection was opened; `configuration` is FluidNC's answer to ``$CD``. Raise `SendError` if
-    the controller is not GRBL 1.1 or newer (no version or no settings), or its settings are invalid.
+    `homed`: the machine was homed since the connection was opened. `configuration`: FluidNC's answer to ``$CD``.
+    Raise `SendError` if the controller is not GRBL 1.1 or newer (no version or no settings), or if its settings are
+    invalid.
     """
     reports = [report for report in answers if isinstance(report, Report)]
     build = next((report for report in reports if report.name == "VER"), None)
@@ -84,7 +85,7 @@ _NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
 
 
 class _Settings(dict[str, str]):
-    """The answer to ``$$``: ``$110`` → text."""
+    """The answer to ``$$``, as setting (``$110``) → text."""
 
     def number(self, setting: int, default: float = 0.0) -> float:
         text = self.get(f"${setting}", "")
@@ -135,7 +136,7 @@ def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
 def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     """Return whether the machine was homed; None if unknown.
 
-    grblHAL reports it per axis. GRBL is locked until homed, unless it reports the opposite.
+    grblHAL reports this per axis. A GRBL board is locked until it is homed, unless it reports that it does not lock.
     """
     home = next((report.text.rpartition(":")[2] for report in reports if report.name == "HOME"), "")
     if home.isdecimal():
@@ -144,7 +145,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
 
 
 def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
-    """Return the facts with FluidNC's configuration; without ``must_home``, whether it was homed is unknown."""
+    """Return the facts completed by FluidNC's configuration. Without ``must_home``, `homed` may be unknown."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:

@@ -25,14 +25,14 @@ from leafcut.sender.answers import (
 
 _NUMBERED = re.compile(r"(error|ALARM):\s*(\d{1,3})", re.IGNORECASE)
 _GREETING = re.compile(r"Grbl(?:HAL)?\s+([0-9][^\s\['\"]{0,20})(?:\s+\[([^\]]{1,60})\])?", re.IGNORECASE)
-#: grblHAL has text settings, also empty: network name, password.
+#: A setting. grblHAL also has settings that are texts and may be empty: network name, password.
 _SETTING = re.compile(r"\$(\d{1,4})=(.*)")
-#: Remark after the value of a setting.
+#: Remark in parentheses after the value of a setting.
 _REMARK = re.compile(r"\s+\(.*\)\s*$")
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Parse a line received from a controller; an invalid line becomes `Strange`."""
+    """Convert a line of a controller to an answer; an invalid line becomes `Strange`."""
     line = line.strip()
     if line == "ok":
         return Accepted()
@@ -47,7 +47,7 @@ def parse(line: str) -> ControllerAnswer:
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
         return Report(f"${match[1]}", _plain(_REMARK.sub("", match[2]).strip()))
-    # Start-up lines as they are executed, and additional output of grblHAL and FluidNC.
+    # Start-up lines, echoed when they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
         return Report("", shown(line))
     return Strange(shown(line))

@@ -1,4 +1,4 @@
-"""A program that may be sent: read for its machine, every line understood, with its cycle times and holes."""
+"""A program that is ready for sending: read for its machine, all lines understood, with cycle times and holes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from leafcut.sender.lines import Pause, SentStep, in_dialect, steps_of
 
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
-#: Rows that move the origin, or whose effect only the machine knows.
+#: Kinds of rows that make later lines uncheckable: they move the origin, or only the machine knows their effect.
 _LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so later lines cannot be checked"}
 #: Modes that the program reader assumes before the first line, and the words for its default units.
 _AT_FIRST = "G17 G90 G94 G40 G49 G80"
@@ -40,7 +40,10 @@ _SAME = 1e-6
 
 @dataclass(frozen=True)
 class DrilledHole:
-    """One hole in program order: x and y, mm; the line of the move to it and the line of its last cut."""
+    """A hole: x and y in mm, the line of the move to it, and the line of its last cut.
+
+    Holes are numbered in program order.
+    """
 
     number: int
     x: float
@@ -51,10 +54,10 @@ class DrilledHole:
 
 @dataclass(frozen=True, eq=False)
 class SendJob:
-    """A program and the context in which it was read: the `machine` and the `dialect`.
+    """A program, with the `machine` and the `dialect` for which it was read.
 
-    `steps` are lines and pauses to send, `issues` warnings for the operator; issues with a code in `accept` were
-    accepted by the operator and do not prevent sending.
+    `steps` are the lines and pauses to send. `issues` are warnings for the operator. Issues with a code in `accept`
+    do not prevent sending.
     """
 
     file: str
@@ -72,12 +75,15 @@ class SendJob:
 
     @cached_property
     def holes(self) -> tuple[DrilledHole, ...]:
-        """The holes: straight plunges at feed. Repeated plunges at one position (pecks) are one hole."""
+        """The holes of the program. Repeated plunges (pecks) at a position are one hole.
+
+        A hole is a straight plunge at feed after a rapid, unless a sideways cut follows.
+        """
         return tuple(_holes(self.program))
 
     @cached_property
     def seconds(self) -> tuple[Floats, Floats]:
-        """Seconds per line at feed, and otherwise: two float64[lines + 1], indexed by line number."""
+        """Seconds per line at feed, and in all other lines: two float64[lines + 1], indexed by line number."""
         from leafcut.timing.grbl import sent_lines
         from leafcut.timing.toolpath import clock
 
@@ -92,11 +98,11 @@ class SendJob:
         return per_line[0], per_line[1]
 
     def for_machine(self, machine: Machine) -> SendJob:
-        """Return the same program with the times of another machine."""
+        """Return the same program for another machine; its cycle times change."""
         return replace(self, machine=machine)
 
     def hole_at(self, line: int) -> DrilledHole | None:
-        """Return the hole drilled in a line, or the last hole started before it."""
+        """Return the last hole that starts in or before a line; None before the first hole."""
         latest = None
         for hole in self.holes:
             if hole.first > line:
@@ -118,16 +124,16 @@ def read_job(
     units: str | None = None,
     accept: Collection[str] = (),
 ) -> SendJob:
-    """Return a program that suits a machine, as far as can be checked without it.
+    """Read a program for a machine, and check it as far as possible without the machine.
 
     Issues with a code in `accept` do not prevent sending.
 
     Raises
     ------
     ReadError
-        It cannot be read, or a line is not understood, is not for this controller or moves the origin.
+        The program cannot be read, or a line is not understood, is not for this controller, or moves the origin.
     OptionError
-        Programs cannot be sent to the machine's controller, or the program has a danger that is not accepted.
+        leafcut cannot send to the machine's controller, or the program has a danger that is not accepted.
     """
     known = load_machine(machine)
     controller_dialect = dialect(dialect_name or known.controller)
@@ -136,7 +142,7 @@ def read_job(
 
 
 def program_text(file: str | Path, name: str) -> str:
-    """Return the text of a program; `name` is used in messages. Raise `ReadError` if it is not readable G-code."""
+    """Return the text of a program; raise `ReadError` if it is not readable G-code. `name` names it in messages."""
     text = read_program(file)
     if problem := other_language(text):
         raise ReadError(name, problem)
@@ -155,7 +161,7 @@ def accepted_codes(words: str) -> tuple[str, ...]:
 def job_of(
     text: str, file: str, machine: Machine, controller_dialect: Dialect, units: str | None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return the text of a program as a job; see `read_job`."""
+    """Return the job for the text of a program; see `read_job`."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
         *_opening(program, controller_dialect, units or machine.units),
@@ -176,11 +182,11 @@ def job_of(
 
 
 def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
-    """Return the lines that set the state in which the program was read, whatever modes the controller is in."""
+    """Return the lines that set the modes with which the program was read, whatever modes the controller is in."""
     if not in_dialect(controller_dialect, _UNITS[units]):
         raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
-    # If the program never starts the spindle, it was started by hand.
+    # A program that never starts the spindle relies on a spindle started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
     return [SentLine(text) for text in in_dialect(controller_dialect, *blocks)]
@@ -210,7 +216,7 @@ def _holes(program: Program) -> list[DrilledHole]:
         line = int(path.line[row])
         if sideways[row]:
             if cut and path.kind[row] != Kind.RAPID:
-                holes.pop()  # a cut sideways follows: milling, not a hole
+                holes.pop()  # a sideways cut follows: milling, not drilling
             travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
         elif cut:
             holes[-1] = replace(holes[-1], last=line)
@@ -222,7 +228,7 @@ def _holes(program: Program) -> list[DrilledHole]:
 
 
 def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
-    """Return the tool of the first cut from a line on, and the later ones: ``T1 drill 3 mm``; None if unnamed."""
+    """Return the tool of the first cut from a line on, then the later tools: ``T1 drill 3 mm``, None if unnamed."""
     path = job.program.path
     cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
     first = int(cuts.min()) if len(cuts) else line
@@ -239,5 +245,5 @@ def _tool_name(change: Pause) -> str | None:
 
 
 def issues_to_tell(issues: Sequence[Issue]) -> list[Issue]:
-    """Return the issues that matter before a start, without notes."""
+    """Return the issues that the operator must see before the start: all except notes."""
     return [issue for issue in issues if issue.severity is not Severity.NOTE]

@@ -1,6 +1,6 @@
-"""Convert a program to lines to send: no comments, no blanks, no words that the dialect lacks, and separate pauses.
+"""Convert a program to lines to send, without comments, blanks and words that the dialect lacks. Pauses are separate.
 
-M0 and M6 are never sent: the operator is asked when the machine is at rest, and then the program continues.
+M0 and M6 are never sent. When the machine is at rest, the operator is asked, and then the program continues.
 """
 
 from __future__ import annotations
@@ -19,13 +19,16 @@ from leafcut.sender.counting import SentLine
 LONGEST_LINE = 79
 #: Word letters of GRBL (gcode.c). N is not sent.
 _LETTERS = frozenset("FGIJKLMPRSTXYZ")
-#: Maximum distance of a comment above the pause that it explains, lines.
+#: Maximum distance between a pause and the comment above it that explains it, lines.
 _REACH = 3
 
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop at a line, for a tool change (with its number, if known), for the operator, or before `hole` (0: none)."""
+    """A stop at a program line: for a tool change, for the operator, or before hole number `hole` (0: no hole).
+
+    `tool` is the number of the new tool, if it is known.
+    """
 
     number: int
     change: bool = False
@@ -42,15 +45,15 @@ class Pause:
 
 SentStep = SentLine | Pause
 
-#: Unit of a dwell's P, s.
+#: Unit of the P word of a dwell, s.
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
 def in_dialect(dialect: Dialect, *texts: str) -> list[str]:
-    """Return lines of our own, such as ``G21 G90 F100``, in a controller's dialect, without words that it lacks.
+    """Return lines such as ``G21 G90 F100`` in a controller's dialect, without the words that it lacks.
 
-    If the controller takes one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any other
-    word without a command is dropped.
+    If the controller accepts one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any
+    other word without a command is dropped.
     """
     return [line for text in texts for line in _in_dialect(dialect, text)]
 
@@ -72,7 +75,7 @@ def _in_dialect(dialect: Dialect, text: str) -> list[str]:
 
 
 def dwell(dialect: Dialect, seconds: float) -> str:
-    """Return the dwell command of a controller."""
+    """Return the command for a dwell of `seconds` in a controller's dialect."""
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
@@ -81,19 +84,19 @@ def _joined(dialect: Dialect, parts: Sequence[str]) -> str:
 
 
 class HoleLines(Protocol):
-    """A hole: its number and the line of the move to it."""
+    """A hole: its number, and the line of the move to it."""
 
     @property
     def number(self) -> int:
-        """Number, counted from 1."""
+        """The number of the hole, counted from 1."""
 
     @property
     def first(self) -> int:
-        """Line of the program."""
+        """The program line of the move to the hole."""
 
 
 def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
-    """Return the steps with a pause before the first line of each hole."""
+    """Return the steps with a pause inserted before the first line of each hole."""
     waiting = deque(holes)
     with_pauses: list[SentStep] = []
     for step in steps:
@@ -106,10 +109,10 @@ def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> li
 
 
 def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) -> list[SentStep]:
-    """Return the steps of a program, with its pauses, from line `first` to its end (M2, M30).
+    """Return the steps of a program, including its pauses, from line `first` to its end (M2, M30).
 
-    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command of the controller itself
-    ($), or is too long.
+    Raise `ReadError` if a line has a word or a letter that the controller lacks, is a command of the controller
+    itself ($), or is too long.
     """
     reader = _LineReader(dialect)
     steps: list[SentStep] = []
@@ -128,7 +131,7 @@ def steps_of(lines: Sequence[str], dialect: Dialect, file: str, first: int = 1) 
 class _LineReader:
     def __init__(self, dialect: Dialect) -> None:
         self.dialect, self.ended, self.begun = dialect, False, False
-        # Marlin treats M1 as M0 (M0_M1.cpp); others ignore it.
+        # Marlin treats M1 as M0 (M0_M1.cpp); other firmwares ignore it.
         self.stops = {0, 1} if dialect.one_command else {0}
         self.tool: int | None = None
         self.chosen = self.remarked = -_REACH
@@ -151,7 +154,7 @@ class _LineReader:
         self.ended = bool(codes & {2, 30})
         text = _joined(self.dialect, [_written(word) for word in words if not _is_for_sender(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
-            text = ""  # text after M0 is for the operator
+            text = ""  # text after M0 is a message for the operator
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
             raise BlockError(f"{reason}, {self.dialect.name} takes {LONGEST_LINE}")
@@ -159,7 +162,7 @@ class _LineReader:
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
         if codes & self.stops:
-            # A stop right after a tool selection is a manual tool change.
+            # A stop directly after a tool selection is a manual tool change.
             steps.append(self._pause(number, change=number - self.chosen < _REACH))
         return steps
 
@@ -169,7 +172,7 @@ class _LineReader:
         return Pause(number, change, self.tool if change else None, remark)
 
     def _check(self, words: Sequence[Word]) -> None:
-        """Refuse words that this controller lacks, whatever the interpreter makes of them."""
+        """Raise `BlockError` for a word that this controller lacks, even if the program reader understands it."""
         for word in words:
             known = word.letter in _LETTERS or word.letter == "N"
             if word.letter == "G":

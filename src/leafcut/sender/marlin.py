@@ -1,20 +1,20 @@
 """Communication with Marlin 2, one numbered line at a time.
 
-Every line has a number and a checksum, ``N7 G1 X10*95``: Marlin executes a corrupted line without a number (noise may
-turn ``G1 X10`` into ``G1 X1``), but requests a corrupted numbered line again (``Resend: 7``) and executes none twice.
-The next line is sent when the last one is answered. Marlin answers when a move is planned, not when it is finished, so
-its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) stays full.
+Every line has a number and a checksum: ``N7 G1 X10*95``. Noise may turn ``G1 X10`` into ``G1 X1``, and Marlin would
+execute it. If a numbered line is corrupted, Marlin requests it again (``Resend: 7``), and it executes no numbered
+line twice. The next line is sent when the last one is answered. Marlin answers when a move is planned, not when it
+is finished. Its look-ahead buffer (BLOCK_BUFFER_SIZE, 16 blocks, up to 64 on large boards) therefore stays full.
 
-Marlin has no realtime byte for its status. ``M400`` and ``M114`` report whether it is at rest, and its position. They
-wait in the queue like any line, so they are sent only when no other line is. While it runs, its progress is known from
-the accepted lines, and ``busy:`` shows that it is alive.
+Marlin has no realtime byte for a status query. ``M400`` and ``M114`` report whether it is at rest, and its position.
+They wait in the queue like any other line, so they are sent only if no other line is. While a program runs, its
+progress is inferred from the accepted lines, and ``busy:`` shows that the board is alive.
 
 * Hold: send nothing; the machine comes to rest after the planned moves.
 * Immediate stop: ``M410``. It does not decelerate, so the position may be lost.
-* Emergency stop, when nothing is answered any more: ``M112`` turns motors and spindle off until a reset.
+* Emergency stop, if the board no longer answers: ``M112`` turns motors and spindle off until a reset.
 
-Source: MarlinFirmware/Marlin 2.1, gcode/queue.cpp (`get_serial_commands`: numbers, checksums, commands that act before
-their turn), module/planner.cpp (`quick_stop`: moves are dropped for a second after it), module/motion.cpp
+Source: MarlinFirmware/Marlin 2.1, gcode/queue.cpp (`get_serial_commands`: numbers, checksums, commands that act
+before their turn), module/planner.cpp (`quick_stop`: moves are dropped for a second after it), module/motion.cpp
 (`quickstop_stepper`: the position is taken from the steppers), gcode/host/M115.cpp, M114.cpp, gcode/control/M211.cpp
 (in program coordinates), M17_M18_M84.cpp, M999.cpp, gcode/config/M220.cpp, gcode/host/M113.cpp; marlinfw.org, M410:
 "Since there will be no deceleration, steppers are expected to be out of position after this command".
@@ -60,15 +60,16 @@ from leafcut.sender.port import Port
 
 #: Start-up time of a board with a boot loader, s; interval of the attempts to reach it, s.
 START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
-#: After a ``Resend:`` an ``ok`` follows that answers no line. Silence of this length means that it has arrived, s.
+#: After a ``Resend:``, an ``ok`` follows that answers no line. After this time of silence, in s, it has arrived.
 QUIET_SECONDS = 0.15
-#: A line without an answer or a ``busy:`` (sent every 2 s) for this time, s, is repeated, at most this many times.
+#: A line that gets no answer and no ``busy:`` (sent every 2 s) for this time, in s, is repeated, at most this many
+#: times.
 LOST_SECONDS, MAX_RESENDS = 3.0, 3
-#: Time in which moves are dropped after a quick stop, with a margin, s (`Planner::quick_stop`).
+#: Time for which Marlin drops moves after a quick stop, with a margin, s (`Planner::quick_stop`).
 DROPPED_SECONDS = 1.3
-#: Maximum time to finish the planned moves without a ``busy:``, s.
+#: Maximum time for the planned moves without a ``busy:``, s.
 PLANNED_SECONDS = 30.0
-#: Words that may be missing in the firmware: it then has one plane, millimetres only, and no outputs to turn off.
+#: Words that the firmware may lack: it then has one plane, only millimetres, and no outputs to turn off.
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = "the firmware does not report that it is busy; turn on M113 S2 (HOST_KEEPALIVE_FEATURE)"
@@ -90,12 +91,12 @@ _NAMES = SettingNames(
 
 
 class NotBuiltIn(SendError):
-    """The firmware was built without a command."""
+    """The firmware was built without support for a command."""
 
 
 @dataclass(frozen=True)
 class NumberedLine:
-    """A sent line: its number, its text, and whether it is internal to this module."""
+    """A sent line: its number and its text. `is_query` marks a query of this module, which is not part of a program."""
 
     number: int
     text: str
@@ -103,7 +104,7 @@ class NumberedLine:
 
     @property
     def data(self) -> bytes:
-        """The bytes to send. The checksum is the exclusive or of all bytes before the asterisk."""
+        """The line as bytes. The checksum is the exclusive or of all bytes before the asterisk."""
         body = f"N{self.number} {self.text}".encode("ascii")
         check = 0
         for byte in body:
@@ -111,9 +112,9 @@ class NumberedLine:
         return body + b"*%d\n" % check
 
 
-#: Idle message (NO_TIMEOUTS); does not show that the last line has arrived.
+#: Marlin's idle message (NO_TIMEOUTS). It does not show that the last line has arrived.
 _WAITS = Report("", "wait")
-#: Makes the next number 1; accepted whatever the last number was.
+#: Line that makes the next number 1; accepted whatever the last number was.
 _FIRST = NumberedLine(0, "M110 N0")
 
 
@@ -125,40 +126,43 @@ class MarlinConversation(Conversation):
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(port, log, clock)
         self.family = "Marlin"
-        #: Last number; number of repeats of the unanswered line; time of the last answer.
+        #: Number of the last line; number of repeats of the unanswered line; time of the last answer.
         self._number, self._times, self._heard_at = 0, 0, 0.0
         self._flying: NumberedLine | None = None
         #: The last answered line, and the line to send after it if the controller requests it again.
         self._answered_last: NumberedLine | None = None
         self._next: NumberedLine | None = None
-        #: Internal lines that wait until no line is unanswered.
+        #: Queries that wait until no line is unanswered.
         self._queries: deque[str] = deque()
-        #: Time until which an ``ok`` answers no line, and the number of the requested line.
+        #: (time until which an ``ok`` answers no line, number of the requested line).
         self._wanted: tuple[float, int] | None = None
-        #: Answers that may still arrive to lines without a number; the error of the unanswered line.
+        #: Number of answers that may still arrive for lines without a number; the error of the unanswered line.
         self._stray, self._wrong = 0, ""
         self._place: XYZ | None = None
         self._percent = 100
-        #: Held; a status was requested; the firmware has halted itself.
+        #: Whether the machine is held, a status was requested, and the firmware has halted itself.
         self._held = self._asked = self._killed = False
-        #: The machine may be moving; its position counter has restarted.
+        #: Whether the machine may be moving, and whether the board has restarted its position counter.
         self._moved = self._anew = False
 
     # Receiving.
 
     def parse(self, line: str) -> ControllerAnswer:
-        """Parse a line of the controller."""
+        """Convert a line of the controller to an answer."""
         return marlin_lines.parse(line)
 
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
-        """Return the answers received, waiting at most `seconds`; repeats are handled here."""
+        """Return the answers received, after a wait of at most `seconds`.
+
+        Requests to repeat a line are handled here.
+        """
         answers = self._take_turn()
         for answer in super().listen(seconds):
             if answer != _WAITS:
                 self._heard_at = self.clock()
             answers += self._digest(answer)
             if self._asked:
-                # Marlin has no status report: while lines are unanswered, any message shows that it runs.
+                # Marlin has no status report. While lines are unanswered, any message shows that the board is running.
                 self._asked = False
                 answers.append(self._keep_status(self._inferred_status("Run")))
         return answers
@@ -250,15 +254,18 @@ class MarlinConversation(Conversation):
         return []
 
     def _asked_again(self, number: int) -> list[ControllerAnswer]:
-        """Record a request for a line. It is sent after a pause, because the controller may repeat the request."""
+        """Record the request to repeat a line.
+
+        It is sent after a pause, because the controller may repeat the request.
+        """
         flying, last = self._flying, self._answered_last
         if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
-            # The `ok` counted for this line belonged to an earlier one; the controller does not have the line.
+            # The `ok` counted for this line belonged to an earlier line; the controller does not have the line.
             self._next, self._flying, self._number = flying, last, number
         newest = self._number
         if number not in (newest, newest + 1) or (self._flying is None and number == newest):
             self._forget()
-            # The controller has restarted its count, or has lost lines.
+            # The controller has restarted its line numbers, or has lost lines.
             self._anew = number == 1
             return [Greeting("", "Marlin") if number == 1 else Strange(f"Resend: {number}")]
         self._wanted = (self.clock() + QUIET_SECONDS, number)
@@ -288,14 +295,14 @@ class MarlinConversation(Conversation):
         self._put(self._flying)
 
     def _forget(self) -> None:
-        """Start again: no line is unanswered, and the next number is 1."""
+        """Restart the bookkeeping: no line is unanswered, and the next number is 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
         self._answered_last = self._next = None
         self._queries.clear()
 
     @property
     def takes_lines(self) -> bool:
-        """Whether no line is unanswered and the machine is not held."""
+        """Whether a line may be sent: no line is unanswered and the machine is not held."""
         return not self._held and self._free
 
     @property
@@ -303,7 +310,7 @@ class MarlinConversation(Conversation):
         return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
-        """Send a line when no other is unanswered; raise `SendError` if an earlier line is not answered."""
+        """Send a line when no other line is unanswered; raise `SendError` if an earlier line gets no answer."""
         until = self._until(PLANNED_SECONDS)
         while not self._free:
             if any(isinstance(answer, Status) for answer in self.listen()):
@@ -313,7 +320,10 @@ class MarlinConversation(Conversation):
         self._fly(text)
 
     def ask_status(self, *, more: bool = False) -> None:
-        """Query the position and whether the machine rests if every line is answered and sent; else infer both."""
+        """Query the position and whether the machine is at rest.
+
+        While lines are unanswered or follow at once, the status is inferred instead of queried.
+        """
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
         elif self._free:
@@ -346,7 +356,7 @@ class MarlinConversation(Conversation):
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
-        """Wait until no more answers arrive to earlier lines, and restart the numbering at 1."""
+        """Wait until no more answers to earlier lines arrive, and restart the line numbers at 1."""
         self._forget()
         self._stray = 0
         quiet = self.clock()
@@ -368,7 +378,10 @@ class MarlinConversation(Conversation):
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
     def gather(self) -> Facts:
-        """Return the facts of the controller; raise `SendError` without its settings, travel or busy messages."""
+        """Return the facts of the controller.
+
+        Raise `SendError` if it does not report settings, travel or busy messages.
+        """
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
@@ -397,18 +410,24 @@ class MarlinConversation(Conversation):
         )
 
     def gather_settings(self) -> tuple[str, str]:
-        """Return kind and text of the settings, with the travel if known; raise `SendError` if not reported."""
+        """Return the kind and the text of the settings, with the travel if the firmware reports it.
+
+        Raise `SendError` if the settings are not reported.
+        """
         settings = self._words("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
             settings += self._words("M211", _NO_TRAVEL)
         return "marlin", settings
 
     def _words(self, question: str, lacking: str) -> str:
-        """Return the answer to a query as text; `lacking` is the error for a firmware without this command."""
+        """Return the answer to a query as text.
+
+        Raise `NotBuiltIn` with the message `lacking` if the firmware does not have the command.
+        """
         try:
             answers = self.ask(question)
         except SendError:
-            if self._flying is not None:  # not answered at all
+            if self._flying is not None:  # no answer at all
                 raise
             raise NotBuiltIn(lacking) from None
         return (
@@ -416,19 +435,19 @@ class MarlinConversation(Conversation):
         )
 
     def prepare(self) -> None:
-        """Keep the motors on: otherwise a tool change would release them and lose the position (M84 S0)."""
+        """Keep the motors on (M84 S0). Otherwise a tool change could release them and lose the position."""
         self.ask("M84 S0")
 
     def hold(self) -> None:
-        """Send no more lines; the machine comes to rest after the planned moves."""
+        """Stop sending lines. The machine comes to rest after the planned moves."""
         self._held = True
 
     def resume(self) -> None:
-        """Continue sending."""
+        """Send lines again."""
         self._held = False
 
     def step_feed(self, current: int, target: int) -> None:
-        """Set the feed override, rapids included, for moves that are planned from now on."""
+        """Set the feed override for all moves that are planned from now on, rapids included."""
         self._queries.append(f"M220 S{target}")
 
     def home_lines(self) -> str:
@@ -440,18 +459,18 @@ class MarlinConversation(Conversation):
             self.stop()
 
     def zero_line(self, axes: str) -> str:
-        """Return the command that zeroes the current position."""
+        """Return the command that zeroes the given axes at the current position."""
         return "G92 " + " ".join(f"{axis}0" for axis in axes)
 
     def unlock(self) -> bool:
         """Bring the machine to rest and clear its stop condition; raise `SendError` if it does not answer."""
         if self.fresh_status().state == "Run":
             self.stop()
-        self.ask("M999 S1")  # without S1 it would request lines again
+        self.ask("M999 S1")  # without S1, it would request lines again
         return False
 
     def stop(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the spindle if the machine has not moved; otherwise stop the motors at once.
+        """Stop the spindle if the machine has not moved; otherwise stop the motors at once, then the spindle.
 
         Raise `SendError` if the controller no longer answers.
         """
@@ -467,7 +486,7 @@ class MarlinConversation(Conversation):
     def _stop_at_once(self, on_answer: OnAnswer) -> Status:
         self.homed = False
         self._queries.clear()
-        # Without a number, so that it acts before its turn.
+        # Without a number, because it must act before its turn.
         self.write(b"M410\n")
         self._stray += 1
         for answer in self.receive(DROPPED_SECONDS / self.patience):
@@ -492,25 +511,25 @@ class MarlinConversation(Conversation):
         return status
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop the machine: Marlin has no reset over the serial line."""
+        """Stop the machine. Marlin has no reset over the serial line."""
         return self.stop(on_answer)
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
-        """Stop remaining motion after an error; a halted firmware receives nothing."""
+        """Stop remaining motion after an error. Nothing is sent to a firmware that has halted itself."""
         if self._killed:
             return self._keep_status(Status("Alarm"))
         return self.stop(on_answer)
 
     def stop_unanswered(self) -> str:
-        """Send the emergency stop in case the machine still receives."""
+        """Send the emergency stop, in case the machine still receives."""
         self.write(b"M112\n")
         return "M112 (emergency stop) was sent anyway"
 
 
 def _soft_endstops(text: str) -> tuple[bool, XYZ, XYZ]:
-    """Return whether soft end stops are on, and the limits of the travel, mm, from the answer to M211.
+    """Return whether soft end stops are on, and the limits of the travel in mm, from the answer to M211.
 
-    Raise `SendError` if the firmware has no soft end stops, so that the travel is unknown.
+    Raise `SendError` if the firmware has no soft end stops, because the travel is then unknown.
     """
     ends = {match[1].lower(): match for match in _ENDS.finditer(text)}
     if "min" not in ends or "max" not in ends:

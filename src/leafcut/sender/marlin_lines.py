@@ -15,21 +15,21 @@ import re
 from leafcut.errors import shown
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Report, Strange
 
-#: Names of reports that are acted upon; other messages are a `Report` with another name or none.
+#: Names of the reports that leafcut acts upon. Other messages become a `Report` with another name or none.
 RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
     "Resend", "busy", "place", "Unknown command", "Home first", "FIRMWARE_NAME", "Cap", "action",
 )  # fmt: skip
 
 _OK = re.compile(r"ok(\s.*)?")
 _RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d{1,9})", re.IGNORECASE)
-#: Parts of the errors for a corrupted line, in this and other versions; a `Resend:` follows them.
+#: Parts of the errors for a corrupted line in various versions of Marlin. A `Resend:` follows them.
 _LINE_ERRORS = ("checksum", "line number", "expected line")
 _UNKNOWN = re.compile(r".*Unknown command:\s*\"?([^\"]*)\"?\s*$", re.IGNORECASE)
 _HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
 _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
 _NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
 
-#: Part of an error → meaning.
+#: Part of an error text → meaning.
 _ERRORS = {
     "kill() called": "it has stopped everything, motors and spindle off (kill): find the cause, then press its reset",
     "stopped due to errors": "it was stopped by an internal error; unlock it with --unlock (M999) after fixing the "
@@ -45,7 +45,7 @@ _ERRORS = {
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Parse a line of a controller; one with unprintable characters is `Strange` (noise)."""
+    """Convert a line of a controller to an answer. A line with unprintable characters (noise) becomes `Strange`."""
     line = line.strip()
     if not line.isprintable() or "\ufffd" in line:
         return Strange(shown(line))

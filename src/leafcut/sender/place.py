@@ -1,4 +1,4 @@
-"""Find the current line of a program from the machine position; the board does not report the line."""
+"""Find the line that a program executes from the machine position, because boards do not report the line."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
-#: Maximum chord error of an arc, mm; maximum number of chords.
+#: Maximum chord error for arcs, mm; maximum number of chords per arc.
 _SAGITTA, _MAX_CHORDS = 0.02, 360
-#: A position farther than this from every move, mm, is still before the first of them.
+#: Maximum distance of a position from the nearest move, mm. A more distant position lies before the first move.
 _MAX_DISTANCE = 0.25
-#: Moves this close to a position, mm, are equally near. The first counts, so that no move is skipped on resuming.
+#: Tolerance for equal distances, mm. Of equally near moves the first counts, so that resuming skips no move.
 _TIE_TOLERANCE = 0.02
 
 
 class Tracker:
-    """Finds the current line within a range of possible lines."""
+    """Finds the line in execution, among a range of possible lines."""
 
     def __init__(self, path: Toolpath) -> None:
         starts, ends, rows = _chords(path)
@@ -28,7 +28,10 @@ class Tracker:
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
-        """Return the line executed at a position, mm in program coordinates; `first` if no move is near."""
+        """Return the line whose move is nearest to a position; `first` if no move is near.
+
+        The position is in program coordinates, mm. Only the lines `first` to `last` are considered.
+        """
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
             return first
@@ -45,7 +48,7 @@ class Tracker:
 
 
 def _chords(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return chords of all moves with known ends: starts and ends, float64[k, 3], and their rows."""
+    """Return the chords of all moves with known ends: starts and ends, float64[k, 3] mm, and the row of each."""
     before = path.before
     starts: list[Floats] = []
     ends: list[Floats] = []

@@ -1,4 +1,4 @@
-"""The serial port, opened exclusively. Failures are reported in a single line."""
+"""The serial port, opened exclusively. Failures are reported in one line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from leafcut.errors import OptionError, SendError, nearest
 
 #: Baud rate of GRBL (BAUD_RATE).
 BAUD = 115_200
-#: Common baud rates; any other is taken for a mistake.
+#: Baud rates that are accepted; any other is considered a mistake.
 BAUDS = (9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000, 2000000)
 _LONGEST_READ = 4096
 #: Time limit of a write, s.
@@ -19,16 +19,19 @@ _WRITE_SECONDS = 5.0
 
 
 class PortLost(SendError):
-    """The port was lost: unplugged or switched off."""
+    """The port was lost: the cable was unplugged or the machine switched off."""
 
 
 class Port(Protocol):
-    """Interface of a port."""
+    """The interface of a port."""
 
     name: str
 
     def read(self, seconds: float) -> bytes:
-        """Return the bytes received, waiting up to `seconds` for the first; raise `PortLost` if the port is lost."""
+        """Return the bytes received, after a wait of up to `seconds` for the first.
+
+        Raise `PortLost` if the port is lost.
+        """
 
     def write(self, data: bytes) -> None:
         """Send bytes; raise `PortLost` if the port is lost."""
@@ -43,8 +46,8 @@ class SerialPort:
     def __init__(self, name: str, baud: int = BAUD) -> None:
         """Open the port.
 
-        Raise `OptionError` if the port does not exist or is a file or folder, or the baud rate is unknown, and
-        `SendError` if the port is in use, or access is denied.
+        Raise `OptionError` if the port does not exist, is a file or folder, or the baud rate is not a common one.
+        Raise `SendError` if the port is in use, or access is denied.
         """
         serial = _pyserial()
         if baud not in BAUDS:
@@ -63,7 +66,10 @@ class SerialPort:
             raise _refusal(name, problem) from None
 
     def read(self, seconds: float) -> bytes:
-        """Return the bytes received, waiting up to `seconds` for the first."""
+        """Return the bytes received, after a wait of up to `seconds` for the first.
+
+        Raise `PortLost` if the port is lost.
+        """
         import serial
 
         try:
@@ -76,7 +82,7 @@ class SerialPort:
         return first + rest
 
     def write(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes; raise `PortLost` if the port is lost."""
         import serial
 
         try:
@@ -113,7 +119,7 @@ def _refusal(name: str, problem: Exception) -> SendError:
 
 
 def ports() -> list[tuple[str, str]]:
-    """Return the serial ports of this computer: name and description."""
+    """Return (name, description) of each serial port of this computer."""
     _pyserial()
     from serial.tools.list_ports import comports
 
@@ -121,6 +127,6 @@ def ports() -> list[tuple[str, str]]:
 
 
 def ports_in_words() -> str:
-    """Return the list of ports as the end of a message."""
+    """Return the list of ports as the last part of a message."""
     names = [name for name, _ in ports()]
     return f"there are {', '.join(names)}" if names else "no serial port was found; is the machine plugged in?"

@@ -1,8 +1,8 @@
-"""Resume a program at a line after a break, in the state that it has there, approaching from above.
+"""Resume a program at a line after an interruption. The state of the program at that line is restored first.
 
-The tool rises to the program's greatest height and moves over the position, the spindle starts, and the tool descends:
-as a rapid only if the program itself uses a rapid at that height, otherwise at the program's feed. The lines to send
-are read again and must produce the same moves as the program does from there on.
+The tool rises to the program's greatest height and moves above its position, the spindle starts, and the tool
+descends. It descends with a rapid only if the program itself uses a rapid at that height, otherwise at the program's
+feed. The lines to send are read again, and their moves must equal those of the program from that line on.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import SentStep, dwell, in_dialect, steps_of
 
-#: Decimals of a position in mm; the step of a fine board is 0.001 mm.
+#: Decimals of a position in mm; a finely stepped board resolves 0.001 mm.
 _DECIMALS = 4
 _SPINDLE = {1: "M3", -1: "M4"}
 _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
@@ -39,7 +39,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
 
 
 def check_place(from_hole: int | None, from_line: int | None) -> None:
-    """Raise `OptionError` if two resume positions are given."""
+    """Raise `OptionError` if both a hole and a line are given."""
     if from_hole is not None and from_line is not None:
         raise OptionError("--from-hole and --from-line both set the line to resume at; leave one out")
 
@@ -49,8 +49,8 @@ def rest_of(
 ) -> tuple[int, Sequence[SentStep], int | None]:
     """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
 
-    Without a resume position: line 0 and all steps. Raise `OptionError` if the hole or line does not exist, both are
-    given, or the program cannot resume there.
+    Without a hole or line, return line 0 and all steps. Raise `OptionError` if the hole or line does not exist, both
+    are given, or the program cannot be resumed there.
     """
     check_place(from_hole, from_line)
     if from_hole is None and from_line is None:
@@ -66,9 +66,8 @@ def rest_of(
 def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
     """Return the steps that resume a program at a line, and the tool that must be in the spindle (None if not named).
 
-    `height` is the current height of the tool in program Z, mm; the tool never descends before it is above its
-    position. Raise `OptionError`, with the reason, if the program has no block at or after the line, or depends on an
-    unknown state.
+    `height` is the current Z of the tool in program coordinates, mm; the tool does not descend before it is above
+    its position. Raise `OptionError`, with the reason, if no block follows, or if the state at the line is unknown.
     """
     program = job.program
     blocks = np.flatnonzero(program.line >= line)
@@ -87,7 +86,10 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
 
 
 def _place_before(job: SendJob, row: int, line: int) -> XYZ:
-    """Return the tool position before a row; Z is 0 for a laser that never moves Z."""
+    """Return the tool position before a row, mm in program coordinates; Z is 0 for a laser that never moves Z.
+
+    Raise `OptionError` if the position is unknown or no work remains.
+    """
     path = job.program.path
     if row >= len(path):
         raise OptionError(f"--from-line {line}: no work remains after this line")
@@ -129,7 +131,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
             lines.append(dwell(job.dialect, job.machine.spindle_start_s))
     if len(known):
         lines.append(_way_down(job, modal, row, z))
-    # From here on in the modes of the program.
+    # The remaining lines are in the modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
     if job.laser:
@@ -165,7 +167,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
 
 
 def _came_by_rapid(path: Toolpath, row: int) -> bool:
-    """Return whether the last move before a row was a rapid up or sideways, so that its end is clear of material."""
+    """Return whether the last move before a row was a rapid up or sideways, which ends clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
         return False
@@ -180,7 +182,7 @@ def number_in_mm(value: float) -> str:
 
 
 def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
-    """Return the motion mode before a line, and the lines that restore all modes."""
+    """Return the motion mode before a line, and the lines that restore all other modes and the spindle."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
@@ -189,7 +191,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
 
 
 def _units_and_feed(modal: Modal) -> list[str]:
-    """Return units and feed on two lines; on one line, the unit of F would be ambiguous."""
+    """Return the units and the feed as two lines. In one line, the unit of F would be ambiguous."""
     if modal.unit is None:
         return []
     return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
@@ -212,7 +214,7 @@ def _modal_before(job: SendJob, line: int) -> Modal:
 
 
 def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
-    """Return the steps with the active motion mode (G0 to G3) added to the first move that lacks one."""
+    """Return the steps with the active motion mode (G0 to G3) added to the first move that lacks it."""
     done = list(rest)
     for k, step in enumerate(rest):
         if not isinstance(step, SentLine):
@@ -234,7 +236,7 @@ def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
 
 
 def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
-    """Read the lines to send, and raise `OptionError` if their moves differ from the rest of the program."""
+    """Read the lines to send; raise `OptionError` if their moves differ from the rest of the program."""
     texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
     resumed = job_of("\n".join(texts) + "\n", job.file, job.machine, job.dialect, None, _EVERY)
     original_path, resumed_path = job.program.path, resumed.program.path
@@ -255,5 +257,5 @@ def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: 
         raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
 
 
-#: Dangers that were checked when the program was first read.
+#: Codes of dangers that were checked when the program was first read.
 _EVERY = ("L801", "L802", "L803", "L804", "L805", "L806", "L807", "L808")

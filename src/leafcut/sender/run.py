@@ -1,4 +1,4 @@
-"""Run a program on a controller: send lines, process answers, hold, pause, and report the end."""
+"""Run a program on a controller: send lines, process answers, hold, pause, and report the result."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from leafcut.sender.place import Tracker
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
 
-#: Interval of status queries, s; more would take time that the board needs for lines.
+#: Interval of status queries, s. More frequent queries would delay the program.
 STATUS_SECONDS = 0.25
-#: Time without any answer after which the connection is lost, s.
+#: Time without any answer after which the connection counts as lost, s.
 SILENCE_SECONDS = 5.0
-#: Time after which an idle machine with an unanswered line has lost the answer, s.
+#: Time for which an idle machine may leave a line unanswered, s; after it, the answer was lost.
 OWING_SECONDS = 3.0
 _MAX_ERRORS = 20
 
 
 class Request(StrEnum):
-    """Requests of the operator while a program runs."""
+    """A request of the operator while a program runs."""
 
     HOLD = "hold"
     RESUME = "resume"
@@ -56,19 +56,28 @@ _CHANGES = {
 }
 #: Limits of the feed override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
-#: GRBL's state while it decelerates to a hold; it ignores a resume until it is at rest.
+#: GRBL's status while it decelerates to a hold. It ignores a resume until it is at rest.
 _SLOWING = ("Hold", 1)
-#: Statuses to wait for a hold; the first may have been sent before the request arrived.
+#: Number of statuses to await after a hold; the first may have been sent before the request arrived.
 _HELD_BY = 2
 
 
 @dataclass(frozen=True)
 class RunView:
-    """Progress of a program: the `line` in work and the last line `taken` by the controller, from 1.
+    """Progress of a program.
 
-    `hole` is the number of the current hole, 0 before the first; `place` the position in program coordinates, mm, None
-    if not reported; `feed` in mm/min; `override` in percent of the programmed feed. `done_s` and `left_s` are the
-    elapsed and, at this override, the remaining cycle time.
+    Attributes
+    ----------
+    line, taken
+        The line in execution, and the last line that the controller has accepted; both counted from 1.
+    hole
+        Number of the current hole; 0 before the first.
+    place
+        Position in program coordinates, mm; None if not reported.
+    feed, override
+        Feed in mm/min, and override in percent of the programmed feed.
+    done_s, left_s
+        Elapsed cycle time, and remaining cycle time at this override, s.
     """
 
     state: str
@@ -84,25 +93,28 @@ class RunView:
 
 @dataclass(frozen=True)
 class Ending:
-    """The end of a program.
+    """The result of a run.
 
     Attributes
     ----------
     complete
-        Every line was accepted and the machine has come to rest after the last.
+        Every line was accepted and the machine came to rest after the last.
     taken, sent, line
-        Last accepted line, last sent line, and current line. If not `sure`, the machine did not report its position,
-        and it was in that line or a later one.
+        Last accepted line, last sent line, and line in execution.
     hole
-        The hole being drilled or the next one; None if there is none.
+        The hole being drilled or the next hole; None if there is none.
     state
-        Current state of the machine in words; assumed, if the connection is lost.
-    homed, lost
-        The position can be trusted; the machine can no longer be reached, so that `state` is assumed.
+        State of the machine in words; assumed if the connection is lost.
+    homed
+        The position can be trusted.
     place, coordinates
         Last reported position, mm, and the name of its coordinate system.
     errors
-        Of a check: line and error.
+        Result of a check: (line, error).
+    lost
+        The machine can no longer be reached, so `state` is assumed.
+    sure
+        False if the machine did not report its position; it was then in `line` or in a later line.
     """
 
     complete: bool
@@ -121,7 +133,7 @@ class Ending:
 
     @property
     def go_on(self) -> str:
-        """Option that resumes the program here; empty if it has to start again."""
+        """The option that resumes the program at this point; empty if the program has to start again."""
         if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
         if self.hole is not None:
@@ -134,7 +146,7 @@ Prompt = Callable[[Pause, Sequence[str]], str | None]
 
 
 class _Ended(SendError):
-    """The run cannot continue, but the controller can still be reached."""
+    """The run cannot continue, but the controller can be reached."""
 
 
 class _Alarmed(_Ended):
@@ -151,11 +163,11 @@ class _Asked(Exception):
 
 @dataclass
 class SendRun:
-    """Run of one program on one controller.
+    """A run of a program on a controller.
 
-    `prompt` asks the operator at a pause, None without an operator; `observe` is called at every status. With `check`,
-    nothing moves and errors are collected; with `by_hole`, a `Pause` with its number precedes every hole. A prompt that
-    moved the machine sets `touched`; the program then returns to its position.
+    `prompt` asks the operator at a pause; it is None if nobody can be asked. `observe` is called at every status.
+    With `check`, nothing moves and errors are collected. With `by_hole`, a `Pause` precedes every hole. A prompt
+    that has moved the machine sets `touched`; the program then returns to its position.
     """
 
     talk: Conversation
@@ -196,16 +208,16 @@ class SendRun:
         return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
 
     def go_on_to_the_end(self) -> None:
-        """Leave hole-by-hole mode; may be called by the prompt."""
+        """Leave hole-by-hole mode. The prompt may call this."""
         self.by_hole = False
         self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
     def ask(self, request: Request) -> None:
-        """Queue a request; may be called from any thread."""
+        """Queue a request. May be called from any thread."""
         self.requests.append(request)
 
     def run(self) -> Ending:
-        """Send all steps and return the result of the run. On any failure, stop the machine and report its state."""
+        """Send all steps and return the result. On any failure, stop the machine and report its state."""
         if self.prompt is None and not self.check:
             self._skip_first_tool()
         try:
@@ -226,7 +238,10 @@ class SendRun:
             return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
-        """Assume that the first tool is mounted if nobody can be asked; raise `OptionError` at any other pause."""
+        """Assume that the first tool is mounted; raise `OptionError` if the program has another pause.
+
+        This is for runs in which nobody can be asked.
+        """
         fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
         cut = int(fed[0]) if len(fed) else self._first
         first = next((step for step in self.left if isinstance(step, Pause)), None)
@@ -339,7 +354,7 @@ class SendRun:
                 pass
 
     def _take(self, wrong: str = "") -> None:
-        """Process the answer to the oldest unanswered line; `wrong` is its error."""
+        """Process the answer to the oldest unanswered line. `wrong` is its error, or empty."""
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
@@ -387,7 +402,7 @@ class SendRun:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
-        """If the position is unknown, use the earliest possible line, so that no line is skipped."""
+        """If the position is unknown, set the earliest possible line, so that resuming skips no line."""
         if not self._sure:
             self.line = min(self._earliest, max(self.taken, self._first))
 
@@ -413,9 +428,10 @@ class SendRun:
         )
 
     def _pause(self, pause: Pause) -> None:
-        """Ask the operator. Before the program continues, changes made by the operator are undone, except zeros.
+        """Ask the operator, then continue.
 
-        A tool change stops the spindle; it is restarted if it is on in the program.
+        Changes that the operator has made are undone first, except zeros. A tool change stops the spindle; it is
+        restarted if it is on in the program.
         """
         assert self.prompt is not None
         if pause.change and not self.job.laser:
@@ -453,7 +469,7 @@ class SendRun:
             return [str(problem)]
 
     def _come_back(self, pause: Pause, following: int) -> None:
-        """Read origins and position again, and continue at the next line in the program's state there."""
+        """Read origins and position again, and continue at line `following` in the state that the program has there."""
         self._wait_idle()
         self.facts = self.talk.facts()
         check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
@@ -462,7 +478,7 @@ class SendRun:
         try:
             steps, _ = resumed(self.job, following, height)
         except OptionError:
-            # Before the first move of the program, the tool has no position to return to.
+            # Before its first move, the program has no position to which the tool could return.
             motion, lines = modes_before(self.job, following)
             steps = (*lines, *with_motion(list(self.left), motion))
         self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
@@ -487,7 +503,7 @@ class SendRun:
         return self._ending(reason, status)
 
     def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
-        """Stop the machine and report the end; `at_once` if an alarm has stopped it already."""
+        """Stop the machine and return the result. With `at_once`, an alarm has already stopped it."""
         try:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
@@ -533,7 +549,7 @@ class SendRun:
         )
 
     def _lost(self, reason: str) -> Ending:
-        """Describe a machine that cannot be reached: it runs the lines that it has, then rests."""
+        """Return the result for a machine that cannot be reached: it runs the lines that it has, then rests."""
         self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()

@@ -1,4 +1,4 @@
-"""Messages about a run: progress, end, and how to resume."""
+"""Texts about a run: progress, result, and how to resume."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.units import format_time
 
 
 def place_in_words(place: XYZ) -> str:
-    """Return ``X1.000 Y2.000 Z-0.500``."""
+    """Return a position as text: ``X1.000 Y2.000 Z-0.500``."""
     return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
 
 
@@ -26,7 +26,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
 
 
 def ending_in_words(ending: Ending, job: SendJob) -> str:
-    """Return one line about the end of a run: reason, machine state, progress, and how to resume."""
+    """Return the result of a run as one line: reason, machine state, progress, and how to resume."""
     lines = job.steps[-1].number
     if ending.complete:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
@@ -47,7 +47,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
 
 
 def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
-    """Return the end of a run as JSON data."""
+    """Return the result of a run as JSON data."""
     return {
         "program": job.file,
         "complete": ending.complete,
