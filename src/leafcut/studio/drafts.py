@@ -1,4 +1,4 @@
-"""Unsaved texts of machine profiles and tool libraries, kept in the studio's folder until saved or discarded."""
+"""Drafts: unsaved texts of machine profiles and tool libraries, stored until they are saved or discarded."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import Folder
 
-#: Upper limit; profiles have a few kB.
+#: Maximum length of a draft that is written to disk, characters; profiles have a few thousand.
 MAX_CHARACTERS = 200_000
 
 
 class Drafts(MutableMapping[str, str]):
-    """Name → text of the user's own ``machines`` or ``tools``. Names of deleted files are ignored."""
+    """Drafts of the user's own ``machines`` or ``tools``: name → text."""
 
     def __init__(self, folder: Folder, kind: str) -> None:
         self._folder, self._kind = folder, kind
         self._place = folder.root / "drafts" / kind
-        #: Name → text that could not be written.
+        #: Name → text of a draft that is not on disk.
         self._unwritten: dict[str, str] = {}
 
     def __getitem__(self, name: str) -> str:

@@ -1,4 +1,4 @@
-"""The studio's own folder. It holds all uploads; pages cannot name files outside it."""
+"""The studio's own folder. It contains all uploads, and pages cannot name files outside it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError, write_whole
 
-#: Format of an input's id; it cannot be a path.
+#: Format of an upload's id, which cannot be a path.
 _ID = re.compile(r"[A-Za-z0-9_-]{16}")
-#: Valid name of a user's machine or tool library.
+#: Format of the name of a user's machine or tool library.
 _OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
-#: Prefixes of the user's own files, and of built-in sources that are not files.
+#: Prefix of the user's own files; prefixes of built-in sources, which are not files.
 OWN, BUILT_IN = "mine:", ("example:", "random:")
 #: Maximum size of a file, bytes.
 LARGEST_UPLOAD = 64 * 1024 * 1024
@@ -31,7 +31,7 @@ _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
 
 
 def data_folder() -> Path:
-    """Return the user's data folder of the studio, following the XDG base directory specification."""
+    """Return the studio's data folder of this user (XDG base directory specification)."""
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     else:
@@ -40,7 +40,7 @@ def data_folder() -> Path:
 
 
 def safe_name(name: str) -> str:
-    """Return a file name that is valid in a folder, on a command line and in a program's comment."""
+    """Return a file name that is valid in any folder, on a command line and in a comment of a program."""
     last = re.split(r"[/\\]", unicodedata.normalize("NFC", name))[-1]
     kept = "".join(c for c in last if c.isprintable() and c not in '<>:"|?*').strip(" .")
     extension = Path(kept).suffix if len(Path(kept).suffix) < 20 else ""
@@ -54,7 +54,7 @@ def safe_name(name: str) -> str:
 
 
 class Folder:
-    """Folder with uploads, machines and tool libraries of the studio; raises `OutputError` if it cannot be created."""
+    """The folder with the uploads, machines and tool libraries; raises `OutputError` if it cannot be created."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -66,14 +66,14 @@ class Folder:
             raise OutputError(f"{root}: cannot create the studio's folder ({problem.strerror})") from None
 
     def new_input(self, name: str) -> tuple[str, Path]:
-        """Return id and path of a new file to be written."""
+        """Return the id and the path of a new upload, which the caller writes."""
         input_id = secrets.token_urlsafe(12)
         folder = self.inputs / input_id
         folder.mkdir(mode=0o700, parents=True)
         return input_id, folder / safe_name(name)
 
     def add_input(self, name: str, data: bytes) -> str:
-        """Store a file; return its id."""
+        """Store an upload and return its id."""
         input_id, path = self.new_input(name)
         path.write_bytes(data)
         return input_id
@@ -90,17 +90,17 @@ class Folder:
         return files[0]
 
     def source(self, word: str) -> str:
-        """Return the source for an input named by a page: a path in this folder, or a built-in source."""
+        """Return the source for an input that a page names: the path of an upload, or a built-in source."""
         return word if word.startswith(BUILT_IN) else str(self.input_path(word))
 
     def drop_inputs(self, ids: Iterable[str]) -> None:
-        """Remove uploads."""
+        """Delete uploads by their ids."""
         for input_id in ids:
             if _ID.fullmatch(input_id):
                 shutil.rmtree(self.inputs / input_id, ignore_errors=True)
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Remove old uploads that no job uses."""
+        """Delete uploads that are older than a day and not in use."""
         keep, now = set(used), time.time()
         old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
         self.drop_inputs(name for name in old if name not in keep)
@@ -110,13 +110,13 @@ class Folder:
         return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
 
     def own_path(self, kind: str, name: str) -> Path:
-        """Return the path of a user's own file, which need not exist; raise `OptionError` if the name is invalid."""
+        """Return the path of a user's own file, whether or not it exists; raise `OptionError` for an invalid name."""
         if not _OWN.fullmatch(name):
             raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
         return self.root / kind / f"{name}.toml"
 
     def kept_own(self, kind: str, word: str, flag: str) -> Path:
-        """Return the path for ``mine:NAME``, the value of `flag`; raise `OptionError` if the file does not exist."""
+        """Return the path of ``mine:NAME``, the value of `flag`; raise `OptionError` if the file does not exist."""
         name = word.removeprefix(OWN)
         path = self.own_path(kind, name)
         if not path.is_file():
@@ -124,10 +124,10 @@ class Folder:
         return path
 
     def save_own(self, kind: str, name: str, text: str) -> None:
-        """Write a user's own file atomically."""
+        """Write one of the user's own files atomically."""
         write_whole(self.own_path(kind, name), text)
 
     def without_paths(self, line: str) -> str:
-        """Return a message without the studio's folder names, so that it shows file names as the user knows them."""
+        """Return a message with file names as the user knows them, without the folder names of the studio."""
         folder = re.escape(str(self.root) + os.sep)
         return re.sub(folder + r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?", "", line)

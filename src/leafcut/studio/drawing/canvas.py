@@ -1,8 +1,9 @@
-"""Drawing as an element of a NiceGUI page; import it only where the studio runs, since NiceGUI is an extra.
+"""The drawing as an element of a NiceGUI page.
 
-The modules in ``static`` draw in the browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) bypass the
-page's connection: an element sends an address, from which the browser fetches the bytes. The page must define the
-report's colours as CSS variables.
+NiceGUI is an extra, so this module is imported only where the studio runs. The modules in ``static`` draw in the
+browser and do not depend on NiceGUI. Scenes (`studio.drawing.scene`) do not pass through the page's connection: the
+element sends an address from which the browser fetches the bytes. The page must define the report's colours as CSS
+variables.
 """
 
 from __future__ import annotations
@@ -19,32 +20,34 @@ from leafcut.studio.drawing.serving import Serving
 
 STATIC = Path(__file__).parents[1] / "static"
 
-#: Stock with the moves before and after (`studio.drawing.solid`), fetched only when visible.
+#: Layers of the stock before and after the moves (`studio.drawing.solid`), fetched only when they are visible.
 SOLIDS = ("solid_before", "solid_after")
-#: Layers. ``whole``: the entire drawing, faint; ``live``: a moving path or an order changed by hand;
+#: Layers. ``whole``: the entire drawing, faint; ``live``: the path of a running search, or an order edited by hand;
 #: ``differences``: differences of two programs (`studio.drawing.differences`).
 LAYERS = ("whole", "part", "before", "after", "pheromone", "live", "differences", *SOLIDS)
 
 Handler = Callable[[GenericEventArguments], Any]
-#: A scene, or a function that creates it when the browser asks for it.
+#: A scene, or a function that creates it when the browser requests it.
 Shown = bytes | Callable[[], bytes]
 
-# The address contains the time of the newest file, so that browsers cache the modules but notice new ones.
+# The address contains the time of the newest file, so that browsers cache the modules but notice changes.
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
 
 
 class Canvas(Serving, component="../static/canvas_element.js"):
-    """Drawing of a part and its toolpaths.
+    """The drawing of a part and its toolpaths.
 
     Parameters
     ----------
     words
         Texts of the drawing by key.
     layers
-        Initial visibility of layers, by the names of ``static/toolbar.js``.
-    on_select, on_drag
-        Handlers for the selection (``row``, ``hole`` from 0, ``line``, ``stop`` from 1) and for drags (``what``: order
-        or pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
+        Initial visibility of the layers, by the names in ``static/toolbar.js``.
+    on_select
+        Handler for a selection: ``row``, ``hole`` (from 0), ``line``, ``stop`` (from 1).
+    on_drag
+        Handler for a drag: ``what`` (order or pierce), ``number`` (from 1), ``from`` and ``to`` in mm, ``onto``
+        (number of a stop, or None).
     on_origin
         Handler for a dragged program zero: offset ``x`` and ``y``, mm.
     """
@@ -59,7 +62,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         on_origin: Handler | None = None,
     ) -> None:
         super().__init__()
-        #: Scenes by layer, their version numbers and their addresses. The address of a layer never changes, so that a
+        #: Scenes by layer, their version numbers and their addresses. The address of a layer is constant, so that a
         #: slow browser fetches the newest scene.
         self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
@@ -70,7 +73,10 @@ class Canvas(Serving, component="../static/canvas_element.js"):
                 self.on(name, handler)
 
     def show(self, scene: Shown, layer: str) -> None:
-        """Show a scene in one of `LAYERS`; a callable runs in a thread. Raise `OptionError` for an unknown layer."""
+        """Show a scene in one of `LAYERS`.
+
+        A function is called in a thread. Raise `OptionError` for an unknown layer.
+        """
         if layer not in LAYERS:
             raise OptionError(f"the drawing has no layer '{layer}'; its layers are: {', '.join(LAYERS)}")
         if layer not in self._addresses:
@@ -90,7 +96,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         return self
 
     def hide(self, layer: str) -> None:
-        """Remove a layer."""
+        """Remove a layer from the drawing."""
         if self._scenes.pop(layer, None) is not None:
             self._send_scenes()
 
@@ -100,36 +106,36 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         self.update()
 
     def set_placement(self, travel: Mapping[str, Any] | None, *, movable: bool) -> None:
-        """Set the machine's travel (``box``, ``known``, ``fits``, ``machine``) and whether zero can be dragged."""
+        """Set the machine's travel (`MachineTravel.as_shown`), and whether program zero can be dragged."""
         placement = {"travel": dict(travel) if travel else None, "movable": movable}
         if placement != self.props["placement"]:
             self.props["placement"] = placement
             self.update()
 
     def fit(self) -> None:
-        """Zoom to fit."""
+        """Zoom so that the entire drawing is visible."""
         self.run_method("fit")
 
     def clear_selection(self) -> None:
-        """Clear the selection, without an event: a late one would clear what was selected since."""
+        """Clear the selection without an event, because a late event would clear a newer selection."""
         self.run_method("clearSelection")
 
     def select_stop(self, stop: int) -> None:
-        """Select a stop of the edited order by its number in the toolpath, from 1, without an event."""
+        """Select a stop of the edited order, without an event. `stop` is its number in the toolpath, from 1."""
         self.run_method("selectStop", stop)
 
     def select_difference(self, index: int) -> None:
-        """Select a difference of two programs by index and pan to it."""
+        """Select a difference of two programs by its index, and pan to it."""
         self.run_method("selectDifference", index)
 
     def show_line(self, line: int) -> None:
-        """Select the moves of a program line and pan to them."""
+        """Select the moves of a program line, and pan to them."""
         self.run_method("showLine", line)
 
     def set_tool(
         self, place: tuple[float, float] | None, *, cuts: bool = False, going_to: tuple[float, float] | None = None
     ) -> None:
-        """Show the machine's position, mm in program coordinates, filled if it `cuts`, and the next hole."""
+        """Show the machine's position (mm in program coordinates, filled if the tool `cuts`), and the next hole."""
         tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
         self.run_method("setTool", tool)
 

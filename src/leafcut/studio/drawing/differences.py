@@ -1,7 +1,7 @@
-"""Scene with the differences of two programs: missing and added moves, drawn over both.
+"""The scene with the differences of two programs: missing and added moves, drawn over both toolpaths.
 
-The scene is of kind ``differences`` (format: `studio.drawing.scene`). Its header has ``differences``: kind, words, and
-line in the original and in the new program (0: none) of each. Its blocks are
+The scene is of kind ``differences`` (format: `studio.drawing.scene`). Its header has ``differences``, a list with an
+entry for each difference: kind, text, and line in the original and in the new program (0: none). Its blocks are
 
 =========== ======== ============================================================================================
 ``mark``    f4 × 4   position, index of the difference, and change (0 missing, 1 added, 2 changed)
@@ -25,12 +25,12 @@ from leafcut.report.wording import clean
 from leafcut.studio.drawing.scene import packed
 
 _CHORDS = 32
-#: Maximum number of marks drawn for one difference.
+#: Maximum number of pairs of lines that are drawn for a difference.
 _MAX_MARKS = 200
 
 
 class Change(IntEnum):
-    """Kind of difference that the drawing distinguishes."""
+    """The kinds of differences that the drawing distinguishes."""
 
     MISSING = 0
     ADDED = 1
@@ -38,7 +38,7 @@ class Change(IntEnum):
 
 
 def differences_scene(differences: Sequence[Difference], original: Toolpath, new: Toolpath) -> bytes:
-    """Return a scene with the differences of two programs that have line numbers."""
+    """Return the scene with the differences of two programs. The toolpaths must have line numbers."""
     marks: list[tuple[float, float, int, Change]] = []
     strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
     moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
@@ -90,7 +90,7 @@ def change_of(difference: Difference) -> Change:
 
 
 def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
-    """Return the points of a row in plan view, float64[k, 2]; empty if its end is unknown."""
+    """Return the points of a row in plan view, float64[k, 2] mm; empty if its end is unknown."""
     start, end = path.before[row, :2], path.end[row, :2]
     end = np.where(np.isfinite(end), end, start)
     if not np.isfinite(end).all():

@@ -1,4 +1,4 @@
-"""Manual changes of an order, with undo, written as an order file (holes) or a plan file (cuts of a sheet)."""
+"""Manual changes of an order, with undo. The result is an order file (holes) or a plan file (cuts of a sheet)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,27 @@ from leafcut.geometry.arrays import Point
 from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")
-#: Limits for a saved order: undo steps, and characters of all steps.
+#: Limits for a stored order: number of undo steps, and characters of all steps together.
 _MAX_STEPS, _MAX_LETTERS = 30, 1_000_000
 
 
 @dataclass(frozen=True)
 class OrderStop:
-    """A stop of an edited order.
+    """A stop of an edited order: a hole or a cut.
 
-    `name` is its number in the initial order, from 1; `place` in mm. A `held` stop has a fixed rank in the order; the
-    search chooses the rank of others. `sign` shows another change: ``↻`` or ``↺`` for a clockwise or counter-clockwise
-    direction, ``⇄`` for another direction; empty for none. `moved`: its position differs from the toolpath.
+    Attributes
+    ----------
+    name
+        Number of the stop in the initial order, from 1.
+    place
+        Position, mm.
+    held
+        Whether the rank in the order is fixed; otherwise the search chooses it.
+    sign
+        Mark of another change: ``↻`` or ``↺`` for a clockwise or counter-clockwise direction, ``⇄`` for any other
+        changed direction; empty for none.
+    moved
+        Whether the position differs from that in the toolpath.
     """
 
     name: int
@@ -36,7 +46,10 @@ class OrderStop:
 
 
 class Undoable(Generic[State]):
-    """A state with undo and redo; stops are identified by `OrderStop.name`, and `option` takes the file."""
+    """A state with undo and redo.
+
+    Stops are identified by `OrderStop.name`; `option` is the option that receives the file.
+    """
 
     option: str
 
@@ -46,7 +59,7 @@ class Undoable(Generic[State]):
         self._after: list[State] = []
 
     def change(self, state: State) -> None:
-        """Set a new state."""
+        """Set a new state as an undoable step."""
         if state != self.state:
             self._before.append(self.state)
             self._after.clear()
@@ -58,7 +71,7 @@ class Undoable(Generic[State]):
         return bool(self._before) and self.state != self._before[0]
 
     def as_plain(self) -> dict[str, Any]:
-        """Return the state and its undo and redo steps as plain values."""
+        """Return the state with its undo and redo steps as plain values for JSON."""
         max_steps = min(_MAX_STEPS, _MAX_LETTERS // len(json.dumps(self.state)))
         before, after = (
             steps[len(steps) - max_steps :] if len(steps) > max_steps else steps
@@ -67,7 +80,7 @@ class Undoable(Generic[State]):
         return {"state": self.state, "before": list(before), "after": list(after)}
 
     def take_plain(self, plain: Mapping[str, Any]) -> None:
-        """Restore the result of `as_plain`; ignore invalid states and states with other parts."""
+        """Restore the result of `as_plain`. Invalid states and states with other parts are ignored."""
         steps = [_frozen(plain.get(name)) for name in ("before", "after")]
         state = _frozen(plain.get("state"))
         try:
@@ -80,15 +93,15 @@ class Undoable(Generic[State]):
             self.state, self._before, self._after = state, [*first, *steps[0]], list(steps[1])
 
     def parts(self, state: State) -> Any:
-        """Return the parts of a state in any order; states with equal parts are compatible."""
+        """Return the parts of a state, independent of their order. States with equal parts are compatible."""
         raise NotImplementedError
 
     def undo(self) -> bool:
-        """Undo; return whether there was a step."""
+        """Undo the last step; return whether there was a step."""
         return self._go(self._before, self._after)
 
     def redo(self) -> bool:
-        """Redo; return whether there was a step."""
+        """Redo the last undone step; return whether there was a step."""
         return self._go(self._after, self._before)
 
     def _go(self, source: list[State], target: list[State]) -> bool:
@@ -103,12 +116,15 @@ def _frozen(plain: Any) -> Any:
     return tuple(_frozen(value) for value in plain) if isinstance(plain, list | tuple) else plain
 
 
-#: For each operation: the ordered holes, and the number of leading holes whose order is fixed.
+#: For each operation: its holes in order, and the number of leading holes whose order is fixed.
 HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 
 
 class HoleOrder(Undoable[HoleOrders]):
-    """Order of the holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
+    """The order of the holes of every operation.
+
+    `operations` maps operations to holes; `xy` is float64[holes, 2] in mm.
+    """
 
     def __init__(self, operations: dict[int, tuple[int, ...]], xy: NDArray[np.float64]) -> None:
         super().__init__(tuple((holes, len(holes)) for _, holes in sorted(operations.items())))
@@ -128,7 +144,7 @@ class HoleOrder(Undoable[HoleOrders]):
         self.change((*self.state[:k], (tuple(holes), n_fixed), *self.state[k + 1 :]))
 
     def move(self, stop: int, onto: int) -> None:
-        """Move a hole to the rank of another in its operation."""
+        """Move a hole to the rank of another hole of the same operation."""
         (k, hole), (target_k, target) = self._at(stop), self._at(onto)
         if k != target_k:
             raise OptionError("these holes use different tools; the order can be changed only within one tool")
@@ -140,7 +156,7 @@ class HoleOrder(Undoable[HoleOrders]):
         self._with(k, holes, n_fixed + (new_rank < n_fixed) - (old_rank < n_fixed))
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Move a hole to the start or the end; as the last hole it fixes the order of all others."""
+        """Move a hole to the start or the end of its operation. As the last hole, it fixes the order of all others."""
         k, hole = self._at(stop)
         holes, n_fixed = self.state[k]
         rest = [h for h in holes if h != hole]
@@ -150,21 +166,21 @@ class HoleOrder(Undoable[HoleOrders]):
             self._with(k, [*rest, hole], len(holes))
 
     def reverse(self, stop: int) -> None:
-        """Reverse the order of an operation."""
+        """Reverse the order of the holes of an operation."""
         k, _ = self._at(stop)
         self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
 
     def place(self, stop: int, to: Point) -> None:
-        """Refuse: holes cannot be moved."""
+        """Raise `OptionError`: holes cannot be moved."""
         raise OptionError("holes cannot be moved; drop one onto another to take its place in the order")
 
     def free_after(self, stop: int) -> None:
-        """Fix the order of an operation's holes up to this one."""
+        """Fix the order of an operation's holes up to this hole, and release the order of later holes."""
         k, hole = self._at(stop)
         self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
     def stops(self) -> list[OrderStop]:
-        """Return all holes in their order."""
+        """Return all holes in their current order."""
         names = {stop: name for name, stop in enumerate(self._stops, 1)}
         return [
             OrderStop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), rank < n_fixed)
@@ -173,7 +189,7 @@ class HoleOrder(Undoable[HoleOrders]):
         ]
 
     def text(self) -> str:
-        """Return the order file."""
+        """Return the text of the order file."""
         fixed = {n: order[:fixed] for n, (order, fixed) in zip(self._numbers, self.state, strict=True)}
         return order_text(fixed, drawing_of(self._xy.tolist()))
 
@@ -189,7 +205,7 @@ _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
 class CutOrder(Undoable[tuple[str, ...]]):
-    """Cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
+    """The cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
 
     def __init__(self, text: str) -> None:
         self._plan: dict[str, Any] = json.loads(text)
@@ -199,7 +215,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._starts = {row["number"]: row["start"] for row in self._rows() if "start" in row}
 
     def parts(self, state: tuple[str, ...]) -> Any:
-        """Return number and contours of each cut, sorted by number."""
+        """Return the number and contours of each cut, sorted by number."""
         rows = sorted((json.loads(row) for row in state), key=lambda row: int(row["number"]))
         return [(row["number"], row["contours"]) for row in rows]
 
@@ -220,7 +236,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
-        """Move a cut to the rank of another and fix the whole order, since the rank depends on both neighbours."""
+        """Move a cut to the rank of another cut. This fixes the whole order."""
         rows = self._rows()
         row, target = self._find(rows, stop), self._find(rows, onto)
         rank = rows.index(target)
@@ -231,7 +247,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Move a cut to the start or the end; this fixes the whole order."""
+        """Move a cut to the start or the end. This fixes the whole order."""
         numbers = [row["number"] for row in self._rows()]
         self.move(stop, numbers[0] if first else numbers[-1])
 
@@ -254,7 +270,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix the order up to this cut; later cuts only have to follow it."""
+        """Fix the order up to this cut, and release later cuts, which only have to follow it."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
         for row in rows:
@@ -265,7 +281,10 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._keep(rows)
 
     def stops(self) -> list[OrderStop]:
-        """Return all cuts in their order, at their starts; the whole order counts as held until part of it is fixed."""
+        """Return all cuts in their current order, at their start points.
+
+        Until part of the order is fixed, all cuts count as held.
+        """
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)
         return [
@@ -280,17 +299,17 @@ class CutOrder(Undoable[tuple[str, ...]]):
         ]
 
     def text(self) -> str:
-        """Return the plan file."""
+        """Return the text of the plan file."""
         cuts = [{key: value for key, value in row.items() if key != "number"} for row in self._rows()]
         return json.dumps({**self._plan, "cuts": cuts}, indent=1) + "\n"
 
 
-#: An order edited by hand.
+#: An order that is edited by hand.
 Edited = HoleOrder | CutOrder
 
 
 def cuts_one_by_one(text: str) -> bool:
-    """Return whether every row of a plan file is a single cut with a start."""
+    """Return whether every row of a plan file is a single cut with a start point."""
     return all(
         "start" in row and not row.get("bridge") and len(row["contours"]) == 1 for row in json.loads(text)["cuts"]
     )

@@ -1,16 +1,16 @@
-"""Element that shows the lines of a program, optionally beside the original.
+"""The element that shows the lines of a program, optionally beside the original.
 
 It sends a scene of kind ``program`` (format: `studio.drawing.scene`) with the blocks
 
 =========== ======== =============================================================================================
 ``text``    u1       the program, UTF-8
-``other``   u1       the original, UTF-8; empty without one
+``other``   u1       the original, UTF-8; empty without an original
 ``pair``    u4 × 2   old line and new line, from 1, of all lines in both (`line_match.line_pairs`)
 ``missing`` u4       lines of the original whose work the program lacks
 ``added``   u4       lines of the program whose work the original lacks
 =========== ======== =============================================================================================
 
-and ``beside`` in the header if both are shown initially.
+and ``beside`` in the header if both programs are visible initially.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ def program_scene(
 
 
 class ProgramText(Serving, component="../static/gcode_element.js"):
-    """Lines of a program; selection and playback are linked with a drawing in both directions.
+    """The lines of a program. Selection and playback are linked with a drawing in both directions.
 
-    The program of `drawing` is shown unless `source` is given: it returns a `program_scene`, and is called in a thread
-    when a browser asks for it. `words` are the texts of the drawing by key.
+    By default, the program of `drawing` is shown. `source` returns another `program_scene`; it is called in a thread
+    when a browser requests it. `words` are the texts of the element by key.
     """
 
     def __init__(self, drawing: Canvas, words: Mapping[str, str], source: Callable[[], bytes] | None = None) -> None:

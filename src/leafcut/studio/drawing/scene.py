@@ -93,7 +93,7 @@ CLOSED = 16
 
 #: Chord tolerance for arcs of missing work, mm.
 MISSING_CHORDS = 0.05
-#: Maximum number of issues that are shown one by one, and of positions of one issue.
+#: Maximum number of issues that are shown individually, and of positions of one issue.
 MAX_ISSUES = 500
 
 _LEAD_TOLERANCE = 0.02
@@ -104,7 +104,10 @@ Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
 def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
-    """Return the scene of a part, `filled` as metal; `tools` is hole index → tool number, if known."""
+    """Return the scene of a part, `filled` as metal if requested.
+
+    `tools` maps hole indices to tool numbers, if known.
+    """
     x0, y0, x1, y1 = part.extents
     origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
     hole = np.column_stack([part.hole_xy - origin, part.diameters])
@@ -171,13 +174,13 @@ def unitless(part: Part) -> bool:
 
 
 def nest_scene(nest: Nest, layout: Layout) -> bytes:
-    """Return one sheet of a nest as a part scene: its edge and the parts on it."""
+    """Return one sheet of a nest as a part scene: the edge of the sheet and its parts."""
     edges = (Contour(path, "sheet") for path in nest.stock_of(layout).paths)
     return part_scene(Part(name="nest", holes=(), contours=(*edges, *nest.contours(layout))), filled=True)
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
-    """Return the toolpath of an outcome; raise `PlanError` if the drilling cycles expand to too many moves."""
+    """Return the scene of an outcome's toolpath; raise `PlanError` if its drilling cycles expand to too many moves."""
     shown = report_of(outcome)
     before, _, after = shown.stated()
     measure = before if which == "before" else after
@@ -195,7 +198,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
-    """Return the part of an outcome, every hole with the last tool that works on it."""
+    """Return the part scene of an outcome. Every hole has the number of the last tool that works on it."""
     tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     part = outcome.part
     planned = (issue for issue in outcome.missing if issue not in part.issues)
@@ -206,11 +209,11 @@ def toolpath_scene(
     path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False,
     part: Part | None = None, cleared: float = 0.0, measured: Measure | None = None, untimed: bool = False,
 ) -> bytes:  # fmt: skip
-    """Return any toolpath as the machine runs it.
+    """Return the scene of a toolpath as the machine runs it.
 
-    `text` is the program of its lines, `part` the part it passes through, `cleared` the width that a mill clears, mm,
-    and `measured` the source of its time. The player shows the progress of an `untimed` path, but no time. Raise
-    `PlanError` if the drilling cycles expand to too many moves.
+    `text` is its program, `part` the part that it machines, and `cleared` the width that a mill clears, mm.
+    `measured` is a measurement that determines the time. For an `untimed` path, the player shows the progress but no
+    time. Raise `PlanError` if the drilling cycles expand to too many moves.
     """
     return _toolpath(
         playback(path, machine, beam, measured=measured),
@@ -227,7 +230,7 @@ def toolpath_scene(
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
-    """Return edges between points (float[n, 2], mm; int[k, 2]) and their strengths (float[k], 0 … 1)."""
+    """Return the scene of edges between points (float[n, 2], mm; int[k, 2]) with their strengths (float[k], 0 to 1)."""
     header, point = _points(points)
     columns: Columns = {
         "point": ("f4", point),
@@ -238,13 +241,13 @@ def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) ->
 
 
 def path_scene(points: ArrayLike) -> bytes:
-    """Return a path through points (float[n, 2], mm) in the order of visits."""
+    """Return the scene of a path through points (float[n, 2], mm) in the order of visits."""
     header, point = _points(points)
     return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
 def edited_scene(stops: Sequence[OrderStop]) -> bytes:
-    """Return an order edited by hand as a numbered path."""
+    """Return the scene of an order edited by hand, as a numbered path."""
     header, point = _points([stop.place for stop in stops])
     signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
     columns: Columns = {
@@ -265,7 +268,7 @@ def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
 
 
 def packed(header: dict[str, Any], columns: Columns) -> bytes:
-    """Return header and blocks as one scene."""
+    """Return a header and its blocks as the bytes of a scene."""
     blocks, parts, offset = {}, [], 0
     for name, (kind, column) in columns.items():
         data = np.ascontiguousarray(column, dtype=f"<{kind}").tobytes()
@@ -312,7 +315,7 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
 
 
 def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the smallest and the largest known x and y of all rows, including arcs; NaN if none is known."""
+    """Return the smallest and the largest known x and y of all rows, mm, including arcs; NaN if none is known."""
     places = rows.place[:, :2]
     every = [places[np.isfinite(places).all(axis=1)]]
     centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T
@@ -325,7 +328,7 @@ def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the vertices of all outlines, float64[n, 3], and a row for each (block ``outline``)."""
+    """Return the vertices of all outlines, float64[n, 3], and the rows of the block ``outline``."""
     every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
     for number, pocket in enumerate(pockets, 1):
         every.append((pocket.outline, "pocket", number))
@@ -369,7 +372,7 @@ def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
 
 
 def _issue_places(part: Part) -> NDArray[np.float64]:
-    """Return known positions of issues: x, y and index of the issue, float64[k, 3]."""
+    """Return the known positions of issues, float64[k, 3]: x and y in mm, and index of the issue."""
     named = [(h.handle, (h.x, h.y)) for h in part.holes if h.handle]
     named += [(c.handle, c.path.start) for c in part.contours if c.handle]
     of_handle = dict(reversed(named))

@@ -1,4 +1,4 @@
-"""`Serving`: page element whose data the browser fetches instead of receiving it through the page's connection."""
+"""`Serving`: a page element whose data the browser fetches by HTTP instead of through the page's connection."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from nicegui.dependencies import dynamic_resources, register_dynamic_resource
 from nicegui.element import Element
 from starlette.responses import Response
 
-#: Time for which data of a removed element stay available, s.
+#: Time for which the data of a removed element remain available, s.
 _FAREWELL = 30.0
 
 
 class Serving(Element):
-    """An element with secret addresses that expire with it."""
+    """An element that serves data at secret addresses, which expire with the element."""
 
     def __init__(self) -> None:
         super().__init__()
         self._served: list[str] = []
 
     def serve(self, kind: str, source: Callable[[], bytes | None]) -> str:
-        """Return an address that serves the bytes of `source`, called in a thread; None gives 204 No Content."""
+        """Return an address that serves the bytes of `source`.
+
+        `source` is called in a thread; None means 204 No Content.
+        """
         name = f"leafcut-{kind}-{secrets.token_urlsafe(12)}"
 
         def answer() -> Response:
@@ -35,7 +38,7 @@ class Serving(Element):
         return f"/_nicegui/{nicegui_version}/dynamic_resources/{name}"
 
     def _handle_delete(self) -> None:
-        # A page may already have requested the data of a removed element, so keep serving them for a while.
+        # A page may have requested the data of an element just before its removal.
         try:
             asyncio.get_running_loop().call_later(_FAREWELL, self._end_serving)
         except RuntimeError:

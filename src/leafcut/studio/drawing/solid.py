@@ -59,16 +59,16 @@ from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
 from leafcut.studio.drawing.scene import Columns, packed
 
-#: Length of the cutting part of a tool, in diameters, if its library does not state it.
+#: Length of a tool's cutting part, in diameters, if its library does not state it.
 _FLUTES = 3.0
-#: Maximum number of pieces of a shank and a holder that are drawn.
+#: Maximum number of drawn segments of a shank and a holder.
 _MAX_BODIES = 4
-#: Heights that differ by less are equal, mm; maximum number of different positions that are listed.
+#: Tolerance for equal heights, mm; maximum number of listed differences.
 _TOLERANCE, _MAX_PLACES = 0.01, 200
 
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
-    """Return the stock of an outcome with the moves before and after, or the reason why it is not shown."""
+    """Return the scenes of an outcome's stock before and after, or scenes with the reason why it cannot be shown."""
     stock = report_of(outcome).stock()
     return _scenes(
         _ShownRun(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
@@ -81,12 +81,18 @@ def compared_solid_scenes(
     second: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return one block as cut by each of two toolpaths, with the differences, or why it is not shown."""
+    """Return the scenes of a block as cut by each of two toolpaths, with the differences of the results.
+
+    If the stock cannot be shown, both scenes contain the reason.
+    """
     return _scenes(_shown_run(*first, measured[0]), _shown_run(*second, measured[1]))
 
 
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
-    """Return the stock that a toolpath cuts, or the reason why it is not shown; `measured` gives its time."""
+    """Return the scene of the stock that a toolpath cuts, or a scene with the reason why it cannot be shown.
+
+    `measured` is a measurement that determines the time.
+    """
     shown = _shown_run(path, machine, stock, measured)
     try:
         return _packed(solid_of(path, stock), shown.rows())
@@ -137,7 +143,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
 
 
 def in_words(scene: bytes, say: Callable[[str], str]) -> bytes:
-    """Return a scene with the reason why no stock is shown, if any, in the user's language."""
+    """Return the scene; if it contains a reason why no stock is shown, translate the reason with `say`."""
     size = int.from_bytes(scene[8:12], "little")
     header = json.loads(scene[16 : 16 + size])
     return packed({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
@@ -147,7 +153,7 @@ _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0],
 
 
 def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
-    """Return the cell nearest to the middle of a group of cells, with the heights of both fields, mm."""
+    """Return x and y of the cell nearest to the middle of a group of cells, and its height in both fields, mm."""
     row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
     field = left[0]
     heights = [float(each.heights[row, column]) for each in left]
@@ -195,7 +201,7 @@ def _packed(
 
 
 def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the first row of the scene for each row of the moves' path, and start and end time of each move, s."""
+    """Return the first scene row of each path row, and the start and end time of each move, s."""
     path_rows, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
     first = np.searchsorted(rows.of, path_rows)
     seconds = np.bincount(rows.of, weights=rows.seconds, minlength=count)

@@ -1,4 +1,4 @@
-"""Small images of a drawing for each kind of process: its objects are emphasized, the rest is faint."""
+"""Thumbnails of a drawing for each kind of work. The objects of that work are emphasized, the rest is faint."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Hole, Part
 
-#: Size and margin of an image, in its own units.
+#: Width, height and margin of a thumbnail, in its own units.
 WIDTH, HEIGHT, MARGIN = 96, 56, 4
-#: Maximum number of outlines and holes, of points, and minimum distance of points: more would not be visible.
+#: Maximum number of outlines and of holes, maximum number of points, minimum distance of points.
 _MAX_HOLES, _MAX_POINTS, _MIN_STEP = 1_500, 6_000, 0.5
 _TOLERANCE = 0.15
-#: Smaller objects become dots.
+#: Objects smaller than this become dots.
 _SMALL = 1.0
 
 
 class Thumbnails:
-    """Images of a drawing; its SVG paths are built once."""
+    """Thumbnails of a drawing. The SVG paths of its objects are built once."""
 
     def __init__(self, whole: Part) -> None:
         frame = _Frame(_around(whole))
         sizes = np.array([_size(c.path) for c in whole.contours])
         left = _MAX_POINTS
         self._contours: dict[int, str] = {}
-        # Largest first, so that only the smallest are left out.
+        # Largest first, so that only the smallest objects are omitted.
         for k in np.argsort(-sizes, kind="stable")[:_MAX_HOLES].tolist():
             if left <= 0:
                 break
@@ -37,10 +37,10 @@ class Thumbnails:
     def picture(
         self, contours: NDArray[np.bool_] | None, holes: NDArray[np.bool_] | None, style: str
     ) -> dict[str, str]:
-        """Return an image as SVG path data: ``strong``, ``faint``, and ``style``.
+        """Return a thumbnail as SVG path data: ``strong``, ``faint``, and ``style``.
 
-        `contours` and `holes`, bool[n], mark the emphasized objects; None for none. Of the styles (`Process.pictured`),
-        ``holes`` and ``areas`` are filled, ``lines`` are not.
+        `contours` and `holes`, bool[n], mark the emphasized objects; None marks none. The styles
+        (`Process.pictured`) ``holes`` and ``areas`` are filled, ``lines`` are not.
         """
         paths: dict[bool, list[str]] = {True: [], False: []}
         for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
@@ -82,7 +82,7 @@ class _Frame:
 
 
 def _around(whole: Part) -> tuple[float, float, float, float]:
-    """Return the bounding box of the drawing; the extents of a part contain only the centres of holes."""
+    """Return the bounding box of a drawing with its hole edges; `Part.extents` contains only hole centres."""
     x0, y0, x1, y1 = whole.extents
     for hole in whole.holes:
         r = 0.5 * hole.diameter
@@ -96,7 +96,7 @@ def _size(path: Polyline) -> float:
 
 
 def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the indices of points to draw; consecutive points in the same grid cell are dropped."""
+    """Return the indices of the points to draw. Of consecutive points in the same grid cell, only the first is kept."""
     cells = np.round(places / _MIN_STEP)
     new = np.ones(len(places), dtype=np.bool_)
     new[1:] = np.any(cells[1:] != cells[:-1], axis=1)

@@ -1,4 +1,7 @@
-"""History of jobs: one SQLite file in the studio's folder, written at once, so that it survives a restart."""
+"""The history of jobs: an SQLite file in the studio's folder.
+
+Jobs are stored at once and therefore survive a restart.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from leafcut.files.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.task import Task
 
-#: Suffixes of SQLite's files: the database and its two companions.
+#: Suffixes of SQLite's files: the database and its two companion files.
 BESIDE = ("", "-wal", "-shm")
 _TABLES = """
 CREATE TABLE IF NOT EXISTS job (
@@ -39,20 +42,20 @@ CREATE TABLE IF NOT EXISTS message (
     PRIMARY KEY (job, number)
 );
 """
-#: zlib level with most of the compression for a tenth of the time.
+#: zlib level with most of the compression in a tenth of the time.
 _LEVEL = 3
 
 
 class JobState(StrEnum):
-    """State of a job."""
+    """The state of a job."""
 
     WAITING = "waiting"
     RUNNING = "running"
     DONE = "done"
-    STOPPED = "stopped"  # stopped by the user; the best result so far is kept
+    STOPPED = "stopped"  # stopped by the user; the best result is stored
     FAILED = "failed"
     CANCELLED = "cancelled"
-    INTERRUPTED = "interrupted"  # the studio ended while it ran
+    INTERRUPTED = "interrupted"  # the studio ended during the job
 
     @property
     def over(self) -> bool:
@@ -61,13 +64,13 @@ class JobState(StrEnum):
 
     @property
     def kept(self) -> bool:
-        """Whether there is a result."""
+        """Whether the job has a result."""
         return self in (JobState.DONE, JobState.STOPPED)
 
 
 @dataclass(frozen=True)
 class Artefact:
-    """A file created by a job."""
+    """A file that a job has created."""
 
     file_name: str
     media_type: str
@@ -75,13 +78,13 @@ class Artefact:
 
     @property
     def text(self) -> str:
-        """Content as text, in the encoding of the media type."""
+        """The content as text, decoded by the charset of the media type."""
         return self.data.decode(self.media_type.partition("charset=")[2] or "utf-8", "replace")
 
 
 @dataclass(frozen=True)
 class JobRecord:
-    """Entry of a job in the history; `figures` are the numbers shown in lists."""
+    """A job in the history. `figures` are the numbers for lists."""
 
     id: str
     title: str
@@ -95,7 +98,11 @@ class JobRecord:
 
 @dataclass(frozen=True)
 class SearchTerm:
-    """A term that matches title, command, option values, message or date, or the given `options` and `states`."""
+    """A search term.
+
+    It matches if the word occurs in the title, command, option values, message or date, or if the job has one of the
+    given `options` or `states`.
+    """
 
     word: str
     options: tuple[str, ...] = ()
@@ -103,10 +110,10 @@ class SearchTerm:
 
 
 class History:
-    """Stored jobs, newest first; thread-safe.
+    """The stored jobs, newest first; thread-safe.
 
-    Raise `OutputError` if the file cannot be opened or written. A damaged file is renamed, and a new one is created.
-    Raise `DataError` if a newer leafcut wrote the file, which stays unchanged.
+    Raise `OutputError` if the file cannot be opened or written. A damaged file is renamed, and a new file is
+    created. Raise `DataError` if a newer leafcut wrote the file, which stays unchanged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -139,7 +146,10 @@ class History:
         return connection
 
     def _keep_private(self) -> None:
-        """Create the file with owner-only permissions before SQLite opens it; SQLite copies them to its companions."""
+        """Create the file with owner-only permissions before SQLite opens it.
+
+        SQLite copies them to its companion files.
+        """
         try:
             os.close(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600))
             for suffix in BESIDE:
@@ -150,7 +160,7 @@ class History:
             raise OutputError(f"{self._path}: cannot open the history ({problem.strerror})") from None
 
     def _set_aside(self) -> None:
-        """Rename a damaged file and its companions, which must not be used with the new file."""
+        """Rename a damaged file and its companion files, which must not be used with the new file."""
         mark = f"damaged-{time.time():.0f}"
         for suffix in BESIDE:
             file = self._path.with_name(self._path.name + suffix)
@@ -176,7 +186,7 @@ class History:
             return self._connection.execute(query, values).fetchall()
 
     def add(self, job: str, title: str, task: Task, created: float) -> None:
-        """Add a waiting job."""
+        """Add a job in the state ``waiting``."""
         with self._writing() as connection:
             connection.execute(
                 "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
@@ -199,7 +209,7 @@ class History:
         artefacts: dict[str, Artefact] | None = None,
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Store the result of a job: its answer with a schema number, its files, and `messages` (seconds, text)."""
+        """Store the end of a job: state, answer, figures, files, and `messages` as (seconds, text)."""
         packed = None if answer is None else zlib.compress(json.dumps(numbered(ANSWER, answer)).encode(), _LEVEL)
         files = [
             (job, name, artefact.file_name, artefact.media_type, zlib.compress(artefact.data, _LEVEL))
@@ -215,7 +225,7 @@ class History:
             connection.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", rows)
 
     def interrupt(self) -> None:
-        """Mark all unfinished jobs as interrupted; called at the studio's start."""
+        """Mark all unfinished jobs as interrupted. The studio calls this when it starts."""
         with self._writing() as connection:
             connection.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
@@ -228,13 +238,13 @@ class History:
         return _record(rows[0]) if rows else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
-        """Return the newest jobs, newest first."""
+        """Return at most `limit` jobs, newest first."""
         return [
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (limit,))
         ]
 
     def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> list[JobRecord]:
-        """Return up to `limit` jobs that match all terms, newest first, after skipping `skip` jobs."""
+        """Return at most `limit` jobs that match all terms, newest first; the first `skip` matches are skipped."""
         condition, values = _condition(terms)
         query = f"SELECT {_COLUMNS} FROM job {condition} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
         return [_record(row) for row in self._read(query, (*values, limit, skip))]
@@ -246,41 +256,41 @@ class History:
 
     def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, newest first."""
-        # LIKE treats an underscore as a wildcard, so check the origin again.
+        # LIKE treats an underscore as a wildcard, so the origin is checked again.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
         records = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
         return [record for record in records if record.task.origin.startswith(f"{job}/")]
 
     def messages(self, job: str) -> list[tuple[float, str]]:
-        """Return the messages of a finished job: (seconds, text)."""
+        """Return the stored messages of a job as (seconds, text)."""
         return [
             (s, w) for s, w in self._read("SELECT seconds, words FROM message WHERE job = ? ORDER BY number", (job,))
         ]
 
     def answer(self, job: str) -> dict[str, Any] | None:
-        """Return the answer of a job with the schema number that it was stored with; None without an answer."""
+        """Return the answer of a job with the schema number under which it was stored, or None."""
         rows = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
         # leafcut 0.2 stored schema 1 without a number.
         return {ANSWER.key: 1, **json.loads(zlib.decompress(rows[0][0]))} if rows else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
-        """Return a file created by a job, or None."""
+        """Return a file that a job has created, or None."""
         rows = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
         return Artefact(rows[0][0], rows[0][1], zlib.decompress(rows[0][2])) if rows else None
 
     def artefacts(self, job: str) -> dict[str, str]:
-        """Return name → file name of the files created by a job."""
+        """Return the files that a job has created, as name → file name."""
         return dict(self._read("SELECT name, file_name FROM artefact WHERE job = ?", (job,)))
 
     def delete(self, job: str) -> set[str]:
-        """Delete a job; return the inputs that no other job uses."""
+        """Delete a job; return the uploads that no other job uses."""
         record = self.get(job)
         with self._writing() as connection:
             connection.execute("DELETE FROM job WHERE id = ?", (job,))
         return files_of([record.task]) - self.inputs_in_use() if record else set()
 
     def inputs_in_use(self) -> set[str]:
-        """Return the ids of all uploads used by jobs."""
+        """Return the ids of all uploads that jobs use."""
         return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
 
     def close(self) -> None:
@@ -292,12 +302,12 @@ class History:
 _COLUMNS = "id, title, task, state, created, finished, line, figures"
 
 
-#: Columns and JSON fields searched for a term.
+#: Columns and JSON fields in which a term is searched.
 _PLACES = (
     "title", "line", "date(created, 'unixepoch', 'localtime')",
     *(f"json_extract(task, '$.{of}')" for of in ("command", "process", "algorithms")),
 )  # fmt: skip
-#: Condition on an option of a job. The rows have `key` and `atom`; elements of lists are rows too.
+#: Condition on an option of a job. The rows have `key` and `atom`; list elements are rows as well.
 _OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
 
 
@@ -325,6 +335,6 @@ def _record(row: tuple[Any, ...]) -> JobRecord:
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
-    """Return all texts of tasks that may be ids of uploads: inputs, and files among the options."""
+    """Return the texts in tasks that may be ids of uploads: inputs, and files among the options."""
     words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
     return {w.partition(":")[0] for w in words}  # a part of a nest is `id:quantity`

@@ -1,4 +1,4 @@
-"""Jobs in processes of their own, with progress, stop (keep the best result) and cancel."""
+"""Jobs in separate processes, with progress, stop (keep the best result) and cancel."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from leafcut.studio.jobs.search_watch import Picture, Watch
 from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
 from leafcut.studio.jobs.workers import StudioWork, StudioWorkers, WorkError
 
-#: Number of jobs that run at once; a single search uses all cores already.
+#: Number of jobs that run at once. A single search already uses all cores.
 AT_ONCE = 2
-#: Maximum number of stored messages; older ones are dropped.
+#: Maximum number of messages per job; older messages are dropped.
 _MAX_MESSAGES = 1000
-#: Number of finished jobs kept in memory, for pages that have not shown their end yet.
+#: Number of finished jobs in memory, for pages that have not shown their end yet.
 _MAX_ENDED = 16
-#: Maximum number of trials that are listed for a job.
+#: Maximum number of listed trials per job.
 _MAX_TRIED = 64
-#: Maximum number of points of a running convergence chart, and minimum interval between two, s.
+#: Maximum number of points in the convergence chart of a running job; minimum interval between points, s.
 _MAX_POINTS, _POINT_SECONDS = 4000, 0.02
 
 
@@ -43,17 +43,17 @@ class LiveJob:
     Attributes
     ----------
     points
-        (seconds, cost, step) at every decrease of the cost and every new step.
+        (seconds, cost, step) at every decrease of the cost and at every new step.
     messages
-        Steps, each once: (seconds, text); only the latest are kept.
+        The latest steps, each once: (seconds, text).
     said
         Total number of messages.
     tried
-        Trials of a job that tries several strategies, in order of their start: name → (result, cost).
+        Trials of a job that compares several strategies, in the order of their start: name → (result, cost).
     stopped, dropped
-        It shall end with its best result, or without a result.
+        Whether the job has to end with its best result, or without a result.
     ended
-        Done when the job has ended and is stored in the history.
+        Completed when the job has ended and is stored in the history.
     """
 
     id: str
@@ -81,14 +81,14 @@ class LiveJob:
         self.work.cancel()
 
     def receive(self, message: Progress | Picture | str) -> None:
-        """Record a message from the job."""
+        """Record a message that the job has sent."""
         if isinstance(message, Progress):
             self.record_progress(message)
         else:
             self.watch.receive(message)
 
     def record_progress(self, progress: Progress) -> None:
-        """Record the progress."""
+        """Record the progress of the job: message, trial, and point of the convergence chart."""
         step, cost, trial = progress.step, progress.cost, progress.trial
         if trial is not None and (trial.name in self.tried or len(self.tried) < _MAX_TRIED):
             self.tried[trial.name] = trial.figure, trial.cost
@@ -109,26 +109,29 @@ class LiveJob:
 
 
 class Jobs:
-    """All jobs, running and finished; `kept` returns the ids of uploads that are needed for other reasons."""
+    """All jobs of the studio, running and finished.
+
+    `kept` returns the ids of uploads that are needed for other reasons.
+    """
 
     def __init__(
         self, folder: Folder, history: History, workers: StudioWorkers, kept: Callable[[], set[str]] = set
     ) -> None:
         self.folder, self.history, self.workers, self._kept = folder, history, workers, kept
         self._live: dict[str, LiveJob] = {}
-        #: Jobs whose end is stored in the history, the latest at the end.
+        #: Jobs whose end is stored in the history, the latest last.
         self._ended: deque[str] = deque()
-        #: Ids of waiting jobs, in their order of execution.
+        #: Ids of the waiting jobs, in their order of execution.
         self._queue: list[str] = []
         self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="leafcut-job")
         self._lock = threading.Lock()
         self.closed = False
 
     def start(self, task: Task, watch: Watch | None = None) -> str:
-        """Start or enqueue a job; return its id. `watch` may hold its search from the start.
+        """Start or enqueue a job and return its id. `watch` may hold its search from the start.
 
-        Raise `OptionError` if the task is invalid, and `OutputError` if the history cannot be written or the studio is
-        closing.
+        Raise `OptionError` if the task is invalid. Raise `OutputError` if the history cannot be written or the
+        studio is closing.
         """
         call = prepare(task, self.folder)
         if self.closed:
@@ -149,7 +152,7 @@ class Jobs:
             return list(self._queue)
 
     def move(self, job: str, place: int) -> None:
-        """Move a waiting job to a position in the queue, from 0; ignore other jobs."""
+        """Move a waiting job to a position in the queue, from 0. Other jobs are ignored."""
         with self._lock:
             if job in self._queue:
                 self._queue.remove(job)
@@ -165,11 +168,11 @@ class Jobs:
         return records[0] if records else None
 
     def newest(self, limit: int = 200) -> list[JobRecord]:
-        """Return the newest jobs in their current state, newest first."""
+        """Return at most `limit` jobs in their current state, newest first."""
         return self._with_live_state(lambda: self.history.newest(limit))
 
     def find(self, terms: Sequence[SearchTerm], limit: int, skip: int = 0) -> tuple[list[JobRecord], int]:
-        """Return jobs that match all terms in their current state, newest first, and the total number of matches."""
+        """Return the jobs that match all terms, in their current state, newest first, and the number of all matches."""
         return self._with_live_state(lambda: self.history.find(terms, limit, skip)), self.history.count(terms)
 
     def of_sheets(self, job: str) -> list[JobRecord]:
@@ -177,8 +180,8 @@ class Jobs:
         return self._with_live_state(lambda: self.history.of_sheets(job))
 
     def _with_live_state(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
-        """Return records, with the state of this server for jobs that the history could not store."""
-        # Get the states before reading the history: a job that has ended by then is stored, if it could be written.
+        """Return records; jobs that the history could not store get their state from this server."""
+        # Read the states before the history: a job that has ended by then is stored, if it could be written.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
         return [
             record
@@ -192,14 +195,14 @@ class Jobs:
         return [job for job, live in list(self._live.items()) if not live.state.over]
 
     def stop(self, job: str) -> None:
-        """Stop a job and keep its best result; ignore a finished job."""
+        """Stop a job and keep its best result. Finished jobs are ignored."""
         live = self._live.get(job)
         if live is not None and not live.state.over:
             live.stopped = True
             live.work.send("stop")
 
     def cancel(self, job: str) -> None:
-        """Stop a job without a result."""
+        """End a job without a result. Finished jobs are ignored."""
         live = self._live.get(job)
         if live is None or live.state.over:
             return
@@ -212,14 +215,14 @@ class Jobs:
             self._end(live, JobState.CANCELLED)
 
     def delete(self, job: str) -> None:
-        """Delete a job and the uploads that only it used, except those in open pages and recent files."""
+        """Delete a job and the uploads that only this job used. Uploads of open pages and recent files are kept."""
         self.cancel(job)
         self.folder.drop_inputs(self.history.delete(job) - self._kept())
         with self._lock:
             self._live.pop(job, None)
 
     def messages(self, job: str) -> list[tuple[float, str]]:
-        """Return the messages of a job: (seconds, text)."""
+        """Return the messages of a job as (seconds, text)."""
         live = self._live.get(job)
         return (list(live.messages) if live is not None else []) or self.history.messages(job)
 
@@ -238,7 +241,7 @@ class Jobs:
             await asyncio.shield(asyncio.wrap_future(live.ended))
 
     def close(self) -> None:
-        """End all jobs; unfinished ones are marked as interrupted."""
+        """End all jobs. Unfinished jobs are marked as interrupted."""
         if self.closed:
             return
         self.closed = True
@@ -248,7 +251,7 @@ class Jobs:
         self._threads.shutdown(wait=True, cancel_futures=True)
         self.history.interrupt()
         for live in list(self._live.values()):
-            if not live.ended.done():  # it was still waiting
+            if not live.ended.done():  # still waiting for a process
                 live.state = JobState.INTERRUPTED
                 live.ended.set_result(None)
 
@@ -259,7 +262,7 @@ class Jobs:
             self._work(live)
 
     def _work(self, live: LiveJob) -> None:
-        """Run one job and wait for its end; no exception reaches the server."""
+        """Run a job and wait for its end. Exceptions become the state of the job."""
         live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, JobState.RUNNING)
@@ -293,7 +296,7 @@ class Jobs:
             except LeafcutError:
                 noted = False
         live.state = state
-        # Release data of the search, which would otherwise pile up.
+        # Release the data of the search, which would otherwise accumulate.
         live.points, live.watch, live.tried = [], Watch(), {}
         if noted:
             live.messages = []
@@ -315,7 +318,7 @@ def is_internal(problem: BaseException) -> bool:
 
 
 def line_of(problem: BaseException) -> str:
-    """Return the message for an exception: its one line, or a report of an internal error."""
+    """Return the message of an exception as one line; unknown exceptions become a report of an internal error."""
     if isinstance(problem, LeafcutError):
         line = str(problem)
     elif isinstance(problem, MemoryError):

@@ -1,4 +1,4 @@
-"""`Link`: connection of a work in another process with the studio."""
+"""`Link`: the connection of a task in another process to the studio."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _REPORT_SECONDS = 0.02
 
 
 class Link:
-    """Connection of a work with the studio; the work ends with its best result when `stop` is set."""
+    """The connection of a task to the studio. If `stop` is set, the task ends with its best result."""
 
     def __init__(self, send: Callable[[Any], None]) -> None:
         self.stop = threading.Event()
@@ -25,7 +25,7 @@ class Link:
         self._next = 0.0
 
     def report(self, progress: Progress) -> None:
-        """Send the progress; called often by the work."""
+        """Send the progress, at most once per `_REPORT_SECONDS` and step."""
         now = time.monotonic()
         reported = progress.step, progress.trial
         if reported != self._reported or now >= self._next:
@@ -33,7 +33,7 @@ class Link:
             self._send(progress)
 
     def obey(self, name: str, *arguments: Any) -> None:
-        """Stop the work, or call a method of the observer."""
+        """Execute a command of the studio: stop the task, or call a method of the observer."""
         if name == "stop":
             self.stop.set()
             self.observer.release()

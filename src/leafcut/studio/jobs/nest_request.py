@@ -1,4 +1,4 @@
-"""Parts of a nest as requested by a page (drawing, quantity, angles), and lists of them."""
+"""The parts of a nest as a page requests them (drawing, quantity, angles), and lists of parts."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pathlib import Path
 from leafcut.errors import OptionError
 from leafcut.units import parse_angles
 
-#: Maximum quantity of a part; more are a mistake.
+#: Maximum quantity of a part; a larger quantity is a mistake.
 MAX_PIECES = 100_000
 
 
 @dataclass(frozen=True)
 class WantedPart:
-    """A drawing to be nested, by the id of its upload.
+    """A drawing to be nested. `input` is the id of its upload.
 
     `rotations` are angles in degrees separated by spaces, or ``free``; empty for the angles of the options.
     """
@@ -29,19 +29,19 @@ class WantedPart:
 
     @property
     def word(self) -> str:
-        """Encoded part, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
+        """The part as text, such as ``AbCdEfGhIjKlMnOp:10:0 90``."""
         return f"{self.input}:{self.quantity}" + (f":{self.rotations}" if self.rotations else "")
 
     @classmethod
     def of(cls, word: str) -> WantedPart:
-        """Decode a part; raise `OptionError` if a quantity or an angle is invalid."""
+        """Return the part that `word` encodes; raise `OptionError` if the quantity or an angle is invalid."""
         input_id, _, rest = word.partition(":")
         quantity, _, rotations = rest.partition(":")
         return cls(input_id, quantity_of(quantity or "1"), rotations_of(rotations))
 
 
 def quantity_of(typed: str) -> int:
-    """Parse a quantity; raise `OptionError` if it is not a whole number, or out of bounds."""
+    """Return a typed quantity as int; raise `OptionError` if it is not a whole number or out of range."""
     text = typed.strip()
     if not text.isdecimal() or not 1 <= int(text[:9]) <= MAX_PIECES or len(text) > 9:
         raise OptionError(f"quantity: '{text[:40]}' is not a whole number from 1 to {MAX_PIECES:,}")
@@ -49,7 +49,10 @@ def quantity_of(typed: str) -> int:
 
 
 def rotations_of(typed: str) -> str:
-    """Return angles separated by spaces, empty for those of the options; raise `OptionError` if one is invalid."""
+    """Return typed angles separated by spaces.
+
+    Raise `OptionError` if one is invalid. An empty text means no own angles.
+    """
     words = typed.replace("/", " ").replace(",", " ").replace(";", " ").split()
     if words:
         parse_angles(words, "rotations")
@@ -57,7 +60,10 @@ def rotations_of(typed: str) -> str:
 
 
 def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
-    """Return uploads with quantity and rotations from a JSON list in the same order; raise `OptionError` if invalid."""
+    """Return uploads with quantities and rotations from a JSON list in the same order.
+
+    Raise `OptionError` if invalid.
+    """
     try:
         rows = json.loads(text or "[]")
     except (ValueError, RecursionError):
@@ -72,12 +78,12 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
 
 
 def needs_list(parts: Sequence[WantedPart]) -> bool:
-    """Return whether a parts list is needed: command arguments have no angles of single parts."""
+    """Return whether a parts list is needed, because angles of single parts cannot be given on the command line."""
     return any(part.rotations for part in parts)
 
 
 def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
-    """Return parts as a list for ``leafcut nest``; `files` are the drawings, one per part."""
+    """Return the parts as a list for ``leafcut nest``. `files` are the names of the drawings, one per part."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
     writer.writerow(("file", "quantity", "rotations"))
@@ -87,10 +93,10 @@ def list_text(parts: Sequence[WantedPart], files: Sequence[str]) -> str:
 
 
 def listed_parts(path: Path, opened: Mapping[str, str]) -> tuple[list[WantedPart], list[str]]:
-    """Return the parts of a list, and the names of its drawings that are not open; raise `ReadError` or `OptionError`.
+    """Return the parts of a list, and the names of its drawings that are not open.
 
-    `opened` is displayed name → id. Only the file names in the list count, since the studio does not read other
-    folders.
+    `opened` maps displayed names to ids. Only the file names in the list count, because the studio does not read
+    other folders. Raise `ReadError` or `OptionError` if the list is invalid.
     """
     from leafcut.read.nest_list import read_wanted
 

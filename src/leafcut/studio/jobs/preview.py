@@ -1,4 +1,4 @@
-"""Preview of an input before a run: format, size, repairs, and suitable operations."""
+"""Preview of an input before a run: format, size, issues, and suitable kinds of work."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leafcut.studio.jobs.whole import MachineTravel, Whole, Zero, travel_of, who
 if TYPE_CHECKING:
     from leafcut.studio.jobs.link import Link
 
-#: Suitable kinds of work for programs, for maps by format, and for built-in examples.
+#: Suitable kinds of work for programs, for maps (by format), and for built-in examples.
 _PROGRAM = ("program", "simulate", "verify")
 _MAPS = {"tsplib": ("solve",), "gtsp": ("solve",), "xml": ("drill", "solve"), "csv": ("drill", "solve")}
 _EXAMPLE = ("drill", "solve")
@@ -43,17 +43,17 @@ class Preview:
     stock
         Function that creates the scene of the program's stock (`stock_scene`); None for other inputs.
     error
-        Why it cannot be read for this work; another kind of work or other options may succeed.
+        Reason why the input cannot be read for this kind of work. Another kind of work or other options may succeed.
     work
-        The kind of work that a drawing was read for; empty if reading is identical for all.
+        Kind of work for which a drawing was read; empty if all kinds read it in the same way.
     whole
-        The entire content of a drawing, and the work it suits.
+        The entire content of a drawing, and the kinds of work that it suits.
     zero
-        Position of program zero in the mirrored and rotated drawing; None if unknown or fixed.
+        Position of program zero in the mirrored and rotated drawing, mm; None if unknown or fixed.
     broken
         Whether the file itself is invalid, so that no option or kind of work would help.
     pixels
-        Width and height of a picture whose scale is unknown, px; None for all other inputs.
+        Width and height of a picture with unknown scale, px; None for all other inputs.
     """
 
     format: str
@@ -71,7 +71,7 @@ class Preview:
     pixels: tuple[int, int] | None = None
 
 
-#: A drawing and a program that use the most common modules.
+#: A drawing and a program whose preview loads the most common modules.
 READY = (
     Source("ready.dxf", b"0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n5\n20\n5\n40\n1\n0\nENDSEC\n0\nEOF\n"),
     Source("ready.nc", b"G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X2 Y0 I1 J0\nG81 X5 Y5 Z-1 R2\nG80\nM2\n"),
@@ -81,7 +81,7 @@ READY = (
 def read_preview(
     source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Preview:
-    """Return the preview of an input read for a kind of work; raise `LeafcutError` if leafcut cannot read it."""
+    """Return the preview of an input for a kind of work; raise `LeafcutError` if its format cannot be determined."""
     from leafcut.read.registry import read_source
 
     settings = collect(options or {})
@@ -144,13 +144,13 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     if widths:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
-    # A drawing of holes contains only their centres; the size of the plate is unknown.
+    # A drawing that has only holes does not show the size of the plate.
     kind = "size" if part.contours or part.pockets else "centres"
     return (*facts, (kind, f"{size} mm"), ("units", part.units))
 
 
 def _size(width: float, height: float) -> str:
-    """Return a size with four significant digits, without exponents."""
+    """Return a size as text with four significant digits, without exponents."""
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
@@ -169,7 +169,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         )
         shown = {"after": scene}
     except LeafcutError as problem:
-        # A text that looks like a program is shown even if it cannot be simulated.
+        # A text that resembles a program is shown even if it cannot be simulated.
         match = sniff_gcode(source.data[:SNIFF_BYTES])
         return Preview(
             "gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and match == Match.NO
@@ -185,13 +185,13 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
 
 def preview(link: Link, source: str, work: str, options: dict[str, Any]) -> Preview:
-    """Return the preview of an input without its whole content, which only the reading needs."""
+    """Return the preview of an input without its whole content, which is needed only during reading."""
     seen = read_preview(source, work, options, link.report)
     return replace(seen, whole=replace(seen.whole, part=None))
 
 
 def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
-    """Return the scene of the stock of a program (`studio.drawing.solid`), or the reason for none."""
+    """Return the scene of a program's stock (`studio.drawing.solid`), or a scene with the reason for none."""
     from leafcut.read.registry import read_source
     from leafcut.studio.drawing.solid import solid_scene
 

@@ -1,4 +1,4 @@
-"""Execution of a job: a call of leafcut, its answer and its files."""
+"""Execution of a job: the call of leafcut, its answer and its files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "i
 _DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
 
 
-#: Maximum number of holes for manual changes of the order.
+#: Maximum number of holes for which the order can be changed by hand.
 _MAX_HOLES = 20_000
 #: Maximum number of searches with a chart.
 _MAX_SEARCHES = 50
@@ -48,7 +48,7 @@ _MAX_SEARCHES = 50
 
 @dataclass(frozen=True)
 class JobResult:
-    """Result of a job: the answer of the command line's ``--json``, figures for lists, and files."""
+    """The result of a job: its ``--json`` answer, figures for lists, and files."""
 
     answer: dict[str, Any]
     figures: dict[str, Any]
@@ -56,7 +56,7 @@ class JobResult:
 
 
 def run(link: Link, call: ReadyTask, names: tuple[str, ...]) -> JobResult:
-    """Run a task; `names` are the displayed names of the inputs. Raise `LeafcutError` as on the command line."""
+    """Run a task; raise `LeafcutError` as on the command line. `names` are the displayed names of the inputs."""
     from leafcut.report.json_answer import simulation_as_json
 
     on_progress, cancelled = link.report, link.stop
@@ -103,7 +103,7 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
 
     used = registry.work("stock").used()
     settings = collect({name: value for name, value in call.options.items() if name in used})
-    # `verify` has no options for tools and stock; the comments in the programs name the tools.
+    # `verify` has no options for tools and stock. Comments in the programs name the tools.
     stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
         return {}
@@ -132,7 +132,7 @@ def _optimize(
         **call.options,
     )
     output = program_name(name, outcome.extension)
-    # A report leaves the studio: it shows the displayed file name instead of the internal path.
+    # A report leaves the studio. It shows the displayed file name instead of the internal path.
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
     report = report_of(outcome)
@@ -187,7 +187,7 @@ def _nest(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress, canc
         for k, layout in enumerate(nest.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(nest, layout))
     if needs_list(call.parts):
-        names = unique_names([Path(source).name for source in call.sources])  # names of all inputs without the sheets
+        names = unique_names([Path(source).name for source in call.sources])  # names of all inputs, without the sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
     return JobResult(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
@@ -203,7 +203,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
     count = sum(map(len, drilled.values()))
-    # A program of another CAM has no initial order.
+    # A program of a CAM system has no initial order.
     if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MAX_HOLES:
         return {}
     places = outcome.part.hole_xy.tolist()
@@ -215,7 +215,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
 
 
 def _given_file(call: ReadyTask) -> dict[str, Artefact]:
-    """Return the order or plan file given to a job, so that the command line can repeat the job."""
+    """Return the plan or order file that was given to the job, so that the job can be repeated on the command line."""
     if "plan" not in call.options:
         return {}
     file = Path(call.options["plan"])
@@ -225,7 +225,7 @@ def _given_file(call: ReadyTask) -> dict[str, Artefact]:
 def _searches(
     searches: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer
 ) -> Artefact:
-    """Return the chart data (name, history, lower bound, unit) of every search; iterations only of a single one."""
+    """Return the chart data (name, history, lower bound, unit) of each search; a single search adds its iterations."""
     kept: list[dict[str, Any]] = [
         {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
         for name, history, bound, unit in searches[:_MAX_SEARCHES]
@@ -306,7 +306,7 @@ def _study(
 
 
 def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
-    """Return a closed tour as rapids through its points; empty for a map with distances but no coordinates."""
+    """Return the scenes of a closed tour as rapids through its points; empty for a map without coordinates."""
     from leafcut.model.toolpath import ToolpathBuilder
     from leafcut.read.machine import load_machine
     from leafcut.studio.drawing.scene import part_scene, toolpath_scene

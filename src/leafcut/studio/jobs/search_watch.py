@@ -1,4 +1,4 @@
-"""Observation of a job's search: `Watch` for pages, `PageObserver` in the process of the search."""
+"""Observation of a job's search: `Watch` for the pages, `PageObserver` in the process of the search."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Any
 from leafcut.model.snapshot import Snapshot
 from leafcut.model.study import Iteration, Study
 
-#: Minimum interval between snapshots: s, and as a multiple of the time for taking a snapshot.
+#: Minimum interval between snapshots, s; the same as a multiple of the duration of a snapshot.
 EVERY, TIMES_AS_LONG = 0.1, 10.0
-#: Extra interval per point of the path, s, for transfer and drawing.
+#: Additional interval per point of the path, s, for transfer and drawing.
 PER_PLACE = 3e-6
-#: Time without a request after which a page counts as closed, and after which a held search continues, s.
+#: Time without a request, s, after which a page counts as closed; time after which a held search continues.
 LOOKS_AWAY, LEFT_ALONE = 1.0, 30.0
-#: Maximum number of iterations of a studied search sent with a snapshot.
+#: Maximum number of iterations that are sent with a snapshot.
 _MAX_ITERATIONS = 300
 
 
@@ -27,10 +27,10 @@ LOOKED = "looked"
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Picture of a search for pages.
+    """A snapshot of a search for pages.
 
-    `can_hold`: the search can be held, as it waits during a snapshot. `iterations` are some of a studied search,
-    including the last; empty for other searches.
+    `can_hold`: whether the search can be held. `iterations` are some of the recorded iterations, including the last;
+    empty if none are recorded.
     """
 
     snapshot: Snapshot
@@ -39,10 +39,10 @@ class Picture:
 
 
 class Watch:
-    """View of pages on the search of a job.
+    """The pages' view of a job's search.
 
-    `speed` is in steps per second, None for no limit; while `paused`, the search shall wait. `number` and `picture` are
-    those of the latest picture; 0 and None before the first.
+    `speed` is the maximum number of steps per second; None for no limit. While `paused`, the search waits. `number`
+    and `picture` are the number and content of the latest picture; 0 and None before the first.
     """
 
     def __init__(self, speed: float | None = None, paused: bool = False) -> None:
@@ -52,13 +52,13 @@ class Watch:
         self._looked, self._answered = 0.0, True
 
     def connect(self, send: Callable[..., None]) -> None:
-        """Set the function that calls a method of the search's `PageObserver`, and send the settings."""
+        """Set the function that calls a method of the search's `PageObserver`, and send it the settings."""
         self._send = send
         send("go", self.speed)
         send("pause", self.paused)
 
     def receive(self, message: Picture | str) -> None:
-        """Take a picture from the search, or `LOOKED`."""
+        """Store a picture from the search, or record its answer `LOOKED`."""
         if isinstance(message, Picture):
             self.picture = message
             self.number += 1
@@ -66,9 +66,9 @@ class Watch:
             self._answered = True
 
     def poll(self) -> tuple[int, Snapshot | None]:
-        """Return number and content of the latest snapshot, and inform the search that a page is open."""
+        """Return the number and content of the latest snapshot, and inform the search that a page is open."""
         now = time.perf_counter()
-        # A search in one long call does not answer; further messages would fill the pipe.
+        # A search in a long call does not answer. Further messages would fill the pipe.
         if self._answered and now - self._looked > 0.5 * LOOKS_AWAY:
             self._looked, self._answered = now, False
             self._send("look")
@@ -81,12 +81,12 @@ class Watch:
         return self.picture is not None and self.picture.can_hold
 
     def pause(self, paused: bool) -> None:
-        """Hold the search before its next step, or continue."""
+        """Hold the search before its next step, or let it continue."""
         self.paused = paused
         self._send("pause", paused)
 
     def step(self) -> None:
-        """Make one step and hold the search after it."""
+        """Let the search make one step, then hold it."""
         self.paused = True
         self._send("step")
 
@@ -97,10 +97,10 @@ class Watch:
 
 
 class PageObserver:
-    """Observer of a search, controlled by a `Watch` in another process.
+    """The observer of a search, controlled by a `Watch` in another process.
 
-    It takes no snapshots while no page is open. A search waits between two steps while paused, and is slowed down to
-    a number of steps per second. `study` records the iterations of a studied search; it is None for other searches.
+    It takes snapshots only while a page is open. While paused, the search waits between two steps; a speed limits
+    its steps per second. `study` records the iterations of a search, if they are to be recorded.
     """
 
     def __init__(self, send: Callable[[Any], None]) -> None:
@@ -113,7 +113,10 @@ class PageObserver:
         self.study: Study | None = None
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
-        """Take a snapshot if a page is open, and hold the search if requested."""
+        """Take a snapshot if a page is open, and hold the search if requested.
+
+        `take` returns a snapshot. `alone`: the whole search waits during this call, so it can be held.
+        """
         now = time.perf_counter()
         on_hold = alone and (self._paused or self._speed is not None) and not self._released
         if now - self._looked < LOOKS_AWAY and (now >= self._next or (on_hold and self._paused)):
@@ -122,18 +125,18 @@ class PageObserver:
             self._hold(take)
 
     def look(self) -> None:
-        """Note that a page is open."""
+        """Record that a page is open."""
         self._looked = time.perf_counter()
         self._send(LOOKED)
 
     def pause(self, paused: bool) -> None:
-        """Hold the search before its next step, or continue."""
+        """Hold the search before its next step, or let it continue."""
         with self._changed:
             self._paused, self._steps = paused, 0
             self._changed.notify_all()
 
     def step(self) -> None:
-        """Make one step and hold the search after it."""
+        """Let the search make one step, then hold it."""
         with self._changed:
             self._steps = self._steps + 1 if self._paused else 0
             self._paused = True
@@ -163,12 +166,12 @@ class PageObserver:
         seen = self._number
         while self._waits():
             if self._number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
-                # A page was opened during the pause. A snapshot of a large map takes a second, so take it here.
+                # A page was opened during the pause. A snapshot of a large map takes a second, so it is taken here.
                 self._see(take, True, time.perf_counter())
         self._stepped = time.perf_counter()
 
     def _waits(self) -> bool:
-        """Wait briefly if the next step may not start yet; return whether it had to wait."""
+        """Wait briefly if the next step may not start yet; return whether a wait was necessary."""
         with self._changed:
             if self._released or time.perf_counter() - self._looked >= LEFT_ALONE:
                 return False
@@ -183,6 +186,6 @@ class PageObserver:
 
 
 def thinned(rows: list[Any], limit: int) -> list[Any]:
-    """Return at most about `limit` rows, including the last."""
+    """Return every nth row, at most about `limit` in total, and the last row."""
     kept = rows[:: len(rows) // limit + 1]
     return kept if not rows or kept[-1] is rows[-1] else [*kept, rows[-1]]

@@ -1,4 +1,4 @@
-"""Sheets of a nest as jobs: cut a single sheet, or plan the cuts of all and compare the variants."""
+"""The sheets of a nest as jobs: cut a single sheet, or plan the cuts of all sheets and compare the variants."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.task import Task, given, prepare
 
-#: States of a group of cuts that are not all planned yet.
+#: States of a group of cuts whose plans are not complete.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 
 @dataclass(frozen=True)
 class SheetOfNest:
-    """One sheet of a variant, both numbered from 1; `count` identical sheets are cut."""
+    """A sheet of a variant of a nest, both numbered from 1. `count` identical sheets are cut."""
 
     job: str
     variant: int
@@ -28,12 +28,12 @@ class SheetOfNest:
 
     @property
     def origin(self) -> str:
-        """Origin stored in the task that cuts this sheet."""
+        """The origin that is stored in the task that cuts this sheet."""
         return f"{self.job}/{self.variant}/{self.number}"
 
     @property
     def drawing(self) -> str:
-        """Name of its drawing among the files of the nest."""
+        """Name of the sheet's drawing among the files of the nest."""
         return f"sheet-{self.variant}-{self.number}"
 
 
@@ -47,7 +47,7 @@ def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
 
 
 def nest_of(history: History, job: str) -> list[SheetOfNest]:
-    """Return the sheets of a nesting job; raise `OptionError` if the job is not a nest, or has no result."""
+    """Return the sheets of a nesting job; raise `OptionError` if the job is not a nest or has no result."""
     record = history.get(job)
     answer = history.answer(job) if record is not None and record.task.command == "nest" else None
     if answer is None:
@@ -56,7 +56,10 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
 
 
 def take(jobs: Jobs, sheet: SheetOfNest) -> str:
-    """Add a sheet's drawing to the inputs if missing; return its id; raise `OptionError` if the nest was deleted."""
+    """Return the id of the upload with a sheet's drawing; create it if necessary.
+
+    Raise `OptionError` if the nest was deleted.
+    """
     for record in jobs.history.of_sheets(sheet.job):
         if record.task.origin == sheet.origin:
             try:
@@ -73,8 +76,8 @@ def take(jobs: Jobs, sheet: SheetOfNest) -> str:
 def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     """Start jobs that plan the cuts of all sheets of a nest with the same options; return their ids.
 
-    Running jobs with these options are reused. Raise `OptionError`, before any start, if the job is not a nest, or an
-    option is invalid.
+    Unfinished jobs with these options are reused. Raise `OptionError`, before any job starts, if the job is not a
+    nest or an option is invalid.
     """
     tasks = []
     asked = {"quantity": options.get("quantity")}
@@ -89,10 +92,10 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
 
 
 def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
-    """Return the totals of every variant's cuts, in the order of the variants.
+    """Return the totals of the cuts of each variant.
 
-    Only cuts planned with the options of the newest job count. Unknown values are None; ``jobs`` are the jobs of its
-    sheets, ``quickest`` marks the fastest variant once all are planned.
+    Only cuts with the options of the newest job count. Unknown values are None. ``jobs`` are the jobs of the
+    variant's sheets. ``quickest`` marks the fastest variant when all are planned.
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
@@ -113,7 +116,7 @@ def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest
 
 
 def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
-    """Return origin → newest job, of the jobs with the options of the newest job."""
+    """Return origin → newest job, among the jobs that have the options of the newest job."""
     if not records:
         return {}
     newest_options = _without_quantity(records[0].task.options)

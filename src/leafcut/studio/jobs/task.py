@@ -1,4 +1,4 @@
-"""Requests: a command with its inputs and options, and its translation into a call of leafcut."""
+"""Requests of a page (a command with inputs and options), and their translation into a call of leafcut."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
 
-#: Number of input files of each command; 0 for any number.
+#: Number of input files per command; 0 for any number.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
 LIST, NEST = "parts.csv", "nest.dxf"
 #: Maximum number of drawings named in a title.
 _MAX_NAMED = 4
-#: Options that may name one of the user's own files, which may change under its name → kind of file.
+#: Option → kind of the user's own files that it may name. Such a file may change while its name stays the same.
 OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
 
 @dataclass(frozen=True)
 class Task:
-    """A command with its inputs (ids of uploads, or names of built-in parts) and options, as sent by a page.
+    """A command with its inputs and options, as a page sends it.
 
-    Values are texts, booleans or numbers. A file among the options is the id of an upload, or ``mine:`` and the name of
-    one of the user's own files. Inputs of a nest are encoded as `nest_request.WantedPart.word`. `origin` is the nested
-    sheet of the input: job, variant and layout separated by slashes. A study runs each of `algorithms` `runs` times.
+    Inputs are ids of uploads or names of built-in parts; inputs of a nest are encoded as
+    `nest_request.WantedPart.word`. Option values are texts, booleans or numbers. A file among the options is the id
+    of an upload, or ``mine:`` and the name of one of the user's own files. `origin` is the nested sheet from which
+    the input comes: job, variant and layout, separated by slashes. A study runs each of `algorithms` `runs` times.
     """
 
     command: str
@@ -53,7 +54,7 @@ class Task:
 
     @classmethod
     def from_json(cls, text: str) -> Task:
-        """Decode the result of `as_json`."""
+        """Return the task that `as_json` has encoded."""
         plain = json.loads(text)
         return cls(
             plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"], plain.get("origin", ""),
@@ -63,7 +64,7 @@ class Task:
 
 @dataclass(frozen=True)
 class ReadyTask:
-    """A task ready to run, with paths instead of ids; `parts` are for a nest, `algorithms` for a study."""
+    """A checked task, with paths instead of ids. `parts` are for a nest, `algorithms` and `runs` for a study."""
 
     command: str
     sources: tuple[str, ...]
@@ -75,18 +76,21 @@ class ReadyTask:
 
     @property
     def studied(self) -> bool:
-        """Whether it uses a search algorithm from the literature, whose iterations are recorded."""
+        """Whether the iterations are recorded: the search is an algorithm of the literature."""
         return self.command in ("solve", "optimize") and self.options.get("algorithm") in LITERATURE
 
     @property
     def unit(self) -> str:
-        """Unit of the search's objective; empty for a map, which has its own distance function."""
+        """The unit of the search's objective; empty for a map, which has its own distance function."""
         units = {"time": "s", "distance": "mm"}
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
 
 
 def prepare(task: Task, folder: Folder) -> ReadyTask:
-    """Check a task without reading its inputs; raise `OptionError` for invalid options and files outside the studio."""
+    """Check a task without reading its inputs, and return it with paths.
+
+    Raise `OptionError` for invalid options and for files outside the studio.
+    """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
     if has_half_letter([task.inputs, task.options]):
@@ -116,12 +120,15 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:
-    """Return the parts of a nest, none for other tasks; raise `OptionError` if a quantity or an angle is invalid."""
+    """Return the parts of a nest, empty for other tasks; raise `OptionError` if a quantity or an angle is invalid."""
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
-    """Return the drawings of a nest that --sheet names as sheets: name → id; raise `OptionError` if one is not open."""
+    """Return the drawings that --sheet names as sheets of a nest, as name → id.
+
+    Raise `OptionError` if one is not open.
+    """
     sheet = given(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}
@@ -139,7 +146,7 @@ def _sheet_word(word: SheetWord, name: str) -> str:
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that are set; empty fields are not."""
+    """Return the options that are set, without empty fields."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
 
@@ -155,7 +162,7 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     if value.startswith(OWN) and name in OWN_KINDS:
         return str(folder.kept_own(OWN_KINDS[name], value, flag))
     if spec.may_be_path and not spec.names_file(value) and "/" not in value and "\\" not in value:
-        return value  # the name of a shipped file, or the size of a block; checked where it is used
+        return value  # the name of a shipped file or the size of a block; checked where it is used
     try:
         return str(folder.input_path(value))
     except OptionError:
@@ -175,7 +182,7 @@ def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str
 
 
 def unique_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return unique file names; duplicates get numbered folders: ``1/a.nc 2/a.nc``."""
+    """Return unique file names; equal names get numbered folders: ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
@@ -196,14 +203,14 @@ def title_of(task: Task, folder: Folder) -> str:
 
 
 def program_name(source: str, extension: str) -> str:
-    """Return the name of the program for `source`, different from the source's name."""
+    """Return the file name of the program for `source`. It differs from the name of the source."""
     name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
     stem, suffix = Path(name).stem, Path(name).suffix
     return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
 
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
-    """Return the shell command that repeats the job, with the displayed file names."""
+    """Return the shell command that repeats a job, with the displayed file names."""
     names = unique_names(names_of(task, folder))
     if task.command == "nest":
         parts = _counted(task, folder, names_of(task, folder))
@@ -219,7 +226,7 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in given(task.options).items():
         words += _flag(name, value, folder)
-    # The page shows all options, including the user's own defaults, so the command must not add them again.
+    # The page shows all options, including the user's defaults, so the command must not add them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 
@@ -231,5 +238,5 @@ def _flag(name: str, value: Any, folder: Folder) -> list[str]:
     if spec.kind == "path" or (spec.may_be_path and resolved != value):
         return [flag_name(name), Path(resolved).name]
     words = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-    # A value starting with a dash would be read as a flag.
+    # A value that starts with a dash would be read as a flag.
     return [f"{flag_name(name)}={words}"] if words.startswith("-") else [flag_name(name), words]

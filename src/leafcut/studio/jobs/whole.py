@@ -1,4 +1,4 @@
-"""The entire content of a drawing: background layer, suitable work, and position of program zero."""
+"""The entire content of a drawing: background layer, suitable kinds of work, and position of program zero."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from leafcut.studio.drawing.thumbnail import Thumbnails
 
 @dataclass(frozen=True)
 class Whole:
-    """A whole drawing as read, before it is placed.
+    """A whole drawing, before it is placed.
 
-    `part` is its entire content, None for an input that is machined completely; `suits` its suitability for each kind
-    of work, the most likely first; `pictures` is kind of work → thumbnail (`Thumbnails.picture`); `machine` the default
-    machine for such files, "" for none.
+    `part` is its entire content; None for an input that is machined completely. `suits` rates each kind of work, the
+    most likely first. `pictures` maps kinds of work to thumbnails (`Thumbnails.picture`). `machine` is the default
+    machine for such files, or empty.
     """
 
     part: Part | None = None
@@ -38,26 +38,26 @@ class Whole:
         return [*(work for work in self.suits if work in kinds), *(work for work in kinds if work not in self.suits)]
 
     def background(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
-        """Return the complete drawing as a background of the part of one kind of work, and the program zero."""
+        """Return the entire drawing as background for the part of a kind of work, and the position of program zero."""
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
         return placed(self.part, replace(settings.read, origin=zero)), zero
 
 
-#: Position of program zero in the mirrored and rotated drawing; None if unknown.
+#: Position of program zero in the mirrored and rotated drawing, mm; None if unknown.
 Zero = tuple[float, float] | None
 
 
 def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> Whole:
-    """Return the whole content of an input; empty if the reader knows nothing but the machined part."""
+    """Return the whole content of an input; `Whole.part` is None if the reader returns only the machined part."""
     machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
         return Whole(machine=machine)
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return Whole(machine=machine)  # the reading for a kind of work reports the error
+        return Whole(machine=machine)  # the reader for the kind of work reports the error
     suits = registry.rate_works(kinds, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
@@ -72,7 +72,7 @@ def _filtered(read: ReadOptions) -> bool:
 
 
 def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
-    """Return the position of program zero in the drawing; a corner given by name is where the process finds it."""
+    """Return the position of program zero in the drawing. A corner given by name depends on the process."""
     origin = settings.read.origin
     if origin is None:
         return 0.0, 0.0
@@ -89,10 +89,10 @@ def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
 
 @dataclass(frozen=True)
 class MachineTravel:
-    """Travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
+    """The travel of a machine in drawing coordinates: smallest x and y, largest x and y, mm.
 
-    If the position of program zero on the machine is not `known`, the part is assumed in the middle. `fits`: the part
-    is inside.
+    If the position of program zero on the machine is not `known`, the part is assumed in the middle of the travel.
+    `fits`: whether the part is inside the travel.
     """
 
     box: tuple[float, float, float, float]
@@ -101,12 +101,12 @@ class MachineTravel:
     machine: str
 
     def as_shown(self) -> dict[str, Any]:
-        """Return the travel as plain values."""
+        """Return the travel as plain values for the browser."""
         return {"box": list(self.box), "known": self.known, "fits": self.fits, "machine": self.machine}
 
 
 def travel_of(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
-    """Return the travel of the machine around a part with these extents; None if unknown."""
+    """Return the travel of the machine around a part with these extents; None if the machine's travel is unknown."""
     try:
         machine = load_machine(settings.machine.machine, settings.machine.work_offset)
     except LeafcutError:

@@ -1,4 +1,4 @@
-"""Process that works for the studio (`workers`). It ends when the studio ends."""
+"""The process that executes tasks for the studio (`workers`). It ends when the studio ends."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.task import ReadyTask
 from leafcut.studio.jobs.workers import Done, Failed
 
-#: A job that loads the modules and the compiled code for most jobs.
+#: A job that loads the modules and compiled code that most jobs need.
 READY_TASK = ReadyTask("optimize", ("example:plate-10",), "auto", {"thickness": "6mm", "iterations": 1, "threads": 1})
 
 
 def main() -> None:
-    """Run the work named on standard input, until the input ends."""
+    """Execute the tasks read from standard input, until the input ends."""
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # the prints of a library must not mix with the answers
+    os.dup2(2, 1)  # prints of a library must not mix with the answers
     lock = threading.Lock()
 
     def send(message: Any) -> None:
         data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-        with lock, suppress(OSError):  # the studio has ended, and this process ends with it
+        with lock, suppress(OSError):  # if the studio has ended, this process ends too
             answers.write(data)
             answers.flush()
 
@@ -55,12 +55,12 @@ def main() -> None:
         pass
     finally:
         if os.name == "posix" and os.getpgrp() == os.getpid():
-            os.killpg(0, signal.SIGKILL)  # with the processes that a work has started
+            os.killpg(0, signal.SIGKILL)  # including the processes that a task has started
         os._exit(0)
 
 
 def _send_for(send: Callable[[Any], None], work: int, message: Any) -> None:
-    """Send a message with the number of its work: an answer to a page may come after the end of the work."""
+    """Send a message with the number of its task, because an answer to a page may arrive after the end of the task."""
     send((work, message))
 
 
@@ -72,7 +72,7 @@ def _work(link: Link, send: Callable[[Any], None], function: Callable[..., Any],
 
 
 def _get_ready(busy: threading.Event) -> None:
-    """Load the modules and the compiled code for the most common work, until another work arrives."""
+    """Load the modules and the compiled code for the most common tasks, until a task arrives."""
     with suppress(Exception):  # errors are shown when the user opens a file
         for source in READY:
             if not busy.is_set():

@@ -1,6 +1,6 @@
-"""Processes that work for the studio. Each does one work at a time and can be killed at any moment.
+"""Processes that execute tasks for the studio, one task at a time. They can be killed at any moment.
 
-A process reads its work from standard input and answers on standard output, both pickled (`work_process`). Each
+A process reads its tasks from standard input and answers on standard output, both pickled (`work_process`). Each
 side notices the end of the other by the end of its pipe.
 """
 
@@ -25,32 +25,32 @@ from typing import Any
 from leafcut.errors import LeafcutError
 from leafcut.model.heartbeat import Progress
 
-#: Maximum number of idle processes, each with about 250 MB of modules and compiled code.
+#: Maximum number of idle processes; each has about 250 MB of modules and compiled code.
 _MAX_IDLE = 2
-#: Maximum duration of a work after which its process is used again, s. The end of a process frees its memory.
+#: Maximum duration of a task after which its process is reused, s. Ending a process releases its memory.
 _LONG_SECONDS = 10.0
-#: Numbers of works, which their messages carry.
+#: Numbers of tasks; messages carry them.
 _NUMBERS = itertools.count()
 _COMMAND = (sys.executable, "-P", "-c", "from leafcut.studio.jobs.work_process import main; main()")
 
 
 @dataclass(frozen=True)
 class Done:
-    """Last message of a process about a work: its result."""
+    """Last message of a process about a task: its result."""
 
     result: Any
 
 
 @dataclass(frozen=True)
 class Failed:
-    """Last message of a process about a work: its error in one line, and whether it is an internal error."""
+    """Last message of a process about a task: its error in one line, and whether it is an internal error."""
 
     line: str
     internal: bool
 
 
 class WorkError(LeafcutError):
-    """A work failed, was cancelled, or its process died."""
+    """A task failed or was cancelled, or its process died."""
 
     def __init__(self, line: str, internal: bool = False) -> None:
         super().__init__(line)
@@ -58,13 +58,13 @@ class WorkError(LeafcutError):
 
 
 class _Process:
-    """A process with a folder for its temporary files."""
+    """A process with its own folder for temporary files."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = tempfile.mkdtemp(dir=folder)
         self._lock = threading.Lock()
-        # Processes that it starts are killed with its group (on Windows they go on). Ctrl-C in the terminal does not
+        # Processes that this process starts are killed with its group (not on Windows). Ctrl-C in the terminal does not
         # reach another group.
         try:
             self._process = subprocess.Popen(
@@ -81,7 +81,7 @@ class _Process:
         return self._process.poll() is None
 
     def send(self, *message: Any) -> None:
-        """Send a message; do nothing if the process has ended, since `receive` reports that."""
+        """Send a message. If the process has ended, do nothing; `receive` reports the end."""
         data = pickle.dumps(message)
         assert self._process.stdin is not None
         with self._lock, suppress(OSError, ValueError):
@@ -97,21 +97,21 @@ class _Process:
             raise EOFError from None
 
     def signal_kill(self) -> None:
-        """Kill the process and the processes it has started, without waiting for their end."""
+        """Kill the process and the processes that it has started, without waiting for their end."""
         if self._process.returncode is None:
             with suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL) if os.name == "posix" else self._process.kill()
 
     def kill(self) -> int:
-        """Kill the process and the processes it has started, and remove its files; return its exit status."""
-        self.signal_kill()  # ends a `send` that waits
+        """Kill the process and the processes that it has started, and delete its files; return the exit status."""
+        self.signal_kill()  # ends a blocked `send`
         with self._lock:
             self._process.wait()
             shutil.rmtree(self._folder, ignore_errors=True)
         return self._process.returncode
 
     def close(self) -> None:
-        """Kill the process, and close its pipes, which no thread may use any more."""
+        """Kill the process and close its pipes. No thread may use the pipes any more."""
         self.kill()
         for pipe in (self._process.stdin, self._process.stdout):
             assert pipe is not None
@@ -120,7 +120,7 @@ class _Process:
 
 
 class StudioWorkers:
-    """Starts processes for works, keeps a `spare` one ready, since its start takes seconds, and ends them all."""
+    """The processes of the studio. If `spare`, an idle process is kept ready, because a start takes seconds."""
 
     def __init__(self, folder: Path, spare: bool = True) -> None:
         self._folder, self._spare = folder, spare
@@ -131,7 +131,7 @@ class StudioWorkers:
         shutil.rmtree(folder, ignore_errors=True)
 
     def get_ready(self) -> None:
-        """Start a process for the next work unless one is idle."""
+        """Start a process for the next task unless a process is idle."""
         with self._lock:
             if self._spare and not any(process.alive for process in self._idle) and not self._closed:
                 process = self._start()
@@ -139,7 +139,7 @@ class StudioWorkers:
                 self._idle.append(process)
 
     def take(self) -> _Process:
-        """Return an idle process, else a new one; raise `WorkError` if the studio is closing."""
+        """Return an idle process, or a new process; raise `WorkError` if the studio is closing."""
         with self._lock:
             if self._closed:
                 raise WorkError("the studio is closing; no new jobs are started")
@@ -152,7 +152,7 @@ class StudioWorkers:
             return self._start()
 
     def put_back(self, process: _Process, reusable: bool) -> None:
-        """Keep a process for the next work if it is `reusable`, else end it."""
+        """Keep a process for the next task if it is `reusable`; otherwise end it."""
         with self._lock:
             if reusable and process.alive and not self._closed and len(self._idle) < _MAX_IDLE:
                 self._idle.append(process)
@@ -161,7 +161,7 @@ class StudioWorkers:
         process.close()
 
     def close(self) -> None:
-        """Kill all processes; works that wait for them fail."""
+        """Kill all processes. Tasks that wait for them fail."""
         with self._lock:
             self._closed = True
             processes, idle = list(self._all), list(self._idle)
@@ -176,27 +176,27 @@ class StudioWorkers:
 
 
 class StudioWork:
-    """A work in another process, which any thread may cancel."""
+    """A task in another process. Any thread may cancel it."""
 
     def __init__(self, workers: StudioWorkers) -> None:
         self._workers = workers
         self._number = next(_NUMBERS)
         self._lock = threading.Lock()
-        #: Guards `_taken` and `_cancelled`; never held while anything waits, so that `cancel` returns at once.
+        #: Guards `_taken` and `_cancelled`. It is never held during a wait, so that `cancel` returns at once.
         self._ending = threading.Lock()
-        #: The process of the work, from its start to its end.
+        #: The process of the task, from its start to its end.
         self._taken: _Process | None = None
-        #: The same once it has received the work.
+        #: The same process, once it has received the task.
         self._process: _Process | None = None
-        #: Messages for a work that has not started: name → arguments.
+        #: Messages for a task that has not started: name → arguments.
         self._pending: dict[str, tuple[Any, ...]] = {}
         self._cancelled = False
 
     def run(self, function: Callable[..., Any], *arguments: Any, on_message: Callable[[Any], Any] | None = None) -> Any:
-        """Return the result of ``function(link, *arguments)`` in another process; `link` is a `link.Link`.
+        """Return the result of ``function(link, *arguments)``, executed in another process; `link` is a `link.Link`.
 
-        Function, arguments and result are pickled. `on_message` receives the messages sent through the link. Raise
-        `WorkError` if the work failed or was cancelled, its process died, or the studio is closing.
+        Function, arguments and result are pickled. `on_message` receives the messages that are sent through the
+        link. Raise `WorkError` if the task failed or was cancelled, its process died, or the studio is closing.
         """
         process = self._workers.take()
         with self._ending:
@@ -209,11 +209,11 @@ class StudioWork:
             self._process = process
         began, step, answer = time.monotonic(), "", None
         try:
-            with suppress(OSError):  # without a spare process, the next work only starts later
+            with suppress(OSError):  # without a spare process, the next task only starts later
                 self._workers.get_ready()
             while not isinstance(answer, Done | Failed):
                 number, message = process.receive()
-                if number != self._number:  # a late message of the work before
+                if number != self._number:  # a late message of the previous task
                     continue
                 answer = message
                 if isinstance(answer, Progress):
@@ -238,7 +238,7 @@ class StudioWork:
         return answer.result
 
     def send(self, name: str, *arguments: Any) -> None:
-        """Call a method of the link in the process, now or at the start of the work."""
+        """Call a method of the link in the process, at once or at the start of the task."""
         with self._lock:
             if self._process is not None:
                 self._process.send(name, *arguments)
