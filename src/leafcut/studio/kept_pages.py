@@ -1,4 +1,4 @@
-"""Choices of every open page, stored in the studio's folder, so that a reloaded page continues."""
+"""The choices of every open page, stored in the studio's folder, so that a reloaded page continues."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from typing import Any
 
 from leafcut.files.whole_files import write_whole
 
-#: Format of a page's name; it cannot be a path. It grants no access, which needs the key.
+#: Format of a page's name, which cannot be a path. The name grants no access; access needs the key.
 PAGE = re.compile(r"[A-Za-z0-9_-]{16}")
-#: Maximum number of stored pages, and maximum age since the last change, s.
+#: Maximum number of stored pages, and maximum time since their last change, s.
 MAX_PAGES, LONGEST = 60, 14 * 24 * 3600.0
-#: Maximum number of characters of a page.
+#: Maximum size of a stored page, characters.
 MAX_CHARACTERS = 4_000_000
 
 
 class KeptPages:
-    """Stored pages by name, each a JSON object; written at once, so that nothing is lost in a crash."""
+    """The stored pages by name, each a JSON object. Every change is written at once, so that a crash loses nothing."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._lock = threading.Lock()
-        #: Name → function that returns whether the page is open.
+        #: Name → function that returns whether the page is open in a browser.
         self._held: dict[str, Callable[[], bool]] = {}
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._prune()
 
     @staticmethod
     def new_name() -> str:
-        """Return an unused name."""
+        """Return a new random name."""
         return secrets.token_urlsafe(12)
 
     def get(self, name: str) -> dict[str, Any] | None:
-        """Return the choices of a page; None for an unknown page."""
+        """Return the choices of a page; None if the page is unknown or unreadable."""
         if not PAGE.fullmatch(name):
             return None
         with suppress(OSError, ValueError, RecursionError):
@@ -49,22 +49,25 @@ class KeptPages:
         return None
 
     def put(self, name: str, text: str) -> None:
-        """Store the choices of a page, a JSON object."""
+        """Store the choices of a page, a JSON object. A failure is ignored."""
         if not PAGE.fullmatch(name) or len(text) > MAX_CHARACTERS:
             return
         new = not self._file(name).exists()
-        with self._lock, suppress(Exception):  # the open page does not depend on its stored state
+        with self._lock, suppress(Exception):  # an open page does not depend on its stored state
             write_whole(self._file(name), text)
         if new:
             self._prune()
 
     def drop(self, name: str) -> None:
-        """Delete a page."""
+        """Delete a stored page."""
         if PAGE.fullmatch(name):
             self._file(name).unlink(missing_ok=True)
 
     def hold(self, name: str, seen: Callable[[], bool]) -> bool:
-        """Claim a page's name; return False if another open page has it."""
+        """Claim a name for an open page; return False if another open page has it.
+
+        `seen` returns whether the page is open.
+        """
         holder = self._held.get(name)
         if holder is not None and holder is not seen and holder():
             return False
@@ -72,11 +75,11 @@ class KeptPages:
         return True
 
     def let_go(self, seen: Callable[[], bool]) -> None:
-        """Release the name of a closed page."""
+        """Release the names of a closed page."""
         self._held = {name: holder for name, holder in self._held.items() if holder is not seen}
 
     def newest_closed(self) -> tuple[str, dict[str, Any]] | None:
-        """Return name and choices of the last changed page with a source that is not open."""
+        """Return name and choices of the most recently changed page that has a source and is not open, or None."""
         for file in self._files():
             holder = self._held.get(file.stem)
             if holder is None or not holder():
@@ -86,7 +89,7 @@ class KeptPages:
         return None
 
     def files_in_use(self) -> set[str]:
-        """Return all texts of the pages that may be ids of uploads."""
+        """Return all texts in the stored pages that may be ids of uploads."""
         return {word.partition(":")[0] for file in self._files() for word in _words(self.get(file.stem))}
 
     def _file(self, name: str) -> Path:

@@ -1,8 +1,8 @@
 """Access to the studio: single-use addresses, a token for programs, and cookies that expire.
 
-Every user of this machine can read the command lines of its processes, including the address given to the browser.
-Therefore the browser opens a file that only its owner can read, which redirects to the address (as Jupyter does), and
-each address works only once.
+Every user of this computer can read the command lines of its processes, including the address that is passed to the
+browser. Therefore the browser opens a file that only its owner can read, which redirects to the address (as Jupyter
+does), and each address works only once.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ _MAX_UNUSED = 8
 class StudioKeys:
     """The keys of a studio.
 
-    `secret` signs the cookies and survives a restart, so that open pages stay valid; `clock` returns seconds since the
-    epoch. Programs send `token` in an ``Authorization`` header.
+    `secret` signs the cookies. It survives a restart, so that open pages remain valid. `clock` returns seconds since
+    the epoch. Programs send `token` in an ``Authorization`` header.
     """
 
     def __init__(self, secret: bytes, clock: Callable[[], float] = time.time) -> None:
@@ -42,13 +42,13 @@ class StudioKeys:
         return hmac.compare_digest(word.encode(), self.token.encode())
 
     def new_entry(self) -> str:
-        """Return a key that admits one browser, once."""
+        """Return a key that admits a single browser, once."""
         key = secrets.token_urlsafe(24)
         self._unused = [*self._unused[1 - _MAX_UNUSED :], key]
         return key
 
     def enter(self, word: str) -> bool:
-        """Return whether a key admits a browser, and invalidate it."""
+        """Return whether a key admits a browser. The key becomes invalid."""
         for unused in self._unused:
             if hmac.compare_digest(unused.encode(), word.encode()):
                 self._unused.remove(unused)
@@ -56,7 +56,7 @@ class StudioKeys:
         return False
 
     def new_cookie(self) -> str:
-        """Return the value of a new cookie, valid for `COOKIE_SECONDS`."""
+        """Return the value of a new cookie, which is valid for `COOKIE_SECONDS`."""
         end = str(int(self._clock()) + COOKIE_SECONDS)
         return f"{end}.{self._signed(end)}"
 
@@ -71,7 +71,7 @@ class StudioKeys:
 
 
 def kept_secret(root: Path) -> bytes:
-    """Return the secret of a studio's folder, created if missing; raise `OutputError` if it cannot be saved."""
+    """Return the secret of a studio's folder; create it if necessary. Raise `OutputError` if it cannot be saved."""
     file = root / "key"
     try:
         if not file.is_file() or file.stat().st_size != 32:
@@ -82,7 +82,7 @@ def kept_secret(root: Path) -> bytes:
 
 
 def write_private(file: Path, data: bytes) -> None:
-    """Write a file that only its owner can ever read."""
+    """Write a file that only its owner can read, at any time."""
     with suppress(FileNotFoundError):
         file.unlink()
     number = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -91,7 +91,7 @@ def write_private(file: Path, data: bytes) -> None:
 
 
 def page_that_goes_to(address: str) -> bytes:
-    """Return a page that redirects the browser to an address."""
+    """Return an HTML page that redirects the browser to an address."""
     target = escape(address, quote=True)
     return (
         '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'

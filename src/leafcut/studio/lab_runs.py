@@ -1,4 +1,4 @@
-"""Experiments of the studio: one at a time, in its own thread; each run is stored as soon as it ends."""
+"""Experiments of the studio. One experiment runs at a time, in a thread; each run is stored when it ends."""
 
 from __future__ import annotations
 
@@ -19,11 +19,18 @@ from leafcut.studio.jobs.jobs import line_of
 
 @dataclass(frozen=True)
 class LabState:
-    """State of the current or the last experiment.
+    """The state of the current or the last experiment.
 
-    `share` is the completed share of the runs that were missing at the start, 0 to 1; `began` the start on the
-    monotonic clock, s; `line` the reason why it ended early, empty otherwise; `failed` has one line for each refused
-    run.
+    Attributes
+    ----------
+    share
+        Completed share of the runs that were missing at the start, 0 to 1.
+    began
+        Start time on the monotonic clock, s.
+    line
+        Reason why the experiment ended early; otherwise empty.
+    failed
+        One line for each refused run.
     """
 
     description: Description
@@ -36,7 +43,7 @@ class LabState:
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimated remaining time, s; None while unknown."""
+        """Estimated remaining time, s; None while it is unknown."""
         if not self.running or self.share <= 0.0:
             return None
         return (time.monotonic() - self.began) * (1.0 - self.share) / self.share
@@ -48,7 +55,7 @@ class LabRuns:
     def __init__(self, folder: Folder) -> None:
         self.folder, self.file = folder, folder.root / "lab.sqlite"
         self.state: LabState | None = None
-        #: The last started experiment on a part of the user.
+        #: The experiment on the user's own part that was started last.
         self.own: Description | None = None
         self._ended, self._lock = threading.Event(), threading.Lock()
         self._thread: threading.Thread | None = None
@@ -59,7 +66,10 @@ class LabRuns:
         return self.state is not None and self.state.running
 
     def described(self, name: str, reduced: bool) -> Description:
-        """Return a shipped experiment, or that on a part of the user; raise `OptionError` for an unknown name."""
+        """Return an included experiment, or the experiment on the user's part.
+
+        Raise `OptionError` for an unknown name.
+        """
         if name == OWN_PART:
             if self.own is None:
                 raise OptionError("no part was compared since the studio started; start a comparison on the Lab page")
@@ -81,11 +91,11 @@ class LabRuns:
             self._thread.start()
 
     def stop(self) -> None:
-        """Stop the experiment; finished runs are kept, and a restart continues after them."""
+        """Stop the experiment. Finished runs are kept, and a restart continues after them."""
         self._ended.set()
 
     def close(self) -> None:
-        """Stop, and wait for the end."""
+        """Stop the experiment and wait for its end."""
         self.stop()
         if self._thread is not None:
             self._thread.join()
@@ -106,7 +116,10 @@ class LabRuns:
             return {}
 
     def rows(self, description: Description) -> list[Row]:
-        """Return the runs that match the description; raise `ReadError` if results or an input are unreadable."""
+        """Return the stored runs that match a description.
+
+        Raise `ReadError` if the results or an input are unreadable.
+        """
         if not self.file.is_file():
             return []
         with Store(str(self.file), read_only=True) as store:

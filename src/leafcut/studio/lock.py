@@ -9,16 +9,16 @@ from pathlib import Path
 
 from leafcut.files.whole_files import OutputError
 
-#: Position of the locked byte, after all content, so that others can read the owner's address.
+#: Position of the locked byte, beyond all content, so that other studios can read the owner's address.
 _BYTE = 1 << 20
 
 
 @contextmanager
 def lock_folder(root: Path, address: str) -> Iterator[None]:
-    """Lock a folder, created if missing, during the context; the system releases the lock however the process ends.
+    """Lock a folder during the context; create the folder if necessary.
 
-    `address` of this studio is shown by a second studio. Raise `OutputError` if another studio holds the lock, or the
-    folder cannot be written.
+    The operating system releases the lock, however the process ends. A second studio shows `address`, which is the
+    address of this studio. Raise `OutputError` if another studio holds the lock, or the folder cannot be written.
     """
     file = root / "lock"
     try:
@@ -42,7 +42,10 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
 
 
 def _locked(number: int) -> bool:
-    """Lock a byte of an open file; return False if another process holds it. File systems without locks are ignored."""
+    """Lock a byte of an open file; return False if another process holds it.
+
+    Return True if the file system does not support locks.
+    """
     try:
         import fcntl
     except ImportError:

@@ -1,4 +1,4 @@
-"""Translation of leafcut's English messages, line by line, by patterns with gaps."""
+"""Translation of leafcut's English messages by templates with gaps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _DEEPEST = 6
 #: Maximum number of positions at which a line is split.
 _MAX_PARTS = 8
 _GAP = "{}"
-#: Separators of a message's parts: file and problem; problem and advice; a remark.
+#: Separators between the parts of a message: file and problem, problem and advice, remark.
 _BETWEEN = re.compile(r"; |: | \(")
 _WORD = re.compile(r"\w+")
 
@@ -22,8 +22,8 @@ _WORD = re.compile(r"\w+")
 class _Pattern(NamedTuple):
     """A message template with gaps, as a regular expression, and its translation.
 
-    `size` is the number of letters of the template. `given` marks gaps in quotes: they hold user input, which is not
-    translated.
+    `size` is the number of letters of the template. `given` marks gaps in quotes, which contain user input and are
+    not translated.
     """
 
     line: str
@@ -39,14 +39,14 @@ class _Translation(NamedTuple):
 
 
 class Messages:
-    """Lines with gaps and their translations: ``the file has {} MiB`` = ``el archivo tiene {} MiB``."""
+    """Message templates and their translations: ``the file has {} MiB`` = ``el archivo tiene {} MiB``."""
 
     def __init__(self, table: Mapping[str, str]) -> None:
         self.table = table
         self._whole = {line: translation for line, translation in table.items() if _GAP not in line}
         patterns = [_pattern(line, translation) for line, translation in table.items() if _GAP in line]
         often = Counter(word for pattern in patterns for word in pattern.words)
-        #: Patterns by their rarest word, "" if they have none, so that only a few are tried per line.
+        #: Patterns by their rarest word ("" if they have none), so that only a few patterns are tried per line.
         self._by_word: dict[str, list[_Pattern]] = {}
         for pattern in patterns:
             rarest = min(pattern.words, key=lambda word: (often[word], word), default="")
@@ -57,7 +57,7 @@ class Messages:
         return self._translated(line, 0, {}).text
 
     def _translated(self, line: str, depth: int, seen: dict[str, _Translation]) -> _Translation:
-        """Translate a line, whole or split, whichever recognizes more of it."""
+        """Translate a line as a whole or in two parts, whichever recognizes more of it."""
         if line in seen:
             return seen[line]
         best = _Translation(line, 0)
@@ -77,7 +77,7 @@ class Messages:
             head, tail = line[: between.start()], line[between.end() :]
             if head and tail:
                 first, second = self._translated(head, depth + 1, seen), self._translated(tail, depth + 1, seen)
-                # A file name before the colon must not become part of a gap's content.
+                # A file name before the colon must not become part of a gap.
                 known = first.known + second.known
                 if known > best.known or (known == best.known > 0 and between[0] == ": "):
                     best = _Translation(first.text + between[0] + second.text, known)
@@ -113,12 +113,12 @@ def _pattern(line: str, translation: str) -> _Pattern:
 
 @cache
 def _compiled(text: str) -> re.Pattern[str]:
-    """Return a compiled pattern; compiling all of them at once would take a fifth of a second."""
+    """Return the compiled pattern. Compiling all patterns at once would take a fifth of a second."""
     return re.compile(text, re.DOTALL)
 
 
 def _words(fixed_parts: list[str]) -> frozenset[str]:
-    """Return the words of a line that do not touch a gap, where they could be parts of longer words."""
+    """Return the words of a template, except words that touch a gap and could be parts of longer words."""
     text = "\0".join(fixed_parts)
     words = _WORD.finditer(text)
     return frozenset(word[0] for word in words if "\0" not in text[max(word.start() - 1, 0) : word.end() + 1])

@@ -1,10 +1,10 @@
-"""Connection of the studio to a controller. One thread talks to it; all others send requests to this thread.
+"""The studio's connection to a controller. One thread talks to the controller; all others send requests to this thread.
 
-`leafcut.sender` talks to the controller. This module decides who may command the machine, which command is sent next,
-and which state the pages see. Only Stop and requests during a program bypass the queue.
+`leafcut.sender` implements the communication. This module decides who may command the machine, which command is sent
+next, and which state the pages see. Only Stop and requests during a program bypass the queue.
 
-A page that shows the machine reports regularly. After `GRACE` seconds without a report a running program is held
-(unless it was started to run unattended) and a jog or a frame is ended.
+A page that shows the machine reports regularly. After `GRACE` seconds without a report, a running program is held
+(unless it was started to run unattended), and a jog or a frame is ended.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ from leafcut.studio.machine.state import (
     ProgramProgress,
 )
 
-#: Time without a page that shows the machine before a program is held, s.
+#: Time without a page that shows the machine, after which a program is held, s.
 GRACE = 5.0
 #: Maximum number of queued jogs, so that the machine does not lag behind a key.
 _MAX_JOGS = 2
-#: Maximum lead of the queued jogs over the machine while a key is held, s.
+#: Maximum time for which jogs are queued ahead while a key is held, s.
 _JOG_AHEAD = 0.3
 #: Alarms that keep the position: soft limit and probe alarms. Source: gnea/grbl 1.1, alarm codes.
 _KEPT = (2, 4, 5)
-#: Time that the studio waits for the machine to stop when it closes, s.
+#: Maximum time for the machine to stop when the studio closes, s.
 _END_SECONDS = 30.0
 
 _Act = Callable[[Callable[[], None]], Any]
@@ -58,7 +58,7 @@ _Act = Callable[[Callable[[], None]], Any]
 
 @dataclass
 class _Task:
-    """A request to the thread. `act` calls its argument once the checks have passed and the work has started."""
+    """A request to the thread. `act` calls its argument when the checks have passed and the action has started."""
 
     doing: MachineTask
     act: _Act
@@ -69,10 +69,10 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """Options for running a program: from a hole or a line, counted from 1, or from the start if both are None.
+    """Options of a run: start at a hole or a line, counted from 1, or at the beginning if both are None.
 
-    `by_hole`: ask before every hole. `unhomed`: the machine has no homing; the user has set its zero. `alone`: continue
-    when no page shows the machine.
+    `by_hole`: ask before every hole. `unhomed`: the machine has no homing; the user has set its zero. `alone`:
+    continue if no page shows the machine.
     """
 
     from_hole: int | None = None
@@ -84,10 +84,11 @@ class RunWishes:
 
 @dataclass(frozen=True)
 class ReadyProgram:
-    """A program that was checked against the machine's current state and may be run.
+    """A program that was checked against the current state of the machine and may be run.
 
-    `job` holds the times for this machine, `facts` are the settings reported by the controller, `steps` the blocks to
-    send. The program continues at `line`, 0 for its start. `told` are messages for the user before the start.
+    `job` contains the cycle times on this machine, `facts` the settings that the controller reports, and `steps` the
+    lines and pauses to send. The program starts at `line`; 0 is its beginning. `told` are messages for the user
+    before the start.
     """
 
     job: SendJob
@@ -98,17 +99,17 @@ class ReadyProgram:
 
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
-        """Smallest and largest x, y and z of its cuts, mm in program coordinates; None without cuts."""
+        """Smallest and largest x, y and z of the cuts, mm in program coordinates; None if nothing is cut."""
         return fed_box(self.job)
 
     @property
     def tools(self) -> list[str | None]:
-        """Tools from `line` on, in order; None for a tool that the program does not name."""
+        """The tools from `line` on, in order; None for a tool that the program does not name."""
         return tools_of(self.job, self.line)
 
 
 class MachineLink:
-    """Connection to at most one controller; thread-safe."""
+    """The connection to at most one controller; thread-safe."""
 
     def __init__(
         self, open_port: Callable[[str, int], Port] = SerialPort, clock: Callable[[], float] = time.monotonic
@@ -130,14 +131,14 @@ class MachineLink:
 
     @property
     def job(self) -> SendJob | None:
-        """The running program."""
+        """The running program, or None."""
         run = self._run
         return None if run is None else run.job
 
-    # Requests, from any thread.
+    # Requests; called from any thread.
 
     def alive(self, holder: str, *, adopt: bool = False) -> None:
-        """Record that a page shows the machine; it may adopt a machine that no other page commands."""
+        """Record that a page shows the machine. With `adopt`, it takes control if no other page has control."""
         with self._lock:
             if self.state.holder == holder or (
                 adopt and self.state.connection is not Connection.CLOSED and self._is_abandoned()
@@ -147,7 +148,7 @@ class MachineLink:
                     self._publish(holder=holder)
 
     def take(self, holder: str) -> None:
-        """Take control of the machine from another page."""
+        """Take control of the machine, also from another page."""
         with self._lock:
             self._alive_at = self._clock()
             self._publish(holder=holder)
@@ -169,7 +170,7 @@ class MachineLink:
         return future
 
     def disconnect(self, holder: str) -> None:
-        """Close the port; raise `SendError` if the machine is busy or another page commands it."""
+        """Close the port; raise `SendError` if the machine is busy, or another page has control."""
         self._claim(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
@@ -180,11 +181,14 @@ class MachineLink:
         return self._post(holder, MachineTask.HOMING, self._home)
 
     def unlock(self, holder: str) -> Future[Any]:
-        """Bring the machine to rest from an alarm, a hold or a motion."""
+        """Bring the machine to rest after an alarm, during a hold or during a motion."""
         return self._post(holder, MachineTask.STOPPING, self._unlock)
 
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
-        """Move by distances, mm, at a feed, mm/min; while a key is `held`, only moves that soon end are queued."""
+        """Jog by distances in mm at a feed in mm/min.
+
+        While a key is `held`, a jog is skipped if enough jogs are queued already.
+        """
         with self._lock:
             if held and (len(self._tasks) >= _MAX_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
                 done: Future[Any] = Future()
@@ -193,7 +197,7 @@ class MachineLink:
         return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
 
     def cancel(self, holder: str) -> None:
-        """End a jog or a frame; the machine stops and keeps its position."""
+        """End a jog or a frame. The machine stops and keeps its position."""
         with self._lock:
             self._claim(holder)
             for task in [task for task in self._tasks if task.jog]:
@@ -209,19 +213,25 @@ class MachineLink:
         return self._post(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
-        """Set Z0 with a probe plate of thickness `plate`, mm, at a feed in mm/min, moving down at most `travel`, mm."""
+        """Set Z0 with a probe plate of thickness `plate`, mm.
+
+        The probe moves down at most `travel` mm, at a feed in mm/min.
+        """
         return self._post(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
-        """Trace the bounding box of a program above the part, feed in mm/min, after `check`; done when it starts."""
+        """Check a program, then trace its bounding box above the part at a feed in mm/min.
+
+        The result is available at the start.
+        """
         return self._post(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Return a `ReadyProgram` with the messages before the start; nothing is sent."""
+        """Check a program; the result is a `ReadyProgram`. Nothing is sent."""
         return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Run a program; done with its `ReadyProgram` when it starts."""
+        """Check and run a program. The result, a `ReadyProgram`, is available when the program starts."""
         return self._post(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
@@ -232,7 +242,7 @@ class MachineLink:
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
-        """Hold, resume or change the feed of a program; during a jog or a frame, a hold ends it."""
+        """Hold or resume a program, or change its feed. During a jog or a frame, a hold ends it."""
         self._claim(holder)
         if self._run is not None:
             if request is Request.RESUME:
@@ -244,7 +254,7 @@ class MachineLink:
             raise SendError("no program runs")
 
     def stop(self) -> None:
-        """Stop the machine, whoever commands it: hold, wait for rest, reset."""
+        """Stop the machine, whichever page has control: hold, wait for rest, reset."""
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
@@ -255,7 +265,7 @@ class MachineLink:
             task.future.set_exception(SendError("stopped by you"))
 
     def close(self) -> None:
-        """Stop the machine and close the port, as the studio closes."""
+        """Stop the machine and close the port, because the studio closes."""
         if self._thread is not None:
             if self.state.moves:
                 self.stop()
@@ -328,7 +338,7 @@ class MachineLink:
                 message += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
             message = str(problem)
-        except Exception as fault:  # after an internal error no page must show a connected machine
+        except Exception as fault:  # after an internal error, no page must show a connected machine
             message = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
         finally:
             if port is not None:
@@ -450,7 +460,7 @@ class MachineLink:
         return facts
 
     def _at_rest(self) -> Facts:
-        """Return the controller's settings; refuse a machine that moves or is locked."""
+        """Return the controller's settings; raise `SendError` if the machine moves or is locked."""
         assert self._talk is not None
         status = self._talk.fresh_status()
         if status.state != "Idle":
@@ -588,7 +598,7 @@ class MachineLink:
         self._show_message(words, bad=not ending.complete)
 
     def _observe(self, run: SendRun, view: RunView) -> None:
-        """Publish the progress of a program; hold it when no page shows it any more."""
+        """Publish the progress of a program; hold the program if no page shows it any more."""
         now = self.state.progress
         if now is None:
             return
@@ -604,7 +614,7 @@ class MachineLink:
             self._show_message("no page shows the machine any more: it is on hold", bad=True)
 
     def _prompt(self, pause: Pause, messages: Sequence[str]) -> str | None:
-        """Ask the user and wait for the answer; manual actions run meanwhile."""
+        """Ask the user and wait for the answer. Manual actions are executed meanwhile."""
         talk, run = self._talk, self._run
         assert talk is not None and run is not None
         kind = "hole" if pause.hole else "tool" if pause.change else "pause"

@@ -1,4 +1,4 @@
-"""Programs for the machine: verified results of leafcut, or opened files checked for this machine."""
+"""Programs for the machine: verified results of leafcut, or opened files that are checked for this machine."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ if TYPE_CHECKING:
 
 
 def machine_of(word: str, folder: Folder) -> Machine:
-    """Return a shipped machine by name, or a user's own one by ``mine:NAME``.
+    """Return an included machine by its name, or a user's own machine by ``mine:NAME``.
 
-    Raise `LeafcutError` if the name is unknown, the profile is invalid, or leafcut cannot send to this controller from
-    the page.
+    Raise `LeafcutError` if the name is unknown, the profile is invalid, or the page cannot send to this controller.
     """
     if word.startswith(OWN):
         machine = load_machine(str(folder.kept_own("machines", word, "--machine")))
@@ -39,7 +38,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
 
 
 def sendable(folder: Folder) -> dict[str, Head]:
-    """Return the machines that can receive programs, the user's own first, with their kind of head."""
+    """Return the machines to which the page can send programs, the user's own first, with their kind of head."""
     heads = {}
     for word in [*(OWN + name for name in folder.own_names("machines")), *machine_names()]:
         try:
@@ -50,7 +49,10 @@ def sendable(folder: Folder) -> dict[str, Head]:
 
 
 def program_of_job(history: History, folder: Folder, job: str, machine: str, accept: Collection[str] = ()) -> SendJob:
-    """Return the program of a run as a job; raise `LeafcutError` if it is unverified or not for this machine."""
+    """Return the program of a finished run as a job.
+
+    Raise `LeafcutError` if it is unverified or not for this machine.
+    """
     answer, program = history.answer(job), history.artefact(job, "program")
     if answer is None or program is None:
         raise OptionError("there is no program yet; run one first, or open one")
@@ -68,7 +70,10 @@ def program_of_job(history: History, folder: Folder, job: str, machine: str, acc
 def program_of_file(
     folder: Folder, source: str, machine: str, units: str | None = None, accept: Collection[str] = ()
 ) -> SendJob:
-    """Return an opened program, every line checked; raise `LeafcutError` if it is unreadable or may not be sent."""
+    """Return an opened program as a job with all lines checked.
+
+    Raise `LeafcutError` if the program is unreadable or may not be sent.
+    """
     path = folder.input_path(source)
     text, made_for = program_text(path, path.name), machine_of(machine, folder)
     return job_of(text, path.name, made_for, dialect(made_for.controller), units, accept)

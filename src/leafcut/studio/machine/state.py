@@ -1,4 +1,4 @@
-"""State of the machine at one moment, identical for all pages and programs."""
+"""The state of the machine at one moment, identical for all pages and programs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from leafcut.model.machine import XYZ
 
 
 class Connection(StrEnum):
-    """State of the connection."""
+    """The state of the connection to a controller."""
 
     CLOSED = "closed"
     OPENING = "opening"
@@ -18,7 +18,7 @@ class Connection(StrEnum):
 
 
 class MachineTask(StrEnum):
-    """Current task of the machine, started by hand or by a program."""
+    """The current task of the machine."""
 
     NOTHING = ""
     ASKING = "asking"
@@ -31,7 +31,7 @@ class MachineTask(StrEnum):
 
 @dataclass(frozen=True)
 class MachineQuestion:
-    """Question to the user during a program; `said` lists the controller's answers to manual actions meanwhile."""
+    """A question to the user during a program. `said` lists the controller's answers to manual actions meanwhile."""
 
     kind: str
     words: str
@@ -43,7 +43,11 @@ class MachineQuestion:
 
 @dataclass(frozen=True)
 class ProgramProgress:
-    """Progress: line and hole from 1 (0 before the first), s, mm/min, percent; `alone`: it continues without a page."""
+    """Progress of a program. Lines and holes count from 1; 0 means that none has started.
+
+    `feed` is in mm/min, `override` in percent; `done_s` and `left_s` are the elapsed and the remaining time.
+    `alone`: the program continues if no page shows the machine.
+    """
 
     name: str
     lines: int
@@ -60,7 +64,7 @@ class ProgramProgress:
 
 @dataclass(frozen=True)
 class ProgramEnd:
-    """Message about the end of the last program; it can continue at `line` or `go_on_hole`, 0 for none."""
+    """The end of the last program. It can be resumed at `line` or at hole `go_on_hole`; 0 means not possible."""
 
     name: str
     complete: bool
@@ -72,11 +76,20 @@ class ProgramEnd:
 
 @dataclass(frozen=True)
 class MachineState:
-    """State of the machine at one moment; `number` grows with every change.
+    """The state of the machine at one moment. `number` grows with every change.
 
-    `machine` and `work` are positions of the tool, mm, None if not reported, and may be wrong (`unsure`) after an alarm
-    or a reset. `travel` is the lowest and the highest machine coordinates, mm. `holder` is the controlling page or
-    "program", empty for none; `said` the last message, `saying` its number, and `bad` whether it is an error.
+    Attributes
+    ----------
+    machine, work
+        Position of the tool in machine and work coordinates, mm; None if not reported.
+    travel
+        Lowest and highest machine coordinates, mm.
+    unsure
+        Whether the position may be wrong, after an alarm or a reset.
+    holder
+        The page that has control, or "program"; empty for none.
+    said, saying, bad
+        The last message, its number, and whether it is an error.
     """
 
     number: int = 0
@@ -110,11 +123,11 @@ class MachineState:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves or is about to move, so that Stop applies."""
+        """Whether the machine moves or is about to move, so that Stop applies."""
         return self.doing is not MachineTask.NOTHING or self.status in ("Run", "Jog", "Home", "Hold", "Door")
 
     def as_json(self) -> dict[str, Any]:
-        """Return the state as plain values."""
+        """Return the state as plain values for JSON."""
         values = asdict(self)
         if self.travel is not None and any(abs(v) == float("inf") for end in self.travel for v in end):
             values["travel"] = None

@@ -1,4 +1,4 @@
-"""Progress of a job in the browser's tab: title, icon, and a notification at its end."""
+"""The progress of a job in the browser's tab: title, icon, and a notification at its end."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from leafcut.studio.page.page_state import View
 
 
 class Badge:
-    """Sends the state of the page's job, or else of another running job, to badge.js."""
+    """Sends the state of a job to badge.js: the job of the page, or else another running job."""
 
     def __init__(self, view: View) -> None:
         self.view = view
         w = view.words
-        #: The displayed job, until it has ended and another starts.
+        #: The displayed job, until it has ended and another job starts.
         self._job: str | None = None
         self._sent = ""
         words = {key: w.table[f"badge.{key}"] for key in ("done", "failed", "cancelled", "interrupted", "blocked")}
@@ -54,7 +54,7 @@ def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
 
 
 def notice_switch(view: View) -> None:
-    """Show the switch for notifications at the end of a job."""
+    """Add the switch for notifications at the end of a job."""
     with box("label", "notice"):
         box("input", "switch", type="checkbox", data_notice="")
         text("span", view.words("badge.notice"))

@@ -1,4 +1,4 @@
-"""Menus from the current cut chart: its processes, materials, thicknesses and currents."""
+"""Menus with the processes, materials, thicknesses and currents of the cut chart."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words
 from leafcut.units import parse_quantity
 
-#: Option → (value, label) of all choices.
+#: Option → list of (value, label) of its choices.
 Menus = dict[str, list[tuple[str, str]]]
 
 
 def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
-    """Return the menus for a cut from the chart and the current choices; empty for an invalid chart."""
+    """Return the menus of the cut options for the chart and the current choices; empty for an invalid chart."""
     try:
         rows = _rows(_chart(values, folder))
     except LeafcutError:
@@ -38,7 +38,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
 
 
 def chart_problem(values: Mapping[str, Any], folder: Folder) -> str:
-    """Return the error of an opened chart in one line, or an empty text."""
+    """Return the error in an opened chart as one line, or an empty text."""
     try:
         _rows(_chart(values, folder))
     except LeafcutError as problem:
@@ -52,7 +52,7 @@ def _chart(values: Mapping[str, Any], folder: Folder) -> Path | None:
 
 @lru_cache(maxsize=8)
 def _rows(chart: Path | None) -> list[ChartRow]:
-    """Return the rows of a chart; files opened in the studio never change."""
+    """Return the rows of a chart. They are cached, because files opened in the studio never change."""
     return load_chart(chart)
 
 

@@ -1,4 +1,4 @@
-"""Charts of searches, drawn by ECharts as SVG; their colours are CSS variables, so that they follow the theme."""
+"""Charts of searches, drawn by ECharts as SVG. Their colours are CSS variables, so that they follow the theme."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.page.elements import box, text
 
-#: Options of ECharts, texts by key, and rows of `model.study.Iteration`.
+#: Options of ECharts; texts by key; rows of `model.study.Iteration`.
 ChartOptions = dict[str, Any]
 ChartWords = Mapping[str, str]
 ChartRows = Sequence[Sequence[float | None]]
 
-#: Ratio of the last to the first value above which a horizontal axis is logarithmic.
+#: Ratio of the last to the first value above which a horizontal axis becomes logarithmic.
 _LOG_FROM = 60.0
 _COLOURS = 8
-#: Height of a row of a box plot, and of its axis, pixels.
+#: Height of a row of a box plot, and height of its axis, pixels.
 _BOX_ROW, _BOX_FOOT = 34, 30
 _NUMBER = "v => v == null ? '–' : v.toLocaleString('en-US', {maximumFractionDigits: 3})"
 _TOOLTIP = {
@@ -33,14 +33,14 @@ _TOOLTIP = {
 
 
 class Chart:
-    """A chart, created when first shown, since most pages show none and ECharts is large."""
+    """A chart that is created when it is first shown, because ECharts is large and most pages show no chart."""
 
     def __init__(self, classes: str = "chart") -> None:
         self.place = box("div", classes, role="img")
         self._chart: EChart | None = None
 
     def show(self, options: ChartOptions, label: str) -> None:
-        """Show a chart; `label` describes it for screen readers."""
+        """Show a chart. `label` describes it for screen readers."""
         if self._chart is None:
             with self.place:
                 self._chart = ui.echart(options, renderer="svg").classes("echart")
@@ -53,7 +53,7 @@ class Chart:
 
 
 class SwitchedChart:
-    """A chart by iteration or by time, as the user chooses."""
+    """A chart over iterations or over time, as the user chooses."""
 
     def __init__(self, words: ChartWords, classes: str) -> None:
         self.by, self._draw = "iteration", (lambda by: ({}, ""))  # type: str, Callable[[str], tuple[ChartOptions, str]]
@@ -63,7 +63,7 @@ class SwitchedChart:
             self._chart = Chart("echart")
 
     def show(self, draw: Callable[[str], tuple[ChartOptions, str]]) -> None:
-        """Show the options and the description that `draw` returns for ``iteration`` or ``time``."""
+        """Show the options and the label that `draw` returns for ``iteration`` or ``time``."""
         self._draw = draw
         self._choose(self.by)
 
@@ -82,7 +82,10 @@ class SwitchedChart:
 def convergence(
     history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: ChartWords, now: float = 0.0
 ) -> tuple[ChartOptions, str]:
-    """Return cost over search time: (seconds, cost) at every improvement, the lower bound, and the elapsed time, s."""
+    """Return the chart of cost over search time, and its label.
+
+    `history` is (seconds, cost) at every improvement, `bound` the lower bound, and `now` the elapsed time, s.
+    """
     best, last = history[-1][1], max(now, history[-1][0], 0.001)
     points = [*history, (last, best)]
     line = _line(words["best"], points, "--accent", 2.2, step="end")
@@ -96,9 +99,10 @@ def convergence(
 
 
 def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str) -> tuple[ChartOptions, str]:
-    """Return best, mean and worst cost per iteration, the overall best and the λ-branching factor.
+    """Return the chart of an ant or firefly search, and its label.
 
-    `rows` hold the fields of `model.study.Iteration`.
+    It shows the best, mean and worst cost per iteration, the overall best cost and the λ-branching factor. `rows`
+    contain the fields of `model.study.Iteration`.
     """
     at, axis = _axis_of(rows, by, words)
     last = rows[-1]
@@ -129,7 +133,7 @@ def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords,
 def runs(
     curves: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords, by: str
 ) -> tuple[ChartOptions, str]:
-    """Return the curves of `lab.tables.curves_as_json`, thin, and the mean of each algorithm, thick."""
+    """Return the chart of all curves (`lab.tables.curves_as_json`), with the mean per algorithm, and its label."""
     names = list(dict.fromkeys(curve["algorithm"] for curve in curves))
     k = 0 if by == "iteration" else 1
     lines = {name: [[(p[k], p[2]) for p in c["points"]] for c in curves if c["algorithm"] == name] for name in names}
@@ -149,7 +153,7 @@ def runs(
 
 
 def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, float]]:
-    """Return the mean at every improvement of a curve, from the time at which all have started."""
+    """Return the mean of several curves at every improvement, from the time at which all curves have started."""
     begun = max(points[0][0] for points in curves)
     places = sorted({x for points in curves for x, _ in points if x >= begun})
     starts = [[x for x, _ in points] for points in curves]
@@ -157,7 +161,7 @@ def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, 
 
 
 def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords) -> tuple[ChartOptions, str]:
-    """Return Tukey box plots of the tour lengths of each algorithm (`lab.tables.experiment_as_json`)."""
+    """Return Tukey box plots of each algorithm's tour lengths (`lab.tables.experiment_as_json`), and their label."""
     names = [row["algorithm"] for row in algorithms]
     values = [v for row in algorithms for v in (row["low"], row["high"], *row["outliers"])]
     colours = [f"var(--t{number % _COLOURS})" for number in range(len(names))]
@@ -191,12 +195,12 @@ def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: C
 
 
 def boxes_style(algorithms: Sequence[Any]) -> str:
-    """Return the CSS height of box plots."""
+    """Return the CSS height of a chart of box plots."""
     return f"height: {len(algorithms) * _BOX_ROW + _BOX_FOOT}px"
 
 
 def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
-    """Return a bar for each firefly, the brightest marked."""
+    """Return a bar chart of the brightness of each firefly, with the brightest marked, and its label."""
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
     columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]
@@ -212,7 +216,7 @@ def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions
 
 
 def bars(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
-    """Fill an element with a bar for each (name, value, note, whether it is the best)."""
+    """Fill an element with a bar per row: (name, value, note, whether it is the best)."""
     rows = list(rows)
     most = max((value for _, value, _, _ in rows), default=0.0) or 1.0
     place.clear()
@@ -247,7 +251,7 @@ def _bound(bound: float | None, words: ChartWords, *, named: bool = True) -> Cha
 
 
 def _axis_of(rows: ChartRows, by: str, words: ChartWords) -> tuple[list[float], ChartOptions]:
-    """Return the horizontal position of every row, and the axis."""
+    """Return the horizontal position of every row, and the options of the axis."""
     at = [float(row[0 if by == "iteration" else 1] or 0.0) for row in rows]
     return at, _horizontal(at, words["iterationAxis"] if by == "iteration" else "s")
 
@@ -280,7 +284,7 @@ def _axes(
     top: int,
     legend: list[str] | None = None,
 ) -> ChartOptions:
-    """Return series with both axes; the vertical axis shows all values and the bound."""
+    """Return the options of a chart with both axes. The vertical axis contains all values and the bound."""
     seen = [*values, bound] if bound is not None else values
     low, high = min(seen), max(seen)
     if horizontal.get("type") == "log":

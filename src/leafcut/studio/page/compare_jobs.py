@@ -39,7 +39,7 @@ def _plain(value: Any) -> str:
     return f"{value:,.10g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-#: Key of the label → path of the value in an answer, and its formatter.
+#: (key of the label, path of the value in the answer, function that formats it).
 _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("result.before", ("before", "time_s"), format_time),
     ("result.after", ("after", "time_s"), format_time),
@@ -62,7 +62,7 @@ _FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
 
 
 def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
-    """Return the results found in either answer."""
+    """Return the results that at least one of the answers contains."""
     rows = []
     for label, path, format_value in _FIGURES:
         first, second = (_value_at(answer, path) for answer in answers)
@@ -79,7 +79,7 @@ def _value_at(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
-    """Return every option set in either job, with the default for the other."""
+    """Return the options that are set in at least one of the jobs; the other job shows its default."""
     given = tuple(changed(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 

@@ -1,4 +1,4 @@
-"""Elements of the page: plain tags with text, the options form, and the file opener."""
+"""Elements of the page: plain tags with text, options form, file opener, tables and editors."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from nicegui.elements.mixins.text_element import TextElement
 
 Fields = list[dict[str, Any]]
 
-#: Maximum number of history steps sent to a browser at once.
+#: Maximum number of history steps that are sent to a browser at once.
 _STEPS = 50
 
 
 class Form(Element, component="../static/form.js"):
-    """Groups of labelled fields; `on_change` receives (name, value, displayed file name).
+    """Groups of labelled fields. `on_change` receives (name, value, displayed file name).
 
-    A `searchable` form has a field that finds options by name and help text; a `fixed` one is read-only.
+    A `searchable` form has a field that finds options by name and help text. A `fixed` form is read-only.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Form(Element, component="../static/form.js"):
         errors: dict[str, str] | None = None,
         groups: Fields | None = None,
     ) -> None:
-        """Show values, displayed file names, errors, and other fields."""
+        """Show values, displayed file names and errors, and replace the fields if `groups` is given."""
         self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
         if groups is not None:
             self.props["groups"] = groups
@@ -55,7 +55,7 @@ class Form(Element, component="../static/form.js"):
 
 
 class Opener(Element, component="../static/opener.js"):
-    """Opens files by a dialog or by dropping them on the page."""
+    """Opens files in a dialog, or when they are dropped on the page."""
 
     def __init__(
         self,
@@ -77,7 +77,10 @@ class Opener(Element, component="../static/opener.js"):
 
 
 class PartsTable(Element, component="../static/parts.js"):
-    """Parts of a nest in rows. Handlers: `on_change` (row id, key, text), `on_remove` and `on_look` (row id)."""
+    """The parts of a nest as rows.
+
+    Handlers: `on_change` (row id, key, text), `on_remove` (row id), `on_look` (row id).
+    """
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class PartsTable(Element, component="../static/parts.js"):
 
 
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
-    """Return a container element; ``_`` in the name of an attribute stands for ``-``."""
+    """Return a container element. ``_`` in the name of an attribute becomes ``-``."""
     element = Element(tag)
     return _with(element, classes, attributes)
 
@@ -117,7 +120,7 @@ def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElem
 
 
 def button(words: str, act: Callable[..., Any] | None = None, classes: str = "", **attributes: str) -> TextElement:
-    """Return a button; `act` has no argument, or receives the event."""
+    """Return a button. `act` takes no argument, or the event."""
     element = text("button", words, f"button {classes}", type="button", **attributes)
     if act is not None:
         element.on("click", act)
@@ -138,7 +141,7 @@ def _with(element: Element, classes: str, attributes: dict[str, str]) -> Element
 
 
 def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Element:
-    """Return a table; `head` is (text, classes of the column)."""
+    """Return a table. `head` is (text, classes of the column)."""
     with box("div", "scroll") as around, box("table", aria_label=label):
         with box("thead"), box("tr"):
             for words, classes in head:
@@ -152,7 +155,10 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
 
 
 class Editor(Element, component="../static/editor.js"):
-    """A TOML file in CodeMirror; `on_draft` receives the text shortly after a change, None makes it read-only."""
+    """An editor for a TOML file (CodeMirror).
+
+    `on_draft` receives the text shortly after a change; None makes the editor read-only.
+    """
 
     def __init__(self, content: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
         super().__init__()
@@ -161,13 +167,13 @@ class Editor(Element, component="../static/editor.js"):
             self.on("draft", lambda e: on_draft(e.args["text"]))
 
     def show(self, content: str, line: int, problem: str) -> None:
-        """Show another text and mark the line with an error, 0 for none."""
+        """Show a text, and mark the line of an error; 0 for none."""
         self.props.update(text=content, line=line, problem=problem)
         self.update()
 
 
 class JogPad(Element, component="../static/jog.js"):
-    """Buttons and keys that move a machine; `on_jog` receives axis, sign, and whether a key is held down."""
+    """Buttons and keys that move a machine. `on_jog` receives axis, sign, and whether a key is held down."""
 
     def __init__(
         self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]
@@ -178,14 +184,17 @@ class JogPad(Element, component="../static/jog.js"):
         self.on("release", on_release)
 
     def switch(self, enabled: bool) -> None:
-        """Enable or disable moves."""
+        """Enable or disable the buttons and keys."""
         if self.props["off"] == enabled:
             self.props["off"] = not enabled
             self.update()
 
 
 class SaveBar(Element, component="../static/save_bar.js"):
-    """A name field with a save button; `on_save` receives the name, `on_go` leads to the line of an error."""
+    """A name field with a save button.
+
+    `on_save` receives the name. `on_go` is called when the user follows the link to the line of an error.
+    """
 
     def __init__(
         self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
@@ -196,16 +205,16 @@ class SaveBar(Element, component="../static/save_bar.js"):
         self.on("go", on_go)
 
     def show(self, problem: str, line: int) -> None:
-        """Show an error, empty for none, and its line, 0 for none."""
+        """Show an error (empty for none) and its line (0 for none)."""
         self.props.update(problem=problem, line=line)
         self.update()
 
 
 class Address(Element, component="../static/address.js"):
-    """History of the browser: adds steps together with the drawn page, and reports Back and Forward.
+    """The history of the browser: adds steps together with the page, and reports Back and Forward.
 
-    `on_went` receives the query of the new address, key → word, and whether the browser had recorded all steps by then;
-    a step still in transit comes after it.
+    `on_went` receives the query of the new address (key → text), and whether the browser had recorded all steps at
+    that time; a step that is still on its way is recorded after it.
     """
 
     def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:
@@ -215,7 +224,7 @@ class Address(Element, component="../static/address.js"):
         self.on("went", lambda e: on_went(e.args["said"], e.args["done"] == self._number))
 
     def step(self, step: str, address: str) -> None:
-        """Add an address to the history, as `pushState` or `replaceState` do."""
+        """Add an address to the history. `step` is ``pushState`` or ``replaceState``."""
         self._number += 1
         self.props["steps"] = [*self.props["steps"][1 - _STEPS :], [self._number, step, address]]
         self.update()

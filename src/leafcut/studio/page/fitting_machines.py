@@ -1,4 +1,4 @@
-"""Machines that can do a kind of work, and the reasons why others cannot."""
+"""Machines that are suitable for a kind of work, and the reasons why others are not."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _machines() -> dict[str, Machine]:
 
 
 def machine_of(name: str, folder: Folder) -> Machine | None:
-    """Return a machine by name, a user's own one from its current profile; None if unknown."""
+    """Return a machine by name; None if unknown. A user's own machine is read from its current profile."""
     if not name.startswith(OWN):
         return _machines().get(name)
     try:
@@ -41,18 +41,18 @@ def head_of(name: str, folder: Folder) -> Head | None:
 
 
 def fits(name: str, work: str, folder: Folder) -> bool:
-    """Return whether a machine can do a kind of work; True if unknown."""
+    """Return whether a machine is suitable for a kind of work; True if unknown."""
     head = head_of(name, folder)
     return head is None or registry.machine_can_do(work, head)
 
 
 def offered(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:
-    """Return the machines that can do a kind of work, and the chosen one even if it cannot."""
+    """Return the machines that are suitable for a kind of work, and the `chosen` machine in any case."""
     return {name: title for name, title in machines.items() if name == chosen or fits(name, work, folder)}
 
 
 def why_not(name: str, work: str, folder: Folder, words: Words) -> str:
-    """Return why a machine cannot do a kind of work, with advice; empty if it can."""
+    """Return the reason why a machine is not suitable for a kind of work, with advice; empty if it is."""
     if not name or fits(name, work, folder):
         return ""
     head = head_of(name, folder)

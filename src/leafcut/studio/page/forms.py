@@ -1,4 +1,4 @@
-"""Forms generated from the option dataclasses, for each kind of work, important options first."""
+"""Forms for each kind of work, generated from the option dataclasses, important options first."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ACO, _FIREFLY = "aco", "firefly"
 
 @dataclass(frozen=True)
 class WorkKind:
-    """A kind of work; of its `groups` (key of the title, names) the first two are open, the others folded."""
+    """A kind of work. Of its `groups` (key of the title, option names) the first two are open, the others folded."""
 
     command: str
     process: str
@@ -37,7 +37,7 @@ def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
 
 #: A number with an optional unit.
 _FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
-#: Width of a field in characters.
+#: Width of a field, characters.
 _MAX_LETTERS = 16
 
 #: Options for cutting nested sheets, shown beside the nests before their cuts are planned.
@@ -87,10 +87,20 @@ def form(
     usual: Mapping[str, str] | None = None,
     kept: Collection[str] = (),
 ) -> list[dict[str, Any]]:
-    """Return the form of a kind of work as groups with fields, in plain values.
+    """Return the form of a kind of work as groups of fields, in plain values.
 
-    `machines` is name → label; `tools` the names of the user's own libraries; `menus` the suggestions beside typing;
-    `usual` the position of a user's own default; `kept` the options taken over from an earlier input.
+    Parameters
+    ----------
+    machines
+        Name → label.
+    tools
+        Names of the user's own tool libraries.
+    menus
+        Suggestions for fields that also accept other input.
+    usual
+        Option → position of the user's own default in its file.
+    kept
+        Options that were carried over from an earlier input.
     """
     own_choices = _own_choices(machines, work, tools)
     groups = [
@@ -107,7 +117,7 @@ def form(
 def form_of(
     key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
 ) -> list[dict[str, Any]]:
-    """Return a form with one group of a few options."""
+    """Return a form with a single group of options."""
     return [_group(key, tuple(names), {}, words, work, _own_choices(machines, work), menus)]
 
 
@@ -183,7 +193,7 @@ def _unit(spec: OptionSpec) -> str:
 
 
 def default_words(name: str, default: Any, words: Words) -> str:
-    """Return the text for an option without a value: the option's own description, or `default`."""
+    """Return the text for an option without a value: the option's own description of its default, or `default`."""
     spec = group_of(name).specs()[name]
     if spec.default_words:
         return words.plain(words.default(name, spec.default_words))
@@ -197,13 +207,13 @@ def default_words(name: str, default: Any, words: Words) -> str:
 
 
 def _short(text: str, limit: int) -> str:
-    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its start."""
+    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its beginning."""
     head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
     return head if len(head) <= limit else f"{head[: limit - 1].rstrip()}…"
 
 
 def problem_with(name: str, value: Any) -> str:
-    """Return the error in a typed value, or an empty string; files and machines are checked only when used."""
+    """Return the error in a typed value, or an empty text. Files and machines are checked only when they are used."""
     group = group_of(name)
     spec = group.specs()[name]
     if value in (None, "") or spec.kind == "path" or spec.may_be_path:
@@ -232,13 +242,13 @@ def changed(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the changed values of options that apply to a kind of work."""
+    """Return the changed values of the options that apply to a kind of work."""
     known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
     return {name: value for name, value in changed(values).items() if name in known}
 
 
 def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
-    """Return an option's value with its unit, as displayed; without a value, its default."""
+    """Return an option's value with its unit, as displayed. Without a value, return its default."""
     spec = group_of(name).specs()[name]
     default = default_of(name, work)
     if spec.kind == "flag":

@@ -1,16 +1,16 @@
-"""Formulas as MathML, which browsers render natively: `formula(sub("τ", "ij"), "←", …)`."""
+"""Formulas as MathML, which browsers render: `formula(sub("τ", "ij"), "←", …)`."""
 
 from __future__ import annotations
 
 import math
 from html import escape
 
-#: Number of significant digits shown.
+#: Number of significant digits.
 DIGITS = 4
 
 
 class MathMark(str):
-    """A finished piece of MathML."""
+    """A finished part of MathML."""
 
 
 def formula(*parts: str | float) -> str:
@@ -19,7 +19,7 @@ def formula(*parts: str | float) -> str:
 
 
 def row(*parts: str | float) -> MathMark:
-    """Return parts side by side; a letter becomes a variable, a number a number, anything else an operator."""
+    """Return parts side by side. A single letter becomes a variable, a number a number, any other text an operator."""
     return MathMark(f"<mrow>{''.join(_set(part) for part in parts)}</mrow>")
 
 
@@ -29,7 +29,7 @@ def frac(above: str | float, below: str | float) -> MathMark:
 
 
 def sub(base: str, index: str) -> MathMark:
-    """Return a letter with an index; letters of the index are variables, a longer word is upright."""
+    """Return a letter with an index. One or two letters of the index are variables; a longer word is upright."""
     return MathMark(f"<msub>{_set(base)}{_index(index)}</msub>")
 
 
@@ -49,7 +49,7 @@ def total(index: str, *parts: str | float) -> MathMark:
 
 
 def number(value: float) -> MathMark:
-    """Return a rounded number, very small or large ones with a power of ten."""
+    """Return a rounded number; a very small or large number has a power of ten."""
     if value == 0.0 or not math.isfinite(value) or 1e-3 <= abs(value) < 1e6:
         return MathMark(f"<mn>{'∞' if math.isinf(value) else plain(value)}</mn>")
     mantissa, _, exponent = f"{value:.{DIGITS - 1}e}".partition("e")
@@ -58,7 +58,7 @@ def number(value: float) -> MathMark:
 
 
 def plain(value: float) -> str:
-    """Return a number with a few digits: 6,120, 0.02, 25."""
+    """Return a number with a few digits, as text: 6,120, 0.02, 25."""
     rounded = float(f"{value:.{DIGITS}g}")
     return f"{rounded:,.0f}" if abs(rounded) >= 10 ** (DIGITS - 1) else f"{rounded:g}"
 

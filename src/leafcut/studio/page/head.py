@@ -1,4 +1,4 @@
-"""HTML head of the page: style sheets and scripts."""
+"""The HTML head of the page: style sheets and scripts."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ LEAF = (
 )
 
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
-#: Only the first script must run before painting, as it sets the light or dark theme.
+#: Only the first script must run before painting, because it sets the light or dark theme.
 _SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js", "picture.js")
 
 
 @cache
 def head() -> str:
-    """Return the head as HTML."""
+    """Return the style sheets and scripts as HTML."""
     # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
     styles = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in _STYLES]
@@ -30,5 +30,5 @@ def head() -> str:
 
 
 def first_bar() -> str:
-    """Return the HTML of the top bar, painted until the page has loaded."""
+    """Return the HTML of the top bar that is visible until the page has loaded."""
     return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'

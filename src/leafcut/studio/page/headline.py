@@ -1,4 +1,4 @@
-"""Result of a run in a few words, for the top of the result panel and for announcements."""
+"""The result of a run in a few words, for the top of the result panel and for announcements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True)
 class Headline:
-    """A large line with a small line below; `kind` is ``better``, ``worse`` or ``same``."""
+    """A large line with a small line below it. `kind` is ``better``, ``worse`` or ``same``."""
 
     large: str
     small: str
@@ -26,7 +26,7 @@ class Headline:
 
 
 def saving(answer: dict[str, Any], words: Words) -> Headline:
-    """Return the time saved by a program, or the reason why it was not improved."""
+    """Return the time that a program saves, or the reason why it was not improved."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
         return Headline(
@@ -43,12 +43,12 @@ def saving(answer: dict[str, Any], words: Words) -> Headline:
 
 
 def compared_strategy(answer: dict[str, Any]) -> str:
-    """Return the plain strategies that a program of pockets is compared with; "" for other programs."""
+    """Return the plain strategies with which a program of pockets is compared; empty for other programs."""
     return " + ".join(row["strategy"] for row in answer.get("strategies", ()) if row.get("usual"))
 
 
 def _why_same(answer: dict[str, Any], words: Words) -> str:
-    """Return why a program is as fast as before: why most tasks keep their position, or that no order is better."""
+    """Return the reason why a program is not faster: why all tasks keep their position, or that no order is better."""
     groups = answer.get("staying", [])
     n_kept, n_tasks = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
     if not groups or n_kept < n_tasks:
@@ -59,7 +59,7 @@ def _why_same(answer: dict[str, Any], words: Words) -> str:
 
 
 def missing_words(answer: dict[str, Any], words: Words) -> str:
-    """Return the amount of missing work; "" if none."""
+    """Return the amount of missing work; empty if nothing is missing."""
     # Answers of earlier versions lack this list.
     number = sum(work["count"] for work in answer.get("missing", ()))
     key = "result.missing" if number == 1 else "result.missing_several"
@@ -67,7 +67,7 @@ def missing_words(answer: dict[str, Any], words: Words) -> str:
 
 
 def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
-    """Return the announcement of a new result."""
+    """Return the announcement of a new result for screen readers."""
     return f"{record.title}: {_summary(record, answer, words)}"
 
 

@@ -1,4 +1,4 @@
-"""Help dialog: keys of the page and of the drawing, formats and algorithms; one text per language."""
+"""The help dialog: keys of the page and of the drawing, formats and algorithms. It is one text per language."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ _DRAWING_KEYS = (
 
 
 def help_dialog(words: Words) -> None:
-    """Add the hidden help dialog."""
-    # A single element instead of hundreds, since every page has it but few show it.
+    """Add the hidden help dialog to the page."""
+    # A single element instead of hundreds, because every page contains the dialog and few pages show it.
     dialog = ui.html(_text(words), sanitize=False, tag="dialog").classes("help")
     dialog.props.update({"id": "help", "aria-label": words("top.help")})
 

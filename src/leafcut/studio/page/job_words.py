@@ -1,4 +1,4 @@
-"""Texts about a job in lists (its choices and results), and search terms for jobs."""
+"""Texts about a job in lists (its choices and its result), and search terms for jobs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MAX_WORDS = 8
 
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
-    """Return the choices that distinguish a job from others with the same file: machine and non-default options."""
+    """Return the choices that distinguish a job from others with the same file: machine and changed options."""
     options = changed(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
     choices = [machine] if task.command == "optimize" or "machine" in task.options else []
@@ -33,25 +33,25 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
 
 
 def option_value(name: str, value: Any, folder: Folder, words: Words) -> str:
-    """Return the displayed value of an option; for a file its name."""
+    """Return the displayed value of an option; for a file, its name."""
     if isinstance(value, bool):
         return words("form.on" if value else "form.off")
     shown = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
     if group_of(name).specs()[name].kind == "path":
-        with suppress(LeafcutError):  # otherwise it names a library, or the file is gone
+        with suppress(LeafcutError):  # otherwise it names a library, or the file was deleted
             shown = folder.input_path(shown).name
     return shown.removeprefix(OWN)
 
 
 def change_words(saved: float) -> str:
-    """Return the change of a time in percent, ``−2.5\u00a0%``; without a sign if it is zero."""
+    """Return the change of a time in percent, such as ``−2.5 %``; without a sign if it is zero."""
     percent = round(saved, 1)
     sign = "−" if percent > 0 else "+" if percent < 0 else ""
     return f"{sign}{abs(percent):.1f}\u00a0%"
 
 
 def figures_of(record: JobRecord, words: Words) -> str:
-    """Return the result of a job in a few words, or the error."""
+    """Return the result of a job in a few words, or its error."""
     figures = record.figures
     if "after_s" in figures and figures["before_s"] is not None:
         change = change_words(figures["saved_percent"] or 0.0)
@@ -67,7 +67,10 @@ def figures_of(record: JobRecord, words: Words) -> str:
 
 
 def search_terms(text: str, words: Words) -> list[SearchTerm]:
-    """Return a search term for each word of a text, with the options and states whose labels contain it."""
+    """Return a search term for each word of a text.
+
+    A term includes the options and states whose labels contain the word.
+    """
     terms = []
     for word in text.split()[:_MAX_WORDS]:
         low = word.lower()

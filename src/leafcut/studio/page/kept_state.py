@@ -1,4 +1,4 @@
-"""Choices of a page as plain values, saved after every change and restored when a page loads."""
+"""The choices of a page as plain values, saved after every change and restored when the page loads."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from leafcut.studio.page.panel_live import PACES
 
 #: Format of a job id.
 _JOB = re.compile(r"[A-Za-z0-9_-]{12}")
-#: Attributes of a `View` that are kept: texts, sets of names, and tables of texts.
+#: Attributes of a `View` that are saved: texts, sets of names, and tables of texts.
 _TEXTS = ("source", "name", "second", "second_name", "origin", "work", "process", "pace")
 _SETS = ("of_input", "kept")
 _TABLES = ("part_names", "values", "shown", "usual")
 
-#: Choices of a page by attribute of `View`, the ``tab`` of the result, and the order edited by hand as ``edit``: its
+#: Choices of a page: attributes of `View`, the ``tab`` of the result, and ``edit``, the order edited by hand: its
 #: ``job``, and ``state``, ``before`` and ``after`` of `Undoable.as_plain`.
 KeptState = dict[str, Any]
 
@@ -43,7 +43,7 @@ def kept_state(view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
 
 
 def has_choices(kept: KeptState) -> bool:
-    """Return whether there is anything to restore; values from the user's defaults do not count."""
+    """Return whether a page has choices to restore. Values from the user's defaults do not count."""
     typed = {*kept["values"], *kept["shown"]} - set(kept["usual"])
     chosen = (kept["work"], kept["process"], kept["sheet"]) != ("drill", "auto", [1, 1])
     others = ("source", "second", "origin", "parts", "part_names", "of_input", "kept", "job", "edit")
@@ -51,9 +51,9 @@ def has_choices(kept: KeptState) -> bool:
 
 
 def restore(view: View, plain: Mapping[str, Any]) -> None:
-    """Apply the result of `kept_state` to a page; invalid entries are ignored.
+    """Apply saved choices (`kept_state`) to a page. Invalid entries are ignored.
 
-    Ids of files and jobs are checked whenever they are used, like those sent by a page.
+    Ids of files and jobs are checked when they are used, like ids that a page sends.
     """
     options = {name for _, name, _ in all_options()}
     for name in ("source", "name", "second", "second_name", "origin"):

@@ -1,4 +1,4 @@
-"""Explanation of a step of an algorithm from the literature, in words and formulas with its numbers."""
+"""Explanation of a step of an algorithm from the literature, in words and in formulas with its numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
 
 
 def lesson(step: SearchStep, words: Words) -> str:
-    """Return the step as HTML: headings, sentences and formulas."""
+    """Return the explanation of a step as HTML: headings, sentences and formulas."""
     blocks = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
     return "".join(blocks)
 

@@ -15,7 +15,7 @@ KINDS = ("machines", "tools")
 
 
 def shipped(kind: str) -> list[str]:
-    """Return the names of shipped files, which can be viewed and copied but not changed."""
+    """Return the names of the included files, which can be viewed and copied but not changed."""
     if kind == "machines":
         from leafcut.read.machine import shipped_machines
 
@@ -24,7 +24,7 @@ def shipped(kind: str) -> list[str]:
 
 
 def shipped_text(kind: str, name: str) -> str:
-    """Return the TOML text of a shipped file; raise `OptionError` for an unknown name."""
+    """Return the TOML text of an included file; raise `OptionError` for an unknown name."""
     if name not in shipped(kind):
         raise OptionError(f"unknown name '{name}' in {kind}")
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
@@ -32,7 +32,7 @@ def shipped_text(kind: str, name: str) -> str:
 
 
 def own_text(folder: Folder, kind: str, name: str) -> str:
-    """Return the TOML text of a user's own file; raise `OptionError` if it is missing or unreadable."""
+    """Return the TOML text of one of the user's own files; raise `OptionError` if it is missing or unreadable."""
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
@@ -40,7 +40,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 
 
 def check(kind: str, name: str, text: str) -> None:
-    """Check a text with the reader for such files; raise `OptionError` with the error."""
+    """Check a text with the reader for such files; raise `OptionError` if it is invalid."""
     if len(text) > MAX_CHARACTERS:
         raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters; no profile is")
     from leafcut.read.machine import load_machine
@@ -59,7 +59,10 @@ def check(kind: str, name: str, text: str) -> None:
 
 
 def save(folder: Folder, kind: str, name: str, text: str) -> None:
-    """Check and save a text as a user's own file; raise `OptionError` if the text or the name is invalid or taken."""
+    """Check a text and save it as one of the user's own files.
+
+    Raise `OptionError` if the text or the name is invalid, or if the name belongs to an included machine.
+    """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):
         raise OptionError(f"'{name}' is a built-in machine; give yours another name")

@@ -21,7 +21,7 @@ STEPS = ("0.1", "1", "10", "100")
 
 
 class ByHandPanel:
-    """Position, jog and probe."""
+    """The cards for position, jog and probe."""
 
     def __init__(self, view: View, panel: MachinePanel) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
@@ -109,7 +109,7 @@ class ByHandPanel:
         )
 
     def show(self, state: MachineState, commands: bool) -> None:
-        """Update the position and enable the actions that are possible now."""
+        """Update the position, and enable the actions that are possible now."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
                 words = "–" if place is None or not state.open else fixed(place[axis], 3)

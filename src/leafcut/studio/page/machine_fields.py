@@ -19,7 +19,7 @@ class _Typed(Element, component="../static/machine_field.js"):
 
 
 class Field:
-    """A labelled text field; `numbers` shows the numeric keyboard on phones.
+    """A labelled text field. `numbers` shows the numeric keyboard on phones.
 
     `offered` is the id of a list of suggestions. An empty field shows its default as a placeholder.
     """
@@ -53,7 +53,7 @@ class Field:
         self.input.update()
 
     def number(self) -> float:
-        """Return the value as a number, accepting a decimal comma; raise `OptionError` if it is not a number."""
+        """Return the value as a number; a decimal comma is accepted. Raise `OptionError` if it is not a number."""
         try:
             return float(self.value.replace(",", "."))
         except ValueError:
@@ -70,7 +70,7 @@ class Field:
 
 
 class Menu:
-    """A labelled menu with choices: value → text."""
+    """A labelled menu. `choices` maps values to texts."""
 
     def __init__(self, name: str, label: str, choices: Mapping[str, str], value: str) -> None:
         self.value, self._choices = value, dict[str, str]()
@@ -82,7 +82,7 @@ class Menu:
         self.offer(choices, value)
 
     def offer(self, choices: Mapping[str, str], value: str) -> None:
-        """Replace the choices."""
+        """Replace the choices and the selected value."""
         if (dict(choices), value) == (self._choices, self.value):
             return
         self._choices, self.value = dict(choices), value
@@ -99,7 +99,7 @@ class Menu:
 
 
 class Switch:
-    """A labelled switch."""
+    """A labelled on/off switch."""
 
     def __init__(self, name: str, label: str) -> None:
         self.on = False

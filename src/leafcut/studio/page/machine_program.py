@@ -1,4 +1,4 @@
-"""Program on the machine: selection, check, frame, run, and single steps from hole to hole."""
+"""The program on the machine: selection, check, frame, run, and stepping from hole to hole."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _ONE_CLICK = "(e) => { if (e.detail < 2) { e.target.closest('dialog').close(); e
 
 
 class MachineProgramPanel:
-    """The running program, or the program to run."""
+    """The card with the running program, or with the program to run."""
 
     def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.job: SendJob | None = None
-        #: Key of the loaded program; `problem` shows why it cannot be sent.
+        #: Key of the loaded program. `problem` shows why it cannot be sent.
         self._key: tuple[str, ...] = ()
-        #: The program in the drawing; a running program, from any page, takes precedence.
+        #: The program in the drawing. A running program takes precedence, whichever page has started it.
         self._drawn: SendJob | None = None
         self._box: tuple[XYZ, XYZ] | None = None
         self._tool: object = None
@@ -133,7 +133,7 @@ class MachineProgramPanel:
         return "", view.source if is_program(view) else ""
 
     def changed(self) -> bool:
-        """Return whether the open program differs from the shown one."""
+        """Return whether the open program or the chosen machine differs from the loaded program."""
         return (*self._chosen(), self.machine.value) != self._key[:3]
 
     async def draw(self) -> None:
@@ -188,7 +188,7 @@ class MachineProgramPanel:
         else:
             units = self.view.values.get("units")
             job_read = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
-        _ = job_read.seconds, job_read.holes  # compute now: slow for a large program
+        _ = job_read.seconds, job_read.holes  # computed now, because it is slow for a large program
         return job_read
 
     def _show_drawing(self) -> None:
@@ -295,7 +295,7 @@ class MachineProgramPanel:
     # Display.
 
     def show(self, state: MachineState, commands: bool) -> None:
-        """Enable the possible actions and show the progress of the program."""
+        """Enable the actions that are possible, and show the progress of the program."""
         runs = state.progress is not None
         self.choosing.set_visibility(not runs)
         self.running.set_visibility(runs)

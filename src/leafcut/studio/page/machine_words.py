@@ -1,4 +1,4 @@
-"""Explanations of program lines in words, one line each, for beginners."""
+"""Explanations of program lines in words, for beginners."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _SAME = 1e-6
 
 
 def lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
-    """Return the lines that drill a hole, up to the retract: number, text, and explanation."""
+    """Return the lines that drill a hole, up to the retract: (number, text, explanation)."""
     following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
     last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
     return [(line, job.text(line), line_in_words(job, line, words)) for line in range(hole.first, last + 1)]
 
 
 def line_in_words(job: SendJob, line: int, words: Words) -> str:
-    """Return the explanation of a line; empty if it has no effect of its own."""
+    """Return the explanation of a line; empty if there is nothing to explain."""
     path = job.program.path
     parts = []
     for row in (path.line == line).nonzero()[0].tolist():
@@ -39,7 +39,7 @@ def line_in_words(job: SendJob, line: int, words: Words) -> str:
 
 
 def _move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
-    """Return the explanation of a straight move; an unknown start, NaN, counts as a different position."""
+    """Return the explanation of a straight move. An unknown start (NaN) counts as a different position."""
     sideways = any(not abs(a - b) <= _SAME for a, b in zip(before[:2], end[:2], strict=True))
     level = not abs(before[2] - end[2]) > _SAME
     rapid = kind is Kind.RAPID

@@ -1,4 +1,4 @@
-"""A page's choices, saved under a name in its URL, so that they survive reloads, Back and restarts."""
+"""The choices of a page, saved under a name in its URL, so that they survive reloads, Back and restarts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Memory:
-    """Name of a page, its saved state, and its address; another file or job gets a new name, so that Back works."""
+    """The name of a page, its saved state, and its address. Another file or job gets a new name, so that Back works."""
 
     def __init__(self, page: Page, kept: KeptPages, name: str = "") -> None:
         self._page, self._kept = page, kept
@@ -35,14 +35,14 @@ class Memory:
         self._history: Address | None = None
 
     def watch(self, client: Client, on_address: Callable[[dict[str, Any], bool], Awaitable[None]]) -> None:
-        """Connect to the browser of a page: claim the name while the page is open, and follow Back."""
+        """Connect to the browser of a page: claim the name while the page is open, and follow Back and Forward."""
         self._history = Address(on_address)
         self._seen = lambda: client.has_socket_connection
         client.on_connect(self.hold)
         client.on_delete(lambda: self._kept.let_go(self._seen))
 
     def hold(self) -> None:
-        """Claim the name; if another open page has it (a duplicated tab), continue under a new name."""
+        """Claim the name. If another open page has it (a duplicated tab), continue under a new name."""
         if not self._kept.hold(self.name, self._seen):
             self.name, self._text = self._kept.new_name(), ""
             self._kept.hold(self.name, self._seen)
@@ -67,7 +67,7 @@ class Memory:
         return True
 
     def begin_other(self) -> None:
-        """Save the state and continue under a new name, as another input may be opened."""
+        """Save the state and continue under a new name, because another input may be opened."""
         state = self._page.state()
         if self._left or not (state["source"] or state["job"] or state["parts"]):
             return
@@ -76,13 +76,13 @@ class Memory:
         self._kept.hold(self.name, self._seen)
 
     def stay(self) -> None:
-        """Return to the previous name, as no other input was opened."""
+        """Return to the previous name, because no other input was opened."""
         if self._left:
             self._kept.drop(self.name)
             self.name, self._left, self._text = self._left, "", ""
 
     def settle(self) -> None:
-        """Update the address: with a new step of the history if another input was opened, else in place."""
+        """Update the address. If another input was opened, add a step to the browser's history."""
         self.save()
         if self._left:
             self._left = ""
@@ -91,11 +91,11 @@ class Memory:
             self.replace()
 
     def newest(self) -> KeptState | None:
-        """Return the state saved under the initial name, or None."""
+        """Return the state that is saved under the initial name, or None."""
         return self._kept.get(self._initial_name)
 
     def take(self, name: str) -> KeptState | None:
-        """Continue under another name; return the state saved under it, or None."""
+        """Continue under another name; return the state that is saved under it, or None."""
         state = self._kept.get(name)
         if state is None:
             return None
@@ -105,7 +105,7 @@ class Memory:
         return state
 
     def push(self) -> None:
-        """Add a step to the browser's history."""
+        """Add the current address as a step to the browser's history."""
         self._put("pushState")
 
     def record_address(self, address: dict[str, Any]) -> None:
@@ -113,7 +113,7 @@ class Memory:
         self._address = _address({key: str(address.get(key, "")) for key in ("page", "view", "job")})
 
     def replace(self) -> None:
-        """Replace the browser's address."""
+        """Replace the browser's address if it has changed."""
         if self.address != self._address:
             self._put("replaceState")
 
@@ -124,7 +124,7 @@ class Memory:
 
     @property
     def address(self) -> str:
-        """Address of the page's current state."""
+        """Address of the page in its current state."""
         page, job = self._page, self._page.view.job
         query = {
             "page": self.name if self._written else "",

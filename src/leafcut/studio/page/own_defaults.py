@@ -19,10 +19,18 @@ from leafcut.studio.jobs.task import OWN_KINDS
 
 @dataclass(frozen=True)
 class OwnDefaults:
-    """Content of the defaults file in the format of a form.
+    """The content of the defaults file in the format of a form.
 
-    `values` is name → text as typed, or the id of a copy of the named file; `shown` name → displayed name of that file;
-    `places` name → file name and line; `problem` why the file could not be used, in one line, empty if it is valid.
+    Attributes
+    ----------
+    values
+        Option → text as typed, or id of a copy of the named file.
+    shown
+        Option → displayed name of that file.
+    places
+        Option → file name and line.
+    problem
+        Why the defaults file cannot be used, in one line; empty if it is valid.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -32,7 +40,7 @@ class OwnDefaults:
 
 
 def own_defaults(folder: Folder) -> OwnDefaults:
-    """Return the user's own defaults; files named in them are copied into the studio's folder."""
+    """Return the user's own defaults. Files that they name are copied to the studio's folder."""
     defaults = OwnDefaults()
     try:
         file = defaults_file()
@@ -51,7 +59,7 @@ def own_defaults(folder: Folder) -> OwnDefaults:
 
 
 def _copied(path: Path, name: str, folder: Folder) -> str:
-    """Copy a file to the library or the inputs; return its name there; raise `LeafcutError` if it is unreadable."""
+    """Copy a file to the library or the uploads; return its name there. Raise `LeafcutError` if it is unreadable."""
     data = toml_bytes(path)
     kind = OWN_KINDS.get(name)
     if kind is None:
@@ -71,7 +79,7 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Return options without unused defaults, which the user did not request here; unused typed options stay."""
+    """Return the options without user defaults that the kind of work does not use. Typed options always remain."""
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)

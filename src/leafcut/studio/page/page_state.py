@@ -1,4 +1,4 @@
-"""State of an open page. Every browser tab has its own; jobs are shared."""
+"""The state of an open page. Every browser tab has its own; jobs are shared."""
 
 from __future__ import annotations
 
@@ -36,31 +36,31 @@ class View:
     source, name
         The input: id of an upload or name of a built-in part, and its displayed name; empty for none.
     second, second_name
-        For `verify`: the program to compare with it.
+        The program with which `verify` compares the input.
     parts, part_names
         For a nest: the requested parts, and id → displayed name of the drawing.
     origin
-        Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for others.
+        Origin of an input that is a nested sheet (`sheets.SheetOfNest.origin`); empty for other inputs.
     sheet
         Visible sheet of the job's nests: variant and number.
     values, shown, errors
         Form: typed values, displayed names of files, and errors.
     of_input
-        Names of values that apply to this input only and are reset with the next.
+        Names of values that apply only to this input and are reset with the next.
     kept
-        Names of shop options chosen for an earlier input.
+        Names of shop options that were chosen for an earlier input.
     usual
-        Names of values from the user's own defaults: name → file and line.
+        Values from the user's own defaults: name → file and line.
     known_defaults
         Names of the options in the defaults file when it was last read; None if the page no longer follows it.
     job
-        The job whose result is shown.
+        The job whose result is visible.
     pace
-        Speed of a studied search (`panel_live.PACES`).
+        Speed of a search that can be watched step by step (`panel_live.PACES`).
     edited
         Whether the order of the result was edited and not run yet.
     for_study
-        Whether a search for the study of ants or fireflies is chosen; None before the user has chosen.
+        Whether an algorithm of the literature is chosen for a map; None before the user has chosen.
     """
 
     studio: Studio
@@ -89,7 +89,10 @@ class View:
     for_study: bool | None = None
 
     def read_preview(self, work: str, reading: StudioWork, on_message: Callable[[Any], Any] | None = None) -> Preview:
-        """Read the input for a given or the most likely kind of work in another process; slow for a large file."""
+        """Read the input in another process and return its preview; slow for a large file.
+
+        Without `work`, it is read for the most likely kind of work. Raise `LeafcutError` if it cannot be read.
+        """
         try:
             values = dict(self.values)  # the user may type meanwhile
             known = forms.of_work(work, values) if work else forms.changed(values)
@@ -110,18 +113,21 @@ class View:
         return scene
 
     def works(self) -> tuple[str, ...]:
-        """Return the kinds of work that the input is suitable for; all without an input."""
+        """Return the kinds of work that suit the input; all kinds without an input."""
         known = self.seen.works if self.seen is not None else tuple(forms.works())
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
     def studied(self) -> bool:
-        """Whether the search is an algorithm from the literature that can be studied step by step."""
+        """Whether the search is an algorithm of the literature, which can be watched step by step."""
         chosen = str(self.values.get("algorithm") or "auto")
         return "algorithm" in forms.of_work(self.work, self.values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
-        """Turn local search off while a map has a literature algorithm, as it hides what ants and fireflies learn."""
+        """Turn local search off when an algorithm of the literature is chosen for a map, and on again afterwards.
+
+        Local search would hide what ants and fireflies learn.
+        """
         before, self.for_study = self.for_study, self.work == "solve" and self.studied
         if before is None or before == self.for_study:
             return
@@ -131,7 +137,7 @@ class View:
             self.put("local_search", "")
 
     def leave_unfit(self) -> str:
-        """Reset options from an earlier input that do not fit this one; return a message for the user."""
+        """Reset options of an earlier input that do not suit this input; return a message for the user, or ""."""
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
             self.put("pixel_size", "")
         machine = str(self.values.get("machine") or "")
@@ -141,7 +147,7 @@ class View:
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
     def take(self, source: str, name: str, origin: str = "") -> None:
-        """Switch to another input and reset the values of the previous one."""
+        """Change to another input, and reset the values of the previous input."""
         for put in self.of_input & self.values.keys():
             self.put(put, "")
         if self.source not in ("", source):
@@ -160,19 +166,19 @@ class View:
 
     @property
     def wrong(self) -> dict[str, str]:
-        """Errors of the options that apply to the chosen work: name → message."""
+        """Errors of the options that apply to the chosen kind of work: name → message."""
         known = forms.of_work(self.work, self.values)
         return {name: line for name, line in self.problems.items() if name in known}
 
     @property
     def problems(self) -> dict[str, str]:
-        """Errors of the values, alone and with the chosen work: name → message."""
+        """Errors of the values, individually and for the chosen kind of work: name → message."""
         machine = str(self.values.get("machine") or "")
         line = fitting_machines.why_not(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": line} if line else self.errors
 
     def take_defaults(self) -> str:
-        """Start with the user's own defaults; return an error message, or an empty text."""
+        """Set the values to the user's own defaults; return an error message, or an empty text."""
         defaults = own_defaults(self.studio.folder)
         for name, value in defaults.values.items():
             self.put(name, value, defaults.shown.get(name, ""))
@@ -181,7 +187,7 @@ class View:
         return defaults.problem
 
     def renew_defaults(self) -> str:
-        """Update a page's values from the defaults file, except typed or cleared ones; return an error or ""."""
+        """Update the values from the defaults file, except typed or cleared values; return an error message or ""."""
         defaults = own_defaults(self.studio.folder)
         if defaults.problem:
             return defaults.problem
@@ -219,7 +225,7 @@ class View:
             self.errors[name] = problem
 
     def take_options(self, input_id: str) -> None:
-        """Load an opened options file; raise `OptionError` if it is none, or names files, which are not looked for."""
+        """Load an opened options file; raise `OptionError` if it is not an options file, or if it names files."""
         try:
             options = options_of_file(self.studio.folder.input_path(input_id))
         except OptionError as problem:
@@ -234,7 +240,7 @@ class View:
             self.put(name, words if isinstance(words, bool) else str(words))
 
     def form(self) -> list[dict[str, Any]]:
-        """Return the options form of the chosen work."""
+        """Return the options form for the chosen kind of work."""
         tools = self.studio.folder.own_names("tools")
         chosen = str(self.values.get("machine") or "")
         machines = fitting_machines.offered(self._machines(), self.work, chosen, self.studio.folder)
@@ -274,19 +280,19 @@ class View:
 
     @property
     def zero(self) -> Zero:
-        """Position of program zero in the drawing, if the chosen work has an option for it; else None."""
+        """Position of program zero in the drawing, mm, if the kind of work has an option for it; otherwise None."""
         known = {name for _, names in forms.names_of(self.work) for name in names}
         return self.seen.zero if self.seen is not None and "origin" in known else None
 
     @property
     def ready(self) -> bool:
-        """Whether the inputs of the work are complete."""
+        """Whether all inputs that the chosen kind of work needs are present."""
         if self.work == "nest":
             return bool(self.parts)
         return bool(self.source) and bool(self.work != "verify" or self.second)
 
     def task(self) -> Task:
-        """Return the current task."""
+        """Return the task that the choices describe."""
         work = forms.works()[self.work]
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
@@ -298,7 +304,7 @@ class View:
         return Task(work.command, inputs, process, options, origin)
 
     def command_line(self) -> str:
-        """Return the shell command for the current task; empty while it is incomplete."""
+        """Return the shell command for this task; empty while the task is incomplete."""
         if not self.ready:
             return ""
         try:
@@ -314,7 +320,7 @@ class View:
         return program_name(self.name, api.program_extension(api.dialect_of(call.options, task.process)))
 
 
-#: Options outside the groups `read` and `sheet` that change how a file is read or where it lies on the machine.
+#: Options outside the groups `read` and `sheet` that change how a file is read or where it is placed on the machine.
 _ALSO_READ = {
     "machine",
     "work_offset",

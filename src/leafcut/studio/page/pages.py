@@ -1,4 +1,4 @@
-"""Layout of the studio's page with its six views; their content is in the panels."""
+"""The layout of the studio's page with its six views. Their content is in the panels."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: Time after which a message that is not an error disappears, s.
+#: Time after which a message disappears, unless it is an error, s.
 _SAID_SECONDS = 6.0
 #: Maximum number of pages that wait for a browser; NiceGUI itself drops them only after a minute.
 _MAX_UNSEEN = 20
-#: Delay before freeing the memory of closed pages, s.
+#: Delay before the memory of closed pages is released, s.
 _TIDY_SECONDS = 1.0
 #: Polling interval for running jobs, s; short enough for a result to appear at once.
 _TICK = 0.05
@@ -71,7 +71,7 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
 
 
 class _Tidier:
-    """Frees the memory of closed pages: about 1 MB each, in reference cycles."""
+    """Releases the memory of closed pages: about 1 MB each, in reference cycles."""
 
     def __init__(self) -> None:
         self._due = False
@@ -87,7 +87,7 @@ class _Tidier:
 
     @staticmethod
     def drop_unseen() -> None:
-        """Drop the oldest pages that were requested but never shown, as by a program that only loads the address."""
+        """Drop the oldest pages that were requested but never displayed, as by a program that loads the address."""
         unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
         for client in unseen[:-_MAX_UNSEEN]:
             client.delete()
@@ -98,10 +98,10 @@ def _favicon() -> str:
 
 
 def _language(folder: Folder, request: Request, asked: str) -> str:
-    """Return the requested language, which is saved, else the saved one, else the browser's."""
+    """Return the requested language and save it; otherwise return the saved language, or the browser's."""
     kept = folder.root / "language"
     if asked in LANGUAGES:
-        with suppress(OSError):  # it is asked for again next time
+        with suppress(OSError):  # it is requested again next time
             kept.write_text(asked, encoding="utf-8")
         return asked
     with suppress(OSError, UnicodeDecodeError):
@@ -112,7 +112,7 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
 
 
 class Page:
-    """One open page."""
+    """An open page of the studio."""
 
     def __init__(self, studio: Studio, words: Words, name: str = "", job: str = "") -> None:
         self.studio, self.words = studio, words
@@ -126,13 +126,13 @@ class Page:
         #: Error in the user's own defaults.
         self._unread = self.view.take_defaults() if kept is None else self.view.renew_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
-        #: Expiry of the current message on the monotonic clock.
+        #: Expiry of the current message on the monotonic clock, s.
         self._until = math.inf
         self.shown = ""
         self.built = False
 
     def build(self, view: str = "") -> None:
-        """Lay out the page and show one of the views."""
+        """Lay out the page and show one of its views."""
         w = self.words
         lost = escape(w("help.lost") + "|" + w("help.again"))
         ui.add_head_html(
@@ -160,7 +160,7 @@ class Page:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             with box("div", "sheet", id="view-lab") as self.views["lab"]:
                 self.lab = LabPanel(self.view, self)
-            #: Created when first shown, since most pages never show it.
+            #: Created when first shown, because most pages never show it.
             self.control: MachinePanel | None = None
             self.views["control"] = box("div", "sheet", id="view-control")
             self.stop_bar = StopBar(self.view)
@@ -182,7 +182,7 @@ class Page:
             ui.timer(0.0, lambda: self.open_job(self._asked), once=True)
 
     def _forget(self) -> None:
-        """Release large objects when the page closes; the rest is freed by the garbage collection."""
+        """Release large objects when the page closes; garbage collection releases the rest."""
         self.input.leave()
         self.view.seen = None
         self.run.forget()
@@ -254,9 +254,10 @@ class Page:
             self.memory.push()
 
     async def follow_address(self, address: dict[str, Any], newest: bool) -> None:
-        """Follow the browser's Back or Forward to a view, and to choices saved under another name.
+        """Follow the browser's Back or Forward to a view, and to the choices saved under another name.
 
-        If the browser has not recorded the `newest` step yet, that step follows, so the address is sent again.
+        `newest`: whether the browser has recorded all steps. If not, the missing step would change the address
+        later, so the address is sent again.
         """
         if newest:
             self.memory.record_address(address)
@@ -269,7 +270,7 @@ class Page:
         self.memory.replace()
 
     async def _go_on(self) -> None:
-        """Restore the state saved last, which includes input that arrived after this page was requested."""
+        """Restore the last saved state, including input that arrived after this page was requested."""
         kept = self.memory.newest()
         if kept is not None:
             restore(self.view, kept)
@@ -292,7 +293,7 @@ class Page:
         return kept_state(self.view, self.result.tab, self.run.edit.kept())
 
     def show_message(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Show a message above the page until a click; without `bad` or `stays` only for a while."""
+        """Show a message above the page until a click. Without `bad` or `stays`, it disappears after a while."""
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.message_line.set_text(self.words.plain(line))
         self.message_line.classes(replace="said bad" if bad else "said")
@@ -308,7 +309,7 @@ class Page:
             self.memory.save()
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
-        """Show a running or finished job; for a nest, one of its sheets."""
+        """Show a running or finished job; for a nest, show one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
             self.show_message(self.words("jobs.gone"), True)
@@ -325,11 +326,11 @@ class Page:
         self.result.draw()
 
     def begin_other(self) -> None:
-        """Save the choices for Back, as another input may be opened."""
+        """Save the choices for Back, because another input may be opened."""
         self.memory.begin_other()
 
     def stay(self) -> None:
-        """Continue with the current input, as no other was opened."""
+        """Continue with the current input, because no other input was opened."""
         self.memory.stay()
 
     def remember(self) -> None:
@@ -337,7 +338,7 @@ class Page:
         self.memory.settle()
 
     def tick(self) -> None:
-        """Update the visible parts of the page every `_TICK` seconds."""
+        """Update the visible parts of the page; called every `_TICK` seconds."""
         if time.monotonic() > self._until:
             self.show_message("", stays=True)
         self.badge.tick()

@@ -17,7 +17,7 @@ from leafcut.studio.page.page_state import View
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Default algorithms, and default number of runs of each.
+#: Default algorithms, and default number of runs per algorithm.
 _USUAL, _RUNS = ("as", "mmas", "acs"), "10"
 
 #: Names in the literature of algorithms that leafcut abbreviates.
@@ -28,7 +28,7 @@ _TITLES = {
 
 
 class BenchPanel:
-    """Starts a study, and shows a note if local search is off."""
+    """The card that starts a study, and a note if local search is off."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -43,7 +43,7 @@ class BenchPanel:
             self.begin = button("", self._begin, "wide")
 
     def draw(self) -> None:
-        """Show the choices if the work is solving a map."""
+        """Show the card if the kind of work is solving a map."""
         view = self.view
         self.place.set_visibility(view.work == "solve")
         self.note.set_visibility(bool(view.for_study) and view.values.get("local_search") is False)
@@ -54,7 +54,7 @@ class BenchPanel:
         self.begin.set_text(view.words("bench.begin", runs=f"{runs:,}"))
 
     def restore(self, task: Task, values: dict[str, Any]) -> None:
-        """Show the choices of a study; its local search option does not affect the form above."""
+        """Show the choices of a study. Its option for local search does not affect the form above."""
         if task.command == "study":
             self.runs, self.chosen = str(task.runs), set(task.algorithms)
             self.local_search = values.pop("local_search", True)
@@ -94,7 +94,7 @@ class BenchPanel:
         if not view.source or page.run.running:
             page.show_message(view.words("command.none" if not view.source else "bench.running"), True)
             return
-        if page.input.reading:  # the input being read may replace the current one, or be invalid
+        if page.input.reading:  # the input that is being read may replace the current input, or be invalid
             page.show_message(view.words("open.reading", name=view.name), True)
             return
         try:
@@ -109,7 +109,7 @@ class BenchPanel:
 
 
 def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
-    """Return the settings for at least one of the algorithms; raise `OptionError` if one is invalid."""
+    """Return the settings that at least one of the algorithms uses; raise `OptionError` if a setting is invalid."""
     known = {
         n for algorithm in algorithms or ("auto",) for _, names in forms.names_of("solve", algorithm) for n in names
     }
@@ -121,6 +121,6 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
 
 
 def label(name: str) -> str:
-    """Return an algorithm's name together with its name in the literature."""
+    """Return an algorithm's name, followed by its name in the literature."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name

@@ -1,4 +1,4 @@
-"""Manual changes of a run's result: drag stops, reverse the order, move a stop to the start; then run with it."""
+"""Manual changes of a result's order: drag stops, reverse the order, move a stop to the start; then run again."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from leafcut.units import format_length
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Lengths that differ by less are equal, mm.
+#: Tolerance for equal lengths, mm.
 _SAME = 1e-6
 _EDITABLE = ("order", "plan")
 
 
 def edited_of(history: History, job: str) -> Edited | None:
-    """Return the editable part of a job's result, or None."""
+    """Return the editable order of a job's result, or None."""
     order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
     if order is not None and holes is not None:
         rows = json.loads(order.data)["operations"]
@@ -44,20 +44,20 @@ def edited_of(history: History, job: str) -> Edited | None:
 
 @dataclass(frozen=True)
 class Tried:
-    """A run with an edited order, and the previous state to restore if the run fails."""
+    """A run with an edited order, and the previous state, which is restored if the run fails."""
 
     edited: Edited
-    #: Job whose result was edited, its visible sheet, and the job started with the edited order.
+    #: The job whose result was edited, its visible sheet, and the job that was started with the edited order.
     base: str | None
     sheet: tuple[int, int]
     job: str | None
-    #: Previous value of the option that now holds the file, and its displayed name.
+    #: Previous value and displayed file name of the option that now contains the edited order.
     value: Any
     shown: str
 
 
 class EditPanel:
-    """Buttons below the drawing while an order is edited."""
+    """The card below the drawing while an order is edited."""
 
     def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
@@ -103,17 +103,17 @@ class EditPanel:
         self._open(edited)
 
     def kept(self) -> dict[str, Any] | None:
-        """Return the edited order as plain values for `hold`; None without one."""
+        """Return the edited order as plain values for `hold`; None without an edited order."""
         if self.edited is None:
             return self._waiting
         return {"job": self.view.job, **self.edited.as_plain()}
 
     def hold(self, kept: dict[str, Any] | None) -> None:
-        """Store the result of `kept` until its job's result is shown."""
+        """Store the result of `kept` until the result of its job is shown."""
         self._waiting = kept
 
     def resume(self) -> None:
-        """Resume editing of the stored order if its result is shown."""
+        """Resume editing the stored order if its result is shown."""
         kept, self._waiting = self._waiting, None
         if kept is None or self.view.job is None or kept.get("job") != self.view.job:
             return
@@ -151,7 +151,7 @@ class EditPanel:
         self.page.changed()
 
     def select(self, event: GenericEventArguments) -> None:
-        """Record the selected stop."""
+        """Record the stop that the user has selected in the drawing."""
         self._stop = int((event.args or {}).get("stop") or 0)
         self._show_chosen(self._stops())
 
@@ -178,7 +178,7 @@ class EditPanel:
         )
 
     def drag(self, event: GenericEventArguments) -> None:
-        """Apply a drag."""
+        """Apply a drag in the drawing: move a stop in the order, or move the start of a cut."""
         args: dict[str, Any] = event.args
         number, onto = int(args["number"]), args.get("onto")
         if onto is not None and int(onto) != number:
@@ -221,7 +221,7 @@ class EditPanel:
         self._show_chosen(stops)
         length, n_fixed = _length(stops), sum(stop.held for stop in stops)
         if n_fixed < len(stops):
-            # A length of some moves cannot be compared with the length of all.
+            # A length of some moves cannot be compared with the length of all moves.
             self.length.set_text(w("edit.held", held=n_fixed, count=len(stops), length=format_length(length)))
             self.change.set_text("")
             self.change.classes(replace="figure quiet")
@@ -251,11 +251,11 @@ class EditPanel:
         self.page.changed()
 
     def write(self) -> None:
-        """Run with the edited order; the result is measured and verified as usual."""
+        """Start a run with the edited order. The result is measured and verified as usual."""
         view, edited = self.view, self.edited
         if edited is None:
             return
-        # A new name, since the result's own plan or order is a different file.
+        # A new name, because the plan or order of the result is a different file.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         input_id = view.studio.folder.add_input(name, edited.text().encode())
         base, sheet = view.job, view.sheet
@@ -268,7 +268,10 @@ class EditPanel:
             self.take_back()
 
     def take_back(self) -> bool:
-        """Undo a failed run of an edited order, so that the next is not refused too; return whether there was one."""
+        """Restore the state before a failed run with an edited order; return whether there was one.
+
+        Otherwise the next run would be refused as well.
+        """
         view, tried, self._tried = self.view, self._tried, None
         if tried is None or tried.job != view.job:
             return False
@@ -282,14 +285,14 @@ class EditPanel:
 
 
 def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
-    """Return whether a job has files that can be edited."""
+    """Return whether a job has a result that can be edited."""
     if record.task.options.get("chains"):
-        return edited_of(history, record.id) is not None  # not if the result has chains
+        return edited_of(history, record.id) is not None  # a result with chains cannot be edited
     return any(name in files for name in _EDITABLE)
 
 
 def _length(stops: list[OrderStop]) -> float:
-    """Return the length of the straight moves between stops with a fixed order, mm."""
+    """Return the length of the straight moves between consecutive stops with a fixed order, mm."""
     return sum(
         math.dist(stop.place, next_stop.place) for stop, next_stop in pairwise(stops) if stop.held and next_stop.held
     )

@@ -40,7 +40,7 @@ def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
 def draw_times(
     rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str] | None = None
 ) -> None:
-    """Show rows (name, seconds by kind, total) as stacked bars with a common scale; `kinds` are their labels."""
+    """Show rows (name, seconds by kind, total) as stacked bars with a common scale. `kinds` maps kinds to labels."""
     rows = [
         (name, {k.replace("_", "-"): s for k, s in seconds.items() if s > 0}, total) for name, seconds, total in rows
     ]

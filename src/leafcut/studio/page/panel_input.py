@@ -1,4 +1,4 @@
-"""Left column: input, kind of work, and options."""
+"""The left column: input, kind of work, and options."""
 
 from __future__ import annotations
 
@@ -32,25 +32,25 @@ from leafcut.units import parse_quantity
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Maximum number of a file's issues listed before a run.
+#: Maximum number of issues of a file that are listed before a run.
 _MAX_ISSUES = 30
-#: Time for an obsolete reading to finish before its process is killed, s.
+#: Time for which an obsolete reading may continue before its process is killed, s.
 _GRACE_SECONDS = 1.0
-#: Attributes of a view typed by the user.
+#: Attributes of a view that the user types.
 _TYPED = ("values", "shown", "errors")
 
 
 class InputPanel:
-    """Opens and previews inputs, and contains the form."""
+    """The column that opens and previews inputs and contains the options form."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
-        #: Number of the current reading; results of older ones are dropped.
+        #: Number of the current reading. Results of older readings are dropped.
         self._turn = 0
         self.newest: PreviewReading | None = None
         #: Whether an input is being read or waits to be read.
         self.reading = False
-        #: Whether Run was pressed during the reading; the run then starts after it.
+        #: Whether Run was pressed during the reading; the run then starts after the reading.
         self._run_wanted = False
         w = view.words
         self.form_words = {
@@ -168,11 +168,11 @@ class InputPanel:
 
     def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
         if self.view.work != "nest":
-            self._begin_reading()  # at once, since Run may be pressed before the reading starts
+            self._begin_reading()  # at once, because Run may be pressed before the reading starts
         return self.open(kept["id"], kept["name"])
 
     def open(self, source: str, name: str) -> Awaitable[None]:
-        """Open an input, preview it and offer suitable work; an invalid input changes nothing."""
+        """Open an input, preview it and offer suitable kinds of work. An invalid input changes nothing."""
         self._run_wanted = False  # it referred to the previous input
         return self._open(source, name)
 
@@ -207,7 +207,7 @@ class InputPanel:
             getattr(view, kind).update(entries)
         self.page.run.edit.hold(edit)
         self.page.stay()
-        if view.seen is None and not self._is_cancelled(line):  # it was interrupted by this input
+        if view.seen is None and not self._is_cancelled(line):  # this input has interrupted the reading
             await self.read("")
         self.draw()
         self.page.run.resume()
@@ -233,7 +233,7 @@ class InputPanel:
             self.page.run.canvas.fit()
 
     async def read_preview(self, view: View, work: str) -> tuple[Preview | None, str, bool]:
-        """Read an input outside the event loop; return preview, error, and whether this reading is the newest."""
+        """Read an input outside the event loop; return its preview, its error, and whether it is the newest reading."""
         turn = self._begin_reading()
         if self.newest is not None:
             self.newest.cancel(_GRACE_SECONDS)
@@ -258,7 +258,7 @@ class InputPanel:
             self.newest.cancel()
 
     def leave(self) -> None:
-        """Cancel the reading of a closed page without showing anything."""
+        """Cancel the reading of a closed page without a message."""
         self._turn += 1
         self.cancel()
 
@@ -266,7 +266,7 @@ class InputPanel:
         return line == self.view.words("open.cancelled")
 
     def _show_problem(self, line: str) -> None:
-        """Show why an input was not read; cancelling by the user is not an error."""
+        """Show the reason why an input was not read. A cancellation by the user is not an error."""
         self.page.show_message(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
@@ -277,7 +277,10 @@ class InputPanel:
         return self._turn
 
     def _end_reading(self, worked: bool) -> None:
-        """Record the end of the newest reading, and start a run requested meanwhile once the input is shown."""
+        """Record the end of the newest reading.
+
+        Start the run that was requested meanwhile, once the input is visible.
+        """
         self.reading = False
         run_wanted, self._run_wanted = self._run_wanted and worked, False
         if run_wanted:
@@ -335,11 +338,11 @@ class InputPanel:
         self._show_values()
         if name not in OF_READING or not view.source or name in view.errors:
             return None
-        self._begin_reading()  # at once, since Run may be pressed before the reading starts
+        self._begin_reading()  # at once, because Run may be pressed before the reading starts
         return self.read(view.work)
 
     def scale_picture(self, width: str) -> Awaitable[bool] | None:
-        """Set the pixel size of the open picture from its width, a length as options take it."""
+        """Set the pixel size of the open picture so that the picture has a given width, a length with optional unit."""
         seen = self.view.seen
         if seen is None or seen.pixels is None:
             return None
@@ -357,7 +360,7 @@ class InputPanel:
         return self.read(self.view.work)
 
     def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
-        """Move program zero by a distance in mm; the option takes drawing coordinates."""
+        """Move program zero by a distance, mm. The option takes drawing coordinates."""
         zero = self.view.zero
         if zero is None:
             return None
@@ -381,7 +384,7 @@ class InputPanel:
         self.view.pace = value
 
     async def restore(self, task: Task) -> bool:
-        """Show the input and the choices of a task to run it again; return False if another input was read since."""
+        """Show the input and the choices of a task; return False if another input was read meanwhile."""
         view = self.view
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
@@ -501,15 +504,16 @@ class InputPanel:
         self.page.changed()
 
     def ready(self, ready: bool) -> None:
-        """Show whether the run can start. The button is never disabled and reports what is missing.
+        """Show whether the run can start. The button is never disabled; if pressed, it reports what is missing.
 
-        A button that is disabled between press and release would lose the click; one disabled while focused, the focus.
+        A button that is disabled between press and release would lose the click. A button that is disabled while it
+        has the focus would lose the focus.
         """
         can_start = ready or (self.reading and not self.page.run.running)
         self.begin.props(f'aria-disabled="{"false" if can_start else "true"}"')
 
     def page_run(self) -> None:
-        """Start the run, or start it after the reading in progress."""
+        """Start the run, or schedule it to start after the current reading."""
         view, w = self.view, self.view.words
         if self.page.run.running:
             self.page.show_message(w("run.going"))

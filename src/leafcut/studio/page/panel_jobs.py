@@ -1,4 +1,4 @@
-"""Jobs: search, view, repeat, compare and delete them; order of the queue."""
+"""The view of jobs: search, view, repeat, compare and delete jobs, and change the order of the queue."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.pages import Page
 
-#: Maximum number of jobs sent to the page at once.
+#: Maximum number of jobs that are sent to the page at once.
 MAX_ROWS = 50
-#: Minimum interval between searches while typing, s.
+#: Minimum interval between searches while the user types, s.
 _PACE = 0.25
 _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
 
@@ -33,7 +33,7 @@ class _ShownJob(NamedTuple):
 
 
 class JobsPanel:
-    """Table of jobs, newest first."""
+    """The table of jobs, newest first."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -80,7 +80,7 @@ class JobsPanel:
         self._list()
 
     def _list(self) -> None:
-        """Show one page of matching jobs; rows are kept, so that a button does not disappear while it is pressed."""
+        """Show one page of matching jobs. Rows are kept, so that a button does not disappear while it is pressed."""
         w = self.view.words
         records, count = self.view.studio.jobs.find(search_terms(self._wanted, w), MAX_ROWS, self._skip)
         if not records and self._skip:  # the last job of a page was deleted
@@ -158,7 +158,7 @@ class JobsPanel:
         row.figures.set_text(figures_of(record, w))
 
     def _pick(self, job: str, picked: bool) -> None:
-        """Select a job for comparison; a third one replaces the first."""
+        """Select a job for comparison. A third selected job replaces the first."""
         remaining = [picked_job for picked_job in self._picked if picked_job != job]
         dropped = len(remaining) > 1 and picked
         self._picked = [*remaining[-1:], job] if picked else remaining

@@ -1,4 +1,4 @@
-"""Lab: published experiments, and experiments on the open part, with start, progress and report."""
+"""The Lab view: published experiments, and experiments on the open part, with start, progress and report."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from leafcut.studio.page.panel_bench import label
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Default number of runs on a part, and default alternatives by option.
+#: Default number of runs on a part; option → values that are compared by default.
 _RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
 #: Minimum interval between updates of results, s.
 _PACE = 1.0
 _MAX_FAILED = 5
-#: Kinds of work with alternatives that can be compared on a part.
+#: Kinds of work that have alternatives to compare on a part.
 _COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
 
 
 class LabPanel:
-    """List of experiments, and the selected experiment."""
+    """The list of experiments, and the selected experiment."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page, self.lab = view, page, view.studio.lab
         self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS
-        #: Option → its selected values to compare.
+        #: Option → values selected for comparison.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
         self._drawn: tuple[object, ...] = ()
         #: Elements of the running experiment, updated separately, so that buttons are not redrawn meanwhile.
