@@ -1,4 +1,4 @@
-"""Files opened last, which can be reopened while they exist in the studio's folder."""
+"""The recently opened files. A file can be reopened while it exists in the studio's folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_RECENT = 12
 
 @dataclass(frozen=True)
 class RecentFile:
-    """An opened file: source, displayed name, and time in seconds since the epoch."""
+    """An opened file: its source, its displayed name, and the time in seconds since the epoch."""
 
     source: str
     name: str
@@ -28,7 +28,7 @@ class RecentFile:
 
 
 class RecentFiles:
-    """The files opened last, newest first."""
+    """The recently opened files, newest first."""
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
@@ -36,11 +36,11 @@ class RecentFiles:
         self._lock = threading.Lock()
 
     def newest(self) -> list[RecentFile]:
-        """Return the files that still exist."""
+        """Return the recent files that still exist."""
         return [recent for recent in self._read() if self._path(recent.source) is not None]
 
     def add(self, source: str, name: str) -> None:
-        """Add an opened file; it replaces an entry with the same name and content."""
+        """Add an opened file. It replaces an entry with the same name and content."""
         with self._lock:
             kept = [recent for recent in self.newest() if not self._is_same(recent, source, name)]
             rows = [RecentFile(source, name, time.time()), *kept][:MAX_RECENT]
@@ -52,7 +52,7 @@ class RecentFiles:
         self._file.unlink(missing_ok=True)
 
     def files_in_use(self) -> set[str]:
-        """Return the ids of the files' uploads."""
+        """Return the ids of the uploads in the list."""
         return {recent.source for recent in self._read()}
 
     def _is_same(self, recent: RecentFile, source: str, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""`Studio`: shared state of the server's parts."""
+"""`Studio`: the state that the parts of the server share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOST, PORT = "127.0.0.1", 8173
 
 @dataclass(frozen=True)
 class Studio:
-    """State shared by all parts of the server."""
+    """The state that all parts of the server share."""
 
     folder: Folder
     history: History
@@ -47,24 +47,25 @@ class Studio:
         self.lab.close()
 
     def address(self, key: str) -> str:
-        """Return the address that opens the page with a key of `StudioKeys.new_entry`."""
+        """Return the address that opens the page with a key from `StudioKeys.new_entry`."""
         return f"http://{HOST}:{self.port}/?token={key}"
 
     @property
     def token_file(self) -> Path:
-        """File with the token for programs of the same user, while the studio runs."""
+        """File with the token for programs of the same user. It exists while the studio runs."""
         return self.folder.root / "token"
 
     @property
     def entrance(self) -> Path:
-        """Page that redirects this user's browser to the studio."""
+        """HTML page that redirects this user's browser to the studio."""
         return self.folder.root / "open.html"
 
 
 def open_studio(root: Path, port: int = PORT, workers: StudioWorkers | None = None) -> Studio:
-    """Open the studio's folder and its history; jobs that the last shutdown cut short are marked as interrupted.
+    """Open the studio's folder and its history. Jobs that the last shutdown interrupted are marked.
 
-    `workers` replaces the studio's own processes. Raise `OutputError` if the folder or the history cannot be written.
+    `workers` replaces the studio's own processes. Raise `OutputError` if the folder or the history cannot be
+    written.
     """
     folder = Folder(root)
     history = History(root / "history.sqlite")

@@ -1,4 +1,4 @@
-"""Texts of the studio: one TOML file for each language, all with the same keys."""
+"""The texts of the studio: one TOML file per language, all with the same keys."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from leafcut.studio.messages import Messages
 
 #: Language → its own name.
 LANGUAGES = {"en": "English", "es": "Español"}
-#: A flag of the command line in a message; ``--process`` with its value.
+#: A flag of the command line in a message; ``--process`` includes its value.
 _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>[a-z][a-z-]*[a-z]))")
 
 
 class Words:
-    """Texts of a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+    """The texts of a language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(
         self,
@@ -31,23 +31,26 @@ class Words:
     ) -> None:
         self.language = language
         self.table = table
-        #: Translations of the help of options and issues.
+        #: Translations of the help texts of options and issues.
         self.translated = translated or {}
         #: Translations of progress, issues and refusals.
         self.messages = messages or Messages({})
 
     def __call__(self, key: str, **values: Any) -> str:
-        """Return the text of a key, with its values."""
+        """Return the text of a key, with its values inserted."""
         text = self.table[key]
         return text.format(**values) if values else text
 
     def section(self, name: str) -> dict[str, str]:
-        """Return the texts of a section by key."""
+        """Return the texts of a section: key → text."""
         stem = f"{name}."
         return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
 
     def named(self, kind: str, name: str, english: str = "") -> str:
-        """Return the name of a thing that a plug-in may have added; then it is the plug-in's own name."""
+        """Return the name of an item such as a process or material.
+
+        An item of a plug-in has no text; its name is `english` or `name` itself.
+        """
         return self.table.get(f"{kind}.{name}") or english or name.replace("_", " ").capitalize()
 
     def option(self, name: str) -> str:
@@ -55,23 +58,23 @@ class Words:
         return self.named("option", name)
 
     def help(self, name: str, english: str) -> str:
-        """Return the help of an option."""
+        """Return the help text of an option."""
         return self.translation("help", name, english)
 
     def default(self, name: str, english: str) -> str:
-        """Return the default of an option in words."""
+        """Return the description of an option's default."""
         return self.translation("default", name, english)
 
     def translation(self, kind: str, name: str, english: str) -> str:
-        """Return the translation of an English text."""
+        """Return the translation of an English text, or the English text if there is none."""
         return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:
-        """Return a message in this language, with labels of the form in place of flags."""
+        """Return a message in this language. Flags are replaced by the labels of the form."""
         return _FLAG.sub(self._field, self.messages.translate(line))
 
     def language_of(self, line: str) -> str:
-        """Return the language of `plain`: a line without a translation stays English."""
+        """Return the language of the result of `plain`. A line without a translation remains English."""
         known = self.language == "en" or self.messages.translate(line) != line
         return self.language if known else "en"
 
@@ -90,7 +93,10 @@ class Words:
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else match[0]
 
     def report_text(self, words: Any) -> str:
-        """Return a text of the report in this language; it is plain, or a template with values (`overview_as_json`)."""
+        """Return a text of the report in this language.
+
+        `words` is plain text, or a template with its values (`overview_as_json`).
+        """
         if isinstance(words, str):
             return words
         values = {name: self.report_text(value) for name, value in words["values"].items()}
@@ -98,7 +104,7 @@ class Words:
         return self.translated.get(f"report.{template}", template).format(**values)
 
     def issue(self, code: str) -> str:
-        """Return the meaning of an issue code; "" in English, where the message states it."""
+        """Return the meaning of an issue code; "" in English, where the message gives the meaning."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]
 
@@ -110,7 +116,7 @@ def _option_names() -> frozenset[str]:
 
 @cache
 def words(language: str) -> Words:
-    """Return the texts of a language; English for an unknown one."""
+    """Return the texts of a language; English for an unknown language."""
     known = language if language in LANGUAGES else "en"
     if known == "en":
         return Words(known, _texts(known))
@@ -136,7 +142,7 @@ def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def preferred(accepted: str) -> str:
-    """Return the first language of a browser's ``Accept-Language`` that the studio has."""
+    """Return the first language in a browser's ``Accept-Language`` that the studio has."""
     for part in accepted.split(","):
         tag = part.partition(";")[0].strip().lower().partition("-")[0]
         if tag in LANGUAGES:
@@ -145,5 +151,5 @@ def preferred(accepted: str) -> str:
 
 
 def day_and_time(seconds: float) -> str:
-    """Return a time (s since 1970) as lists show it: ``2026-11-23 16:55``."""
+    """Return a time (s since 1970) as lists display it: ``2026-11-23 16:55``."""
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(seconds))

@@ -1,4 +1,4 @@
-"""Explanation of the algorithm's last step, below a studied search."""
+"""Explanation of an algorithm's last step, below a search that is watched step by step."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from leafcut.studio.page.elements import box, text
 from leafcut.studio.page.lesson import lesson
 from leafcut.studio.wording import Words
 
-#: Minimum interval between two explanations of a search that is not paused, s; time to read.
+#: Minimum interval between two explanations of a search that is not paused, s: time to read.
 _EVERY = 1.0
 
 
 class LessonPanel:
-    """Explains the latest step of a search."""
+    """The card that explains the latest step of a search."""
 
     def __init__(self, words: Words) -> None:
         self.words = words
@@ -32,7 +32,10 @@ class LessonPanel:
         self.place.set_visibility(False)
 
     def show(self, snapshot: Snapshot | None, paused: bool) -> None:
-        """Explain the current step of a search."""
+        """Explain the current step of a search.
+
+        If it is not paused, at most one step per `_EVERY` seconds is explained.
+        """
         seen, shown_at = self._shown
         now = time.monotonic()
         if snapshot is None or snapshot.step is None or snapshot is seen or (now < shown_at + _EVERY and not paused):

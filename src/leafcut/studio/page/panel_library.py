@@ -1,4 +1,4 @@
-"""Machines and tool libraries: view, copy, edit and save them as TOML."""
+"""The views of machines and tool libraries: view, copy, edit and save them as TOML."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ _TABS = ("form", "toml")
 
 
 class LibraryPanel:
-    """List of profiles of one kind, ``machines`` or ``tools``, and the selected profile."""
+    """The list of profiles of a kind (``machines`` or ``tools``), and the selected profile."""
 
     def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
-        #: Name for which the user was warned that it is taken.
+        #: Name for which the user was warned that it exists already.
         self._asked = ""
         self.tab = "form"
-        #: Array and entry of a tool library shown in the form.
+        #: Array and entry of a tool library that the form shows.
         self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
         #: Name → unsaved text of the user's own profiles.
         self.drafts = view.studio.drafts(kind)
         self._saved = ""
-        #: Text shown on this page; another page may have saved or typed a different one.
+        #: Text shown on this page. Another page may have saved or typed a different text.
         self._shown = ""
         self.form: Form | None = None
         self.editor: Editor | None = None
@@ -78,7 +78,7 @@ class LibraryPanel:
 
     @property
     def now(self) -> str:
-        """The current text: unsaved, or else saved."""
+        """The current text: the unsaved text if there is one, otherwise the saved text."""
         return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
 
     def _read(self) -> None:
@@ -89,7 +89,7 @@ class LibraryPanel:
         )
 
     def _as_shown(self) -> bool:
-        """Return whether the text is the shown one; otherwise show the new text with a message, and change nothing."""
+        """Return whether this page shows the current text. If not, show the current text with a message."""
         try:
             self._read()
         except LeafcutError as problem:
@@ -232,7 +232,7 @@ class LibraryPanel:
             self._check()
 
     def _change(self, words: str) -> None:
-        """Store the text as a draft; runs and lists use the saved text."""
+        """Store the text as a draft. Runs and lists use the saved text."""
         self.drafts[self.chosen] = words
 
     def _discard(self) -> None:
@@ -278,7 +278,7 @@ class LibraryPanel:
         self._keep(name, self._renamed(words, self.chosen, name))
 
     def _renamed(self, words: str, shown: str, name: str) -> str:
-        """Return a machine profile with its new name where it contained the old one; a library contains no name."""
+        """Return a machine profile with its own name replaced. Other profiles are returned unchanged."""
         return profile_form.renamed(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Progress of a run (cost over time, gap, workers, fireflies), with pause, single steps and stop."""
+"""The progress of a run (cost over time, gap, workers, fireflies), with pause, single steps and stop."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Maximum number of points of the convergence chart sent at once, and of workers shown.
+#: Maximum number of points that are sent of the convergence chart; maximum number of workers shown.
 _MAX_POINTS, _MAX_WORKERS = 300, 8
-#: Speeds of a search: unlimited, steps per second, or step by step.
+#: Speeds of a search: no limit, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
 
 
@@ -39,13 +39,13 @@ def pace_of(watch: Watch) -> str:
 
 
 class LivePanel:
-    """Shows a running job, in and below the drawing."""
+    """The display of a running job, in and below the drawing."""
 
     def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0
-        #: Lowest brightness of the swarm up to now: base of the bars.
+        #: Lowest brightness of the swarm so far, the base of the bars.
         self._floor: float | None = None
         self._shown_figures: tuple[object, ...] = ()
         with box("div", "progress", aria_label=w("run.progress")) as self.place:
@@ -76,7 +76,7 @@ class LivePanel:
         self.clear()
 
     def clear(self) -> None:
-        """Hide everything."""
+        """Hide the display."""
         self.place.set_visibility(False)
         for part in (self.chart.place, self.learning.place, self.swarm, self.crew, self.study):
             part.set_visibility(False)

@@ -1,4 +1,4 @@
-"""Machine panel: connection, manual moves, running a program; and the Stop bar of every view."""
+"""The machine view (connection, manual moves, running a program), and the Stop bar of every view."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
     from leafcut.studio.page.pages import Page
 
-#: CSS class by state of the controller: at rest, moving, held, stopped with an error.
+#: CSS class by state of the controller: at rest, moving, stopped with an error.
 _COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
-#: Ticks between two reports that the page is open.
+#: Number of ticks between two reports that the page is open.
 _EVERY = 10
 
 
 class MachinePanel:
-    """Machine panel of a page."""
+    """The machine view of a page."""
 
     def __init__(self, view: View, page: Page, client: Client) -> None:
         self.view, self.page, self._client = view, page, client
         self.link, self.key = view.studio.machine, str(client.id)
         self._number, self._ticks = -1, 0
         state = self.link.state
-        # Repeat the last message while a machine is connected.
+        # While a machine is connected, repeat the last message.
         self._shown_message = -1 if state.open else state.saying
         self._drawing = False
         w = view.words
@@ -78,13 +78,16 @@ class MachinePanel:
                     self.home = button(w("flag.home"), lambda: self.ask(self.link.home), "small")
                     self.unlock = button(w("flag.unlock"), lambda: self.ask(self.link.unlock), "small")
                     self.leave = button(w("machine.disconnect"), self._disconnect, "plain small")
-            # Messages about the machine, also for users who watch nothing else on the page.
+            # Messages about the machine; a screen reader announces them.
             self.line = text("p", "", "machine-line", role="status", aria_live="polite", id="machine-line")
 
     # Requests.
 
     async def ask(self, request: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Send a request to the machine and show a refusal; return the answer, or None if it was refused."""
+        """Send a request to the machine, and show a refusal.
+
+        Return the answer (True if the request has none), or None if it was refused.
+        """
         try:
             answer = request(self.key, *given, **named)
             return True if answer is None else await asyncio.wrap_future(answer)
@@ -93,7 +96,7 @@ class MachinePanel:
             return None
 
     def show_message(self, line: str, *, bad: bool = False) -> None:
-        """Show a message in the machine panel."""
+        """Show a message in the machine view."""
         self.line.set_text(self.view.words.plain(line))
         self.line.classes(replace="machine-line bad" if bad else "machine-line")
 
@@ -102,7 +105,7 @@ class MachinePanel:
         return self.by_hand.feed.number()
 
     async def list_ports(self) -> None:
-        """List the available ports."""
+        """Offer the serial ports of this computer."""
         try:
             names = await asyncio.to_thread(ports)
         except LeafcutError as problem:
@@ -131,7 +134,7 @@ class MachinePanel:
     # Display.
 
     async def draw(self) -> None:
-        """Show the panel with the current ports and the open program."""
+        """Show the view with the current ports and the open program."""
         self._drawing = True
         try:
             if self.link.state.connection is Connection.CLOSED:
@@ -141,7 +144,7 @@ class MachinePanel:
             self._drawing = False
 
     def tick(self, *, shown: bool) -> None:
-        """Show changes; a visible page reports that it is open."""
+        """Show changes. While the page is connected, report at intervals that it is open."""
         self._ticks += 1
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:
@@ -153,11 +156,11 @@ class MachinePanel:
             self._show(state)
 
     def tick_now(self) -> None:
-        """Show the current state, changed or not."""
+        """Show the current state, whether or not it has changed."""
         self._show(self.link.state)
 
     def commands_machine(self, state: MachineState) -> bool:
-        """Return whether this page commands the machine."""
+        """Return whether this page has control of the machine."""
         return state.open and state.holder == self.key
 
     def _show(self, state: MachineState) -> None:
@@ -193,7 +196,7 @@ def status_words(state: MachineState, view: View) -> str:
 
 
 class StopBar:
-    """Stop button for the machine, in every view while a machine is connected."""
+    """The Stop button for the machine, visible in every view while a machine is connected."""
 
     def __init__(self, view: View) -> None:
         self.view = view

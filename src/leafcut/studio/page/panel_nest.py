@@ -1,4 +1,4 @@
-"""Result of nesting: the variants, the sheets of the selected variant, and the totals of their cuts."""
+"""The result of nesting: the variants, the sheets of the selected variant, and the totals of their cuts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from leafcut.studio.page.pages import Page
 
-#: Polling interval for cuts being planned, s.
+#: Polling interval while cuts are being planned, s.
 _PACE = 0.5
 _NO_TIME = {
     JobState.FAILED.value: "nest.failed", JobState.CANCELLED.value: "state.cancelled",
@@ -25,7 +25,7 @@ _NO_TIME = {
 
 
 class NestPanel:
-    """Shows the variants of a nest, and starts cutting one sheet or planning all cuts."""
+    """The card with the variants of a nest. It starts cutting one sheet, or planning all cuts."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -64,11 +64,11 @@ class NestPanel:
         self._draw_variants()
 
     def leave(self) -> None:
-        """Stop showing a nest."""
+        """Stop updating the nest, because it is no longer visible."""
         self._record = None
 
     def tick(self) -> None:
-        """Update the cuts that are being planned."""
+        """Update the totals while cuts are being planned."""
         if self._record is None or time.monotonic() < self._next:
             return
         self._next = time.monotonic() + _PACE
@@ -169,7 +169,7 @@ class NestPanel:
                 button(w("nest.take"), lambda: self.page.input.cut(sheet), "small", title=w("nest.take_text"))
 
     def show(self, variant: int, number: int) -> None:
-        """Show one sheet of a variant in the drawing."""
+        """Show a sheet of a variant in the drawing."""
         self.view.sheet = (variant, number)
         self.page.run.draw()
         self._draw_variants()

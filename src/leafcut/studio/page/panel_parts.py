@@ -1,4 +1,4 @@
-"""Parts of a nest: opened drawings are added, and a parts list sets their quantities."""
+"""The parts of a nest. Opened drawings are added, and a parts list sets their quantities."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class PartsPanel:
-    """Rows of the parts to be nested."""
+    """The rows of the parts to be nested."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
-        #: A parts list with drawings that are not open yet.
+        #: A parts list that names drawings that are not open yet.
         self._list = ""
         self._one_by_one = asyncio.Lock()
         w = view.words
@@ -32,7 +32,7 @@ class PartsPanel:
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:
-        """Show the parts if the work is a nest."""
+        """Show the parts if the kind of work is nesting."""
         view = self.view
         self.place.set_visibility(view.work == "nest")
         self.hint.set_visibility(len(view.parts) < 2)
@@ -49,7 +49,7 @@ class PartsPanel:
         self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
 
     async def take(self, source: str, name: str) -> bool:
-        """Add a drawing or the parts of a list; return False for other files."""
+        """Add a drawing, or apply a parts list; return False for other files."""
         if source.startswith(BUILT_IN):
             return False
         async with self._one_by_one:
@@ -133,7 +133,7 @@ class PartsPanel:
             self.page.show_message(view.words("parts.listed", number=len(parts)))
 
     def _index(self, row: str) -> int | None:
-        """Return the index of a row's part; None if the row is gone, as after a double click."""
+        """Return the index of the part in a row; None if the row no longer exists, for example after a double click."""
         return next((index for index, part in enumerate(self.view.parts) if _row_id(index, part) == row), None)
 
     def _change(self, row: str, key: str, typed: str) -> None:

@@ -1,4 +1,4 @@
-"""Progress while an input is read (step, share, time), with a button to cancel."""
+"""The progress while an input is read (step, share, time), with a button to cancel."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
-#: A reading that ends before this time shows no progress, s.
+#: Readings that end before this time show no progress, s.
 QUIET_SECONDS = 0.5
 
 
 class PreviewReading:
-    """An input while it is read in another process; `share` is the completed share of the step `what`, 0: unknown."""
+    """An input while another process reads it.
+
+    `what` is the current step, and `share` its completed share; 0 if unknown.
+    """
 
     def __init__(self, workers: StudioWorkers, name: str = "") -> None:
         self.name = name
@@ -33,11 +36,11 @@ class PreviewReading:
         return time.monotonic() - self._began
 
     def record_progress(self, progress: Progress) -> None:
-        """Record the progress."""
+        """Record the progress of the reading."""
         self.what, self.share = progress.step, progress.share
 
     def cancel(self, grace: float = 0.0) -> None:
-        """End the reading; its process may take `grace` seconds to finish, since a new process starts slowly."""
+        """End the reading. Its process may continue for `grace` seconds, because a new process starts slowly."""
         self.cancelled.set()
         if grace:
             asyncio.get_running_loop().call_later(grace, self.work.cancel)
@@ -46,7 +49,7 @@ class PreviewReading:
 
 
 class ReadingPanel:
-    """Shows the progress of a reading, and a button to cancel it."""
+    """The card with the progress of a reading, and a button to cancel it."""
 
     def __init__(self, words: Words, cancel: Callable[[], Any]) -> None:
         self._words = words
@@ -62,7 +65,7 @@ class ReadingPanel:
         self.place.set_visibility(False)
 
     def show(self, reading: PreviewReading | None) -> None:
-        """Show the progress of the reading; hide it without one, or shortly after its start."""
+        """Show the progress of the reading; hide the card without a reading, or shortly after its start."""
         if reading is None or reading.seconds < QUIET_SECONDS:
             if self._shown:
                 self._shown = ()

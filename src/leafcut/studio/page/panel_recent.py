@@ -1,4 +1,4 @@
-"""Files opened last, and the page closed last, for reopening with one click."""
+"""The recent files and the most recently closed page, for reopening with one click."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _SHORT = 4
 
 
 class RecentPanel:
-    """A folded list beside the opener, and a row of buttons on an empty page."""
+    """A folded list of recent files beside the opener, and a row of buttons on an empty page."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.place: Element | None = None
 
     def draw(self) -> None:
-        """Show the whole list, folded, in its initial position."""
+        """Show the whole list, folded, at the place of the first call."""
         if self.place is None:
             self.place = box("div", "recent")
         w, rows = self.view.words, self.view.studio.recent.newest()
@@ -43,7 +43,7 @@ class RecentPanel:
             button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
 
     def draw_short(self) -> None:
-        """Show the last few files and the page closed last in the current container."""
+        """Show the last few files and the most recently closed page in the current container."""
         w, studio = self.view.words, self.view.studio
         closed, rows = studio.pages.newest_closed(), studio.recent.newest()[:_SHORT]
         if closed is not None:

@@ -1,4 +1,4 @@
-"""Right panel: result of a run as values, messages, program and files."""
+"""The right column: the result of a run as figures, messages, program and files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
-#: Minimum time of a search that is shown, s.
+#: Minimum search time that is shown, s.
 _SHOWN_SEARCH = 0.01
 #: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
@@ -43,18 +43,18 @@ _MAX_REASONS = 20
 #: Files with a button of their own, and files in the menu, in order.
 _MAIN_FILES = ("program", "tour", "report")
 _MORE_FILES = ("plan", "norms", "order", "given", "list", "picture-before", "picture-after")
-#: Severities in the order in which their issues are listed; their number of issues shown before the rest is folded.
+#: Severities, in the order in which their issues are listed; number of issues shown before the rest is folded.
 _SEVERITIES = ("danger", "missing", "warning", "note")
 _UNFOLDED = 3
 
 
 class ResultPanel:
-    """Panel with the result of the open job."""
+    """The column with the result of the open job."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
-        #: Program shown when it was opened.
+        #: Program that was shown when it was opened.
         self._opened: Preview | None = None
         #: Source of the visible program, if any.
         self._reading: tuple[object, str] | None = None
@@ -76,16 +76,16 @@ class ResultPanel:
         self.tab = tab if tab in _TABS else "summary"
 
     def kept(self) -> tuple[str, Preview | None]:
-        """Return the selected tab, and the program shown when it was opened."""
+        """Return the selected tab, and the program that was shown when it was opened."""
         return self.tab, self._opened
 
     def show_again(self, kept: tuple[str, Preview | None]) -> None:
-        """Restore the content from before another input was tried."""
+        """Restore the content that `kept` has returned, after another input could not be opened."""
         self.tab, self._opened = kept
         self.draw()
 
     def arrive(self, record: JobRecord) -> None:
-        """Show a new result from its first figures; announce it without taking the focus."""
+        """Show a new result from its first figures. It is announced without taking the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
@@ -93,11 +93,11 @@ class ResultPanel:
             self.page.announce(headline.announced(record, answer, self.view.words))
 
     def draw(self) -> None:
-        """Show the result, or the reason why none exists."""
+        """Show the result, or the reason why there is none."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
-        # A run ends on the page when the middle panel notices it, which then redraws everything. An earlier redraw
-        # would undo the user's changes to a previous result.
+        # The middle column notices the end of a run, and then everything is redrawn. An earlier redraw would undo the
+        # user's changes to a previous result.
         over = record is not None and record.state.kept and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
@@ -123,7 +123,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def tick(self) -> None:
-        """Update the shown job."""
+        """Update the totals of a nest and the trials of a running job."""
         self.nest.tick()
         if self.tried is not None:
             self.tried.tick()
@@ -217,7 +217,7 @@ class ResultPanel:
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MAX_ISSUES)
         warnings = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
-        # Never fold assumptions.
+        # Assumptions are never folded.
         warnings.sort(key=lambda issue: issue["code"] not in LIMITS)
         limit = max(_MAX_WARNINGS, sum(issue["code"] in LIMITS for issue in warnings))
         self._list_of_warnings(warnings, "warnings", limit)
@@ -268,14 +268,14 @@ class ResultPanel:
         self._staying(answer)
         self._tools(answer)
         with box("dl", "facts"):
-            # A pocket has only the algorithm of its strategy, and a program with a single possible order has none.
+            # A pocket has only the algorithm of its strategy. A program with a single possible order has none.
             searched = ("algorithm", "seed") if answer["algorithm"] and "strategies" not in answer else ()
             for key in ("machine", "dialect", *searched):
                 text("dt", w(f"result.{key}"))
                 text("dd", str(answer[key]))
             text("dt", w("result.computing"))
             text("dd", format_time(answer["seconds"] or 0.0))
-            # Answers of earlier versions lack it; a search of a few nodes would show as 0.00 s.
+            # Answers of earlier versions lack the search time. A search of a few nodes would show as 0.00 s.
             if searched and (answer.get("search_seconds") or 0.0) >= _SHOWN_SEARCH:
                 text("dt", w("result.searching"))
                 text("dd", format_time(answer["search_seconds"]))
@@ -382,7 +382,7 @@ class ResultPanel:
             text("p", w("open.more", number=len(issues) - _MAX_ISSUES), "quiet small")
 
     def _issues_of_code(self, code: str, issues: list[dict[str, str]]) -> None:
-        """Show issues of one code and severity; many warnings or notes are folded."""
+        """Show the issues of one code and severity. If there are many warnings or notes, the rest is folded."""
         w = self.view.words
         text("code", code)
         with box("div"):

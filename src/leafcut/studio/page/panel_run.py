@@ -1,4 +1,4 @@
-"""Middle panel: the drawing, and the progress of a run."""
+"""The middle column: the drawing, and the progress of a run."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _SHEET = (
 )
 #: Options for the position of a drawing.
 PLACED_BY = ("origin", "mirror", "rotate", "units")
-#: Layers that stay unchanged while a search runs.
+#: Layers that remain unchanged during a search.
 _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 
 
 class RunPanel:
-    """Starts, watches and ends runs."""
+    """The column that starts, watches and ends runs."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -123,11 +123,11 @@ class RunPanel:
 
     @property
     def running(self) -> bool:
-        """Whether the shown job is unfinished."""
+        """Whether the visible job is unfinished."""
         return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
 
     def start(self) -> None:
-        """Start the run."""
+        """Start a run with the current choices."""
         view = self.view
         if self.running:
             return
@@ -145,7 +145,7 @@ class RunPanel:
         self.page.result.draw()
 
     def watch(self) -> None:
-        """Start watching the job."""
+        """Start watching the page's job."""
         self.watching, self._n_announced = True, 0
         self.view.sheet = (1, 1)
         self.edit.leave()
@@ -154,7 +154,7 @@ class RunPanel:
         self.tick()
 
     def leave(self) -> None:
-        """Stop showing a job; it continues if it runs."""
+        """Stop showing a job. If it is running, it continues."""
         self.view.job, self.watching = None, False
         self.edit.leave()
         self.live.clear()
@@ -172,11 +172,11 @@ class RunPanel:
         self.frame.update()
 
     def forget(self) -> None:
-        """Forget the drawn objects."""
+        """Release the drawn objects."""
         self._drawn = None
 
     def tick(self) -> None:
-        """Update the progress of reading and of the job, and show the result at its end."""
+        """Update the progress of the reading and of the job; show the result at the end of the job."""
         self.reading.show(self.page.input.newest)
         if not self.watching or self.view.job is None:
             return
@@ -237,7 +237,7 @@ class RunPanel:
                 self.canvas.hide(layer)
 
     def _background(self) -> dict[str, bytes]:
-        """Return the whole drawing of the job's input, if its position is unchanged since the run."""
+        """Return the whole drawing of the job's input, if its position has not changed since the run."""
         view = self.view
         record = view.studio.jobs.record(view.job or "")
         if record is None or view.seen is None or record.task.inputs != (view.source,):
@@ -273,5 +273,5 @@ class RunPanel:
         )
 
     def _in_page_language(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
-        """Return a function that creates a scene of the stock, or the reason for none in the language of the page."""
+        """Return a function that creates the scene of the stock, with a refusal in the language of the page."""
         return lambda: in_words(make(), self.view.words.plain)

@@ -1,4 +1,4 @@
-"""Searches of a run: a chart of each, its workers, and its messages."""
+"""The searches of a run: a chart of each search, its workers, and its messages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MAX_POINTS, _MAX_WORKERS = 600, 64
 
 
 def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
-    """Show the charts of a run's searches, and its workers."""
+    """Show the charts of a run's searches, and the workers."""
     kept = view.studio.history.artefact(record.id, "search")
     for search in json.loads(kept.data) if kept is not None else []:
         if search.get("iterations"):

@@ -1,4 +1,4 @@
-"""Comparison of the strategies of a pocket; each can be shown in the drawing."""
+"""Comparison of the strategies of a pocket. Each strategy can be shown in the drawing."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _FIGURES = ("way", "lifts", "uncut", "time")
 
 
 class StrategiesPanel:
-    """Shows the result of every strategy for one level of the pockets; one at a time is in the drawing."""
+    """The table with the result of every strategy for one level of the pockets. One strategy at a time is drawn."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self._job = ""
-        #: The strategy shown instead of the program.
+        #: The strategy that is drawn instead of the program.
         self._shown = ""
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the strategies in the current container, and mark the chosen one."""
+        """Show the strategies in the current container, and mark the chosen strategy."""
         self._job, self._shown = record.id, ""
         w, known = self.view.words, self.view.studio.history.artefacts(record.id)
         text("h3", w("result.strategies"))
@@ -47,7 +47,7 @@ class StrategiesPanel:
                 text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.language_of(reason))
 
     def leave(self) -> None:
-        """Show the program again, unless the page has switched to another job."""
+        """Draw the program again, unless the page shows another job."""
         if self._shown and self.view.job == self._job:
             self._put("")
         self._shown = ""
@@ -66,7 +66,7 @@ class StrategiesPanel:
                 text("td", cell, "n")
 
     def _put(self, name: str) -> None:
-        """Show the toolpath of a strategy in the drawing; "" shows the program and its comparison."""
+        """Draw the toolpath of a strategy; "" draws the program before and after."""
         self._shown = name
         canvas, history = self.page.run.canvas, self.view.studio.history
         layers = {"after": f"way-{name}"} if name else {"before": "scene-before", "after": "scene-after"}

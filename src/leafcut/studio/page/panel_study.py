@@ -1,4 +1,4 @@
-"""Result of a study: distribution of each algorithm's lengths, learning curves, and files."""
+"""The result of a study: distribution of each algorithm's tour lengths, learning curves, and files."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _LENGTHS = ("best", "mean", "standard_deviation", "worst")
 
 
 class StudyPanel:
-    """Result of a study, narrow in its column and wide in a dialog."""
+    """The result of a study, narrow in its column and wide in a dialog."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
 
     def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
-        """Show the result of a job."""
+        """Show the result of a study in the current container."""
         w = self.view.words
         best = min(answer["runs"], key=lambda run: run["length"])
         text("p", _length(best["length"], _decimals(answer)), "headline")

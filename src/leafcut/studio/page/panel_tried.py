@@ -1,4 +1,4 @@
-"""Trials of a run: strategies of a pocket or variants of a nest."""
+"""The trials of a run: strategies of a pocket, or variants of a nest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from leafcut.studio.wording import Words
 
 
 class TriedPanel:
-    """One row per trial with its result; the best and the running ones are marked."""
+    """A row per trial with its result. The best trial and running trials are marked."""
 
     def __init__(self, words: Words, live: LiveJob) -> None:
         self.words, self.live = words, live
@@ -17,7 +17,7 @@ class TriedPanel:
         self.tick()
 
     def tick(self) -> None:
-        """Update the rows."""
+        """Update the rows if they have changed."""
         rows = [(name, *figures) for name, figures in list(self.live.tried.items())]
         if rows == self._rows:
             return

@@ -1,4 +1,4 @@
-"""Form for a machine or a tool: TOML keys as fields; tomlkit preserves comments and order."""
+"""The form for a machine or a tool: TOML keys as fields. Comments and order are preserved (tomlkit)."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT, with_unit
 
-#: Arrays of a tool library, and the keys of each.
+#: Arrays of a tool library, and the keys of their entries.
 ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
-#: Source stored for a value that was typed.
+#: Source that is stored for a typed value.
 BY_HAND = "set by hand"
-#: A new tool and a new recipe.
+#: Content of a new tool and of a new recipe.
 _NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
 
 
 def keys_of(array: str) -> tuple[ProfileKey, ...]:
-    """Return the keys of an array, or of a machine if `array` is empty."""
+    """Return the keys of an array's entries, or the keys of a machine if `array` is empty."""
     return ARRAYS[array] if array else PROFILE_KEYS
 
 
 def parsed(text: str) -> dict[str, Any] | None:
-    """Return the data of a text, or None if it is not valid TOML."""
+    """Return the data of TOML text, or None if it is invalid."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError):
@@ -112,10 +112,10 @@ def _typed(key: ProfileKey, value: Any) -> Any:
 
 
 def put(text: str, array: str, number: int, name: str, value: Any) -> str:
-    """Return the text with a new value of a key, in entry `number` (from 0) of an array or in a machine.
+    """Return the text with a new value for a key, in entry `number` (from 0) of an array or in a machine.
 
-    An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text is
-    not valid TOML, has no such entry, or has another value in place of the key's table.
+    An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text
+    is not valid TOML, has no such entry, or has another value in place of the key's table.
     """
     document = _document(text)
     key = next(key for key in keys_of(array) if key.name == name)
@@ -143,7 +143,7 @@ def put(text: str, array: str, number: int, name: str, value: Any) -> str:
 
 
 def _value(key: ProfileKey, value: Any) -> Any:
-    """Return a value as written in the file; an invalid text is kept, so that the reader reports it."""
+    """Return a value as written in the file. Invalid text is kept, so that the reader reports it."""
     if isinstance(value, bool):
         return value
     if key.kind == "axes":
@@ -187,7 +187,7 @@ def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
 
 
 def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
-    """Return an array, which may contain other values too, and the index in it of an entry of `entries`."""
+    """Return an array and the index in it of entry `number`, because the array may also contain other values."""
     items = document.get(array)
     listed = items if isinstance(items, list) else []
     places = [k for k, item in enumerate(listed) if isinstance(item, Mapping)]
@@ -229,7 +229,7 @@ def removed(text: str, array: str, number: int) -> str:
 
 
 def renamed(text: str, shown: str, name: str) -> str:
-    """Return the text of a machine with its name replaced, if it contained the old name."""
+    """Return the text of a machine with the name `name`, if its name was `shown`."""
     try:
         document = _document(text)
     except OptionError:

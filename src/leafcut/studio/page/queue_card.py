@@ -1,4 +1,4 @@
-"""Running and waiting jobs in their order, which can be changed."""
+"""The running and the waiting jobs in their order, which the user can change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from leafcut.studio.wording import Words
 
 
 class QueueCard:
-    """Shows the unfinished jobs; `on_change` is called when their order changes."""
+    """The card with the unfinished jobs. `on_change` is called when their order changes."""
 
     def __init__(self, words: Words, jobs: Jobs, open_job: Callable[[str], Any], on_change: Callable[[], Any]) -> None:
         self._words, self._jobs, self._open, self._on_change = words, jobs, open_job, on_change
@@ -37,7 +37,7 @@ class QueueCard:
         self.tick()
 
     def tick(self) -> None:
-        """Update the progress of running jobs."""
+        """Update the progress of the running jobs."""
         for job, shown in self._shares.items():
             live = self._jobs.live(job)
             if live is not None:

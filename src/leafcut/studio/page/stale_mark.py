@@ -1,4 +1,4 @@
-"""Notice above an outdated result, with the choices that have changed since."""
+"""The notice above an outdated result, with the choices that have changed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAX_LINES = 3
 
 
 class StaleMark:
-    """Marks a result, its badges and its programs as outdated while the choices differ from its run."""
+    """Marks a result, its badges and its programs as outdated while the choices differ from those of its run."""
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
@@ -28,13 +28,13 @@ class StaleMark:
         self._programs: list[tuple[TextElement, str, str]] = []
 
     def draw(self, record: JobRecord) -> None:
-        """Add the placeholder of the mark to the current container; badges and programs are added later."""
+        """Add the empty notice to the current container. Badges and programs are added later."""
         self._record = record
         self._badges, self._programs = [], []
         self.place = box("div", "stale", role="status", aria_live="polite")
 
     def leave(self) -> None:
-        """Remove the mark, as no result is shown."""
+        """Remove the notice, because no result is visible."""
         self._record = None
         if self._shown_changes:
             self._shown_changes = []
@@ -45,11 +45,11 @@ class StaleMark:
         self._badges.append((badge, badge.text))
 
     def add_program(self, anchor: TextElement, title: str) -> None:
-        """Add a download link of a program to the marked elements; `title` is its normal tooltip."""
+        """Add a download link of a program to the marked elements. `title` is its normal tooltip."""
         self._programs.append((anchor, anchor.text, title))
 
     def refresh(self) -> None:
-        """Compare the choices, and update the mark."""
+        """Compare the choices with those of the result, and update the notice."""
         record, w = self._record, self.view.words
         if record is None:
             return
@@ -57,7 +57,7 @@ class StaleMark:
         if changes == self._shown_changes:
             return
         self._shown_changes = changes
-        # During manual changes the drawing shows the edited order.
+        # During manual changes, the drawing shows the edited order.
         drawn = changes != [edited_by_hand(w).line(w)]
         self.page.run.tell_earlier(w("stale.title") if changes and drawn else "")
         lines = changes[:_MAX_LINES] + (
@@ -77,7 +77,7 @@ class StaleMark:
             anchor.update()
 
     def _show_changes(self, lines: list[str], chosen: bool) -> None:
-        """Show the differences; `chosen` options can be restored here, an order only in its editor."""
+        """Show the differences. `chosen` options can be restored here; an order can be restored only in its editor."""
         w = self.view.words
         text("b", w("stale.title"))
         with box("ul"):

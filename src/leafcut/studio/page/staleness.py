@@ -1,4 +1,4 @@
-"""Differences between the current choices and those of a result, which then is outdated."""
+"""Differences between the current choices and those of a result. A result with differences is outdated."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ChangedChoice:
 
 
 def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
-    """Return the differences between the page's choices and a job, the most important first."""
+    """Return the differences between the page's choices and those of a job, the most important first."""
     task, w = record.task, view.words
     work = work_of(task, record.title)
     return [
@@ -87,7 +87,7 @@ def _part_text(part: WantedPart | None, words: Words) -> str:
 def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
     before, after = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
-    if work != view.work:  # options that only one of the two has are covered by the change of work
+    if work != view.work:  # the change of work covers options that only one of the two has
         shared = _names(work, task.options) & _names(view.work, view.values)
         names = dict.fromkeys(name for name in names if name in shared)
     for name in names:
@@ -105,7 +105,7 @@ def _names(work: str, values: Mapping[str, Any]) -> set[str]:
 
 
 def _is_equal(name: str, before: Any, after: Any) -> bool:
-    """Return whether two values are equal, as ``6`` and ``6mm`` are."""
+    """Return whether two values are equal, such as ``6`` and ``6mm``."""
     group = group_of(name)
     if before == after:
         return True
@@ -124,7 +124,7 @@ def _value(name: str, value: Any, work: str, view: View) -> str:
 
 
 def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
-    """Yield the user's own machines and tools that were saved again since the job was created."""
+    """Yield the user's own machines and tools that were saved after the job was created."""
     for name, kind in OWN_KINDS.items():
         value = record.task.options.get(name)
         if not isinstance(value, str) or not value.startswith(OWN):

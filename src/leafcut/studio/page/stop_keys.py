@@ -1,4 +1,4 @@
-"""Keyboard alternative to dragging: buttons and a number that select and move the stops of an order."""
+"""The keyboard alternative to dragging: buttons and a number field that select and move the stops of an order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.studio.wording import Words
 
 
 class StopKeys:
-    """Selects the previous or next stop, and moves the selected stop earlier, later, or to a position in the order.
+    """Buttons that select the previous or next stop, and move the selected stop in the order.
 
     `choose` receives the name of the selected stop.
     """
@@ -56,7 +56,7 @@ class StopKeys:
         form.on("submit", self._put, js_handler="(e) => { e.preventDefault(); emit(); }")
 
     def show(self, chosen: int) -> None:
-        """Set the selected stop, 0 for none."""
+        """Set the selected stop; 0 for none."""
         self._chosen = chosen
 
     def _note(self, event: Any) -> None:

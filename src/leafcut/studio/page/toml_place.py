@@ -1,4 +1,4 @@
-"""Position of a problem in a TOML file of a machine or of tools, derived from the message."""
+"""The position of an error in a TOML file of a machine or of tools, derived from the error message."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"
 
 @dataclass(frozen=True)
 class TomlPlace:
-    """A position in a file: `table` is empty for the top, `number` counts the tables of an array from 1."""
+    """A position in a file. `table` is empty for the top level. `number` counts the tables of an array from 1."""
 
     table: str = ""
     number: int = 0
@@ -23,7 +23,7 @@ class TomlPlace:
 
 
 def place_of(text: str, problem: str) -> TomlPlace:
-    """Return the position of a problem reported by `library.check`; without a line if the message names no position."""
+    """Return the position of an error that `library.check` reports; without a line if the message names no position."""
     syntax = _SYNTAX.search(problem)
     if syntax:
         return TomlPlace(line=int(syntax.group(1)))
@@ -39,7 +39,7 @@ def place_of(text: str, problem: str) -> TomlPlace:
         table, _, key = key.rpartition(".")
     line = _line_of(text, table, number, key)
     if line is None and key and not table:
-        line = _line_of(text, key, 1, "")  # a table where another value is expected
+        line = _line_of(text, key, 1, "")  # the key is a table, but another value is expected
     return TomlPlace(table, number, key, line)
 
 

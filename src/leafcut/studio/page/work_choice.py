@@ -1,4 +1,4 @@
-"""Choice of the kind of work by thumbnails, with the reason for the suggested one."""
+"""The choice of the kind of work by thumbnails, with the reason for the suggested kind."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leafcut.studio.wording import Words
 
 
 class WorkChoice(Element, component="../static/works.js"):
-    """A group of radio buttons with thumbnails; `on_choose` receives the chosen kind of work."""
+    """A group of radio buttons with thumbnails. `on_choose` receives the chosen kind of work."""
 
     def __init__(self, label: str, on_choose: Callable[[str], Any]) -> None:
         super().__init__()
@@ -26,13 +26,13 @@ class WorkChoice(Element, component="../static/works.js"):
 
 
 def cards(kinds: tuple[str, ...], seen: Preview | None, words: Words) -> list[dict[str, Any]]:
-    """Return a card for each kind of work, with a thumbnail of its effect on the open drawing."""
+    """Return a card for each kind of work, with a thumbnail that emphasizes its objects in the open drawing."""
     pictures = seen.whole.pictures if seen is not None else {}
     return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in kinds]
 
 
 def why_suggested(seen: Preview | None, words: Words) -> str:
-    """Return the most suitable kind of work for a drawing, with the reason; empty without a choice."""
+    """Return the suggested kind of work for a drawing, with the reason; empty without alternatives."""
     if seen is None or len(seen.whole.suits) < 2:
         return ""
     work, best = next(iter(seen.whole.suits.items()))

@@ -1,4 +1,4 @@
-"""Server of the studio: assembled from its parts, bound to the loopback interface, ended by Ctrl-C."""
+"""The server of the studio: assembled from its parts, bound to the loopback interface, ended by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from leafcut.studio.studio import HOST, PORT, Studio, open_studio
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-#: Number of ports tried from `PORT` on, without `--port`.
+#: Number of ports that are tried from `PORT` on, without `--port`.
 _TRIED = 20
-#: Number of further attempts to shut down while a connection is closing, and their interval, s.
+#: Maximum number of attempts to shut down while a connection is closing; interval between them, s.
 _TRIES, _MOMENT = 40, 0.05
-#: Maximum wait at the end for open connections, s.
+#: Maximum wait for open connections at the end, s.
 _PATIENCE = 1
 
 
 class StudioError(LeafcutError):
-    """The studio cannot be opened here."""
+    """The studio cannot be opened on this computer."""
 
 
 def make_api(studio: Studio) -> FastAPI:
@@ -76,7 +76,7 @@ def guarded(
 
 
 class _Door:
-    """Prints a working address in the terminal, and a new one after each use."""
+    """Prints a single-use address in the terminal, and a new address after each use."""
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
@@ -95,8 +95,8 @@ class _Door:
 def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
     """Print the address, open the page, and serve until Ctrl-C.
 
-    Raise `StudioError` if the extra is not installed or the port is in use, and `OutputError` if the studio's folder
-    cannot be written, or another studio holds it.
+    Raise `StudioError` if the extra is not installed or the port is in use. Raise `OutputError` if the studio's
+    folder cannot be written, or another studio has locked it.
     """
     try:
         import uvicorn
@@ -104,7 +104,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         from leafcut.studio.page.pages import add_pages
     except ModuleNotFoundError as problem:
         package = str(problem.name).partition(".")[0]
-        if package == "leafcut":  # an error of leafcut, which installing does not fix
+        if package == "leafcut":  # an internal error of leafcut; installing a package does not help
             raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     folder = root or data_folder()
@@ -137,7 +137,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             studio.close()
             for file in (studio.token_file, studio.entrance):
                 file.unlink(missing_ok=True)
-            # Not earlier: pages read it until the event loop has ended.
+            # Not earlier, because pages read it until the event loop has ended.
             studio.history.close()
 
 
@@ -151,7 +151,7 @@ def _write_keys(studio: Studio) -> None:
 
 
 def _server(config: Any, studio: Studio) -> Any:
-    """Return a server that ends the jobs before it waits for connections, some of which wait for a job."""
+    """Return a server that ends the jobs before it waits for connections, because some connections wait for a job."""
     import uvicorn
     from websockets.exceptions import InvalidState
 
@@ -159,7 +159,7 @@ def _server(config: Any, studio: Studio) -> Any:
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             await asyncio.to_thread(studio.close)
             for _ in range(_TRIES):
-                # A connection that is just closing cannot be closed again; it is gone a moment later.
+                # A connection that is already closing cannot be closed again; a moment later it is gone.
                 with suppress(InvalidState):
                     return await super().shutdown(sockets)
                 await asyncio.sleep(_MOMENT)
@@ -195,7 +195,7 @@ def _open_when_ready(server: Any, address: str) -> None:
 
 
 def parse_port(word: str) -> int:
-    """Parse a port; raise `OptionError` if it is not one."""
+    """Return a port number; raise `OptionError` if the text is not a port."""
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
     return int(word)

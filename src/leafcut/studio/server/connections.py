@@ -1,11 +1,11 @@
-"""Timeout for idle and slow connections, which would otherwise stay open forever."""
+"""A timeout for idle and slow connections, which would otherwise remain open forever."""
 
 from __future__ import annotations
 
 import asyncio
 from typing import Any
 
-#: Timeout for the head of a request, from the connection or from the end of the previous answer, s.
+#: Timeout for the head of a request, s; it starts with the connection, or with the end of the previous answer.
 HEAD_SECONDS = 10.0
 
 

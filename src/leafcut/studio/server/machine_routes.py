@@ -1,7 +1,7 @@
-"""Routes of the machine: its state and all actions.
+"""Routes for the machine: its state and all actions.
 
 A refused request is answered with an error. Long actions, such as homing or a program, are answered when they start;
-the state shows their progress. Stop is answered at once and works with any valid key, even if a page commands the
+the state shows their progress. Stop is answered at once. It works with any valid key, whoever has control of the
 machine.
 """
 
@@ -24,7 +24,7 @@ from leafcut.studio.machine.program import program_of_file, program_of_job
 if TYPE_CHECKING:
     from leafcut.studio.studio import Studio
 
-#: Holder name of clients of these routes.
+#: Holder name of the clients of these routes.
 PROGRAM = "program"
 
 Length = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
@@ -33,14 +33,14 @@ _FEEDS = {"faster": Request.FASTER, "slower": Request.SLOWER, "normal": Request.
 
 
 class ConnectBody(BaseModel):
-    """A port and its speed, bits per second."""
+    """A serial port, and its speed in bits per second."""
 
     port: Annotated[str, Field(min_length=1, max_length=200)]
     baud: int = BAUD
 
 
 class JogBody(BaseModel):
-    """Distances from the current position, mm."""
+    """Distances from the current position, mm, and feed in mm/min."""
 
     x: Length = 0.0
     y: Length = 0.0
@@ -55,7 +55,7 @@ class ZeroBody(BaseModel):
 
 
 class ProbeBody(BaseModel):
-    """Thickness of the plate, and limit of the downward move, mm."""
+    """Thickness of the plate and maximum downward distance, mm; feed in mm/min."""
 
     plate: Length
     feed: Feed
@@ -63,7 +63,7 @@ class ProbeBody(BaseModel):
 
 
 class ProgramBody(BaseModel):
-    """Program of a job (`job`) or open file (`source`), machine, and codes of accepted dangers.
+    """A program (of a finished job, `job`, or an open file, `source`), a machine, and the codes of accepted dangers.
 
     `unhomed`: the machine has no homing; the user has set its zero.
     """
@@ -76,13 +76,13 @@ class ProgramBody(BaseModel):
 
 
 class FrameBody(ProgramBody):
-    """The program whose bounding box is traced."""
+    """The program whose bounding box is traced, and the feed in mm/min."""
 
     feed: Feed
 
 
 class RunBody(ProgramBody):
-    """Run options: start at a hole or line, hole by hole, and unattended."""
+    """A program with its run options: start at a hole or line, hole by hole, unattended."""
 
     from_hole: int | None = None
     from_line: int | None = None
@@ -91,13 +91,13 @@ class RunBody(ProgramBody):
 
 
 class AnswerBody(BaseModel):
-    """Continue, continue without asking before holes, or stop."""
+    """The answer to a question: continue, continue without asking before holes, or stop."""
 
     answer: Literal["go on", "all", "stop"]
 
 
 def add_machine(router: APIRouter, studio: Studio) -> None:
-    """Add the routes of the machine."""
+    """Add the routes for the machine."""
     _add_connection(router, studio)
     _add_by_hand(router, studio)
     _add_program(router, studio)

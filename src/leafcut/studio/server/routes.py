@@ -1,8 +1,8 @@
 """JSON API for other programs (optimize, solve, nest, simulate and verify), and requests of the page itself.
 
-Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
-``Authorization: Bearer TOKEN``. An answer is a JSON object with the number of its format as ``schema``. An error is a
-JSON object with a single key, ``error``: a message of one line.
+``/api/openapi.json`` documents it. Other programs send the token from the studio's folder as ``Authorization: Bearer
+TOKEN``. An answer is a JSON object with the number of its format as ``schema``. An error is a JSON object with a
+single key, ``error``: a message in one line.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from leafcut.studio.studio import Studio
 
-#: Media types that may be shown in a page of their own.
+#: Media types that may be displayed in a browser tab of their own.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
 
 JobId = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
@@ -61,7 +61,7 @@ def add_static(app: FastAPI) -> None:
 
 
 class _Static(StaticFiles):
-    """Static files with versioned addresses, which a browser may cache."""
+    """Static files with versioned addresses, which browsers may cache."""
 
     def file_response(self, *arguments: Any, **named: Any) -> Response:
         answer = super().file_response(*arguments, **named)
@@ -70,7 +70,7 @@ class _Static(StaticFiles):
 
 
 def colours_css() -> str:
-    """Return the report's colours for a page whose theme is light, dark, or the system's."""
+    """Return the report's colours as CSS, for a page whose theme is light, dark, or the system's."""
     from leafcut.report.styles import style_sheet
 
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
@@ -89,12 +89,12 @@ class _Answer(JSONResponse):
 
 
 class Refusal(BaseModel):
-    """Body of every error."""
+    """The body of every error response."""
 
     error: str
 
 
-#: Meaning of the error statuses, for every route.
+#: Error statuses and their meanings, for every route.
 _REFUSED: dict[int | str, dict[str, Any]] = {
     400: {"model": Refusal, "description": "unknown options, or values out of range"},
     401: {"model": Refusal, "description": "the token is missing"},
@@ -140,7 +140,7 @@ def refuse(_: Request, problem: Exception) -> JSONResponse:
 
 
 def refuse_http(_: Request, problem: Exception) -> JSONResponse:
-    """Return the response for an error of the routes themselves."""
+    """Return the response for an error that the routes raise."""
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
     if str(detail).startswith("Part exceeded"):  # message of the form parser
         detail = "a field of this request is larger than 1 MiB; only files may be"
@@ -155,7 +155,7 @@ def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
 
 
 async def _keep(folder: Folder, file: UploadFile) -> str:
-    """Store an upload in chunks, as it may be large; return its id."""
+    """Store an upload in chunks, because it may be large; return its id."""
     input_id, path = folder.new_input(file.filename or "file")
     with path.open("wb") as output:
         while chunk := await file.read(1 << 20):
@@ -182,7 +182,10 @@ def _options(text: str) -> dict[str, Any]:
 
 
 async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
-    """Run a task and wait for its end; if it is refused, delete its uploads except an input that was `named`."""
+    """Run a task and wait for its end.
+
+    If the task is refused, delete its uploads, except the input that the request has `named`.
+    """
     try:
         job = jobs.start(task)
     except BaseException:
@@ -215,7 +218,7 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
 
     @routes.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _Answer:
-        """Return the answer of ``leafcut solve --json``, the tour in TSPLIB format as ``text``, and ``job``."""
+        """Return the answer of ``leafcut solve --json``, the TSPLIB tour as ``text``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("solve", (await _input(folder, file, source),), "auto", given)
         record, answer = await _done(jobs, task, "" if file is not None else source)
@@ -229,7 +232,7 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         ] = "[]",
         options: Options = "{}",
     ) -> _Answer:
-        """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and ``job``."""
+        """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and the id as ``job``."""
         given, parts_wanted = _options(options), wanted_parts([""] * len(files), parts)
         words = [
             replace(part, input=await _keep(folder, file)).word for part, file in zip(parts_wanted, files, strict=True)
@@ -254,7 +257,7 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
         new: Annotated[UploadFile, File(description="the program to compare with it")],
         options: Options = "{}",
     ) -> _Answer:
-        """Return the output of ``leafcut verify --json``, with the job's id as ``job``."""
+        """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
         given = _options(options)
         files = (await _keep(folder, original), await _keep(folder, new))
         record, answer = await _done(jobs, Task("verify", files, "auto", given))
@@ -353,7 +356,7 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
 
     @routes.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
-        """Return time and cost of every variant's cuts after planning; the jobs contain the programs."""
+        """Plan the cuts, and return their time and cost for every variant. The jobs contain the programs."""
         _record_of(jobs, job)
         for cut_job in plan_cuts(jobs, job, _options(options)):
             await jobs.over(cut_job)

@@ -1,12 +1,13 @@
 """Access control and content policy of the studio: the outermost layer of the server.
 
-Every request needs a key. A browser enters by a single-use address and receives a cookie that expires; a program sends
-the token in an ``Authorization: Bearer`` header (`keys`). Requests under another host name than the loopback's (DNS
-rebinding) and requests from other sites (cross-site request forgery) are refused before any other code sees them.
+Every request needs a key. A browser enters with a single-use address and receives a cookie that expires. A program
+sends the token in an ``Authorization: Bearer`` header (`keys`). Requests for a host name other than the loopback's
+(DNS rebinding) and requests from other sites (cross-site request forgery) are refused before any other code sees
+them.
 
 The content policy allows only the studio's own files, with two exceptions for NiceGUI. Its inline scripts and styles
-get a nonce, new for every page. Its calls of components are text that the page evaluates, hence ``unsafe-eval``; this
-text comes only through the guarded connection.
+get a nonce, which is new for every page. Its component calls are text that the page evaluates, which requires
+``unsafe-eval``; this text arrives only through the guarded connection.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-#: Maximum body of a request without files, bytes; files may have `LARGEST_UPLOAD`.
+#: Maximum body of a request without files, bytes. Uploads may have `LARGEST_UPLOAD`.
 LARGEST_REQUEST = 1024 * 1024
 UPLOADS = "/api/"
-#: Longest pause in the middle of a request, and longest time for the whole request, s.
+#: Maximum pause within a request, and maximum time for the whole request, s.
 PAUSE, WHOLE = 20.0, 600.0
 
 _FIXED = {
@@ -50,11 +51,11 @@ _READING = ("GET", "HEAD", "OPTIONS")
 
 
 class RequestRefused(Exception):
-    """A request was too large or too slow; ends the request wherever it is read."""
+    """A request is too large or too slow. The exception ends the request wherever it is being read."""
 
 
 def content_policy(nonce: str, host: str) -> str:
-    """Return the content security policy of a page of the studio."""
+    """Return the content security policy for a page of the studio."""
     return "; ".join(
         (
             "default-src 'none'",
@@ -76,10 +77,10 @@ STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sa
 
 
 class Guard:
-    """An ASGI application that guards another one.
+    """An ASGI application that guards another application.
 
-    `port` is the port of this server, against which hosts and origins are checked. `on_entry` is called with the key in
-    the address after a browser has used it up.
+    `port` is the port of this server; hosts and origins are checked against it. `on_entry` is called with the key of
+    an address after a browser has used it.
     """
 
     def __init__(
@@ -98,7 +99,7 @@ class Guard:
         self.largest = largest
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Forward permitted requests."""
+        """Forward permitted requests; answer all others with a refusal."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -123,13 +124,13 @@ class Guard:
             await self._pass(asked, scope, receive, send)
 
     def _refusal(self, asked: _Asked) -> str:
-        """Return why a request is refused regardless of its key; empty if it is not."""
+        """Return the reason why a request is refused regardless of its key; empty if it is not refused."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
         own_origin = f"http://{asked.host}"
         if asked.origin is not None and asked.origin != own_origin:
             return "A page of another origin must not access the studio."
-        # Without a key, report the missing key instead.
+        # Without a key, the missing key is reported instead.
         if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
             return "A request that changes something needs its origin, or the token in an Authorization header."
         if asked.site in ("cross-site", "same-site") and asked.mode != "navigate":
@@ -165,7 +166,7 @@ class Guard:
         if asked.length > limit:
             await _answer(asked, send, *_too_large(limit))
             return
-        # Reloading the page renews its cookie, so that active users stay logged in.
+        # Reloading the page renews its cookie, so that active users remain logged in.
         renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
         exchange = _Exchange(receive, send, asked, limit, renewed)
         with suppress(RequestRefused):
@@ -189,12 +190,12 @@ class _Asked:
         self.host = self._text(b"host").lower() if len(hosts) == 1 else ""
         self.origin = self._text(b"origin") if b"origin" in self.headers else None
         self.site, self.mode = self._text(b"sec-fetch-site"), self._text(b"sec-fetch-mode")
-        #: A websocket changes state too, and browsers always send its origin.
+        #: A websocket changes state as well, and browsers always send its origin.
         self.changes = scope["type"] == "websocket" or self.method not in _READING
         kind, _, word = self._text(b"authorization").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-        #: Key in the address.
+        #: The key in the address.
         self.token = query["token"][0] if "token" in query else None
         length = self._text(b"content-length")
         self.length = int(length) if length.isdecimal() and len(length) < 20 else 0
@@ -214,10 +215,10 @@ class _Asked:
 
 
 class _Exchange:
-    """A request and its answer in transit: counts the received bytes, adds headers, and gives a page its nonce.
+    """A request and its answer in transit: limits the request, adds headers, and gives a page its nonce.
 
-    Regardless of the declared length, at most `limit` bytes of a body are forwarded, with no pause over `PAUSE` and
-    within `WHOLE` seconds. After a violation the application's answer is dropped.
+    Whatever the declared length, at most `limit` bytes of the body are forwarded, with no pause longer than `PAUSE`
+    and within `WHOLE` seconds. After a violation, the application's answer is dropped.
     """
 
     def __init__(self, receive: Receive, send: Send, asked: _Asked, limit: int, cookie: str) -> None:
@@ -252,7 +253,7 @@ class _Exchange:
             raise RequestRefused from None
 
     async def send(self, message: Message) -> None:
-        """Forward a message; a page is held until it is complete."""
+        """Forward a message. A page is held until it is complete."""
         if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":
@@ -286,7 +287,7 @@ class _Exchange:
 
 
 async def _answer(asked: _Asked, send: Send, status: int, line: str, extra: Iterable[tuple[str, str]] = ()) -> None:
-    """Send an answer of the guard itself: one line, as a JSON error for routes of the API."""
+    """Send an answer of the guard itself: one line of text, or a JSON error for routes of the API."""
     api = asked.path.startswith(UPLOADS)
     body = (json.dumps({"error": line}) if api else line).encode()
     headers = {
