@@ -71,7 +71,7 @@ def test_two_jobs_are_compared_and_one_is_found_by_what_was_chosen(own: Page) ->
     find.fill("thickness plate_10")
     expect(rows).to_have_count(2)
     find.fill("nothing like this")
-    expect(own.get_by_text("No job has these words.")).to_be_visible()
+    expect(own.get_by_text("No job matches these words.")).to_be_visible()
 
 
 def test_jobs_that_wait_are_put_in_another_order_by_keys(own: Page) -> None:

@@ -226,7 +226,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     page.evaluate("drawing.clear()")
     see(page, "same")
     until(page, "drawing.solid.ready && !drawing.solid.differs.hidden")
-    assert page.inner_text(".lc-differs") == "Before and after leave the same"
+    assert page.inner_text(".lc-differs") == "Both programs leave the same stock"
 
 
 def test_a_kept_view_comes_back_and_what_is_not_as_it_should_be_is_as_if_not_chosen(page: Any) -> None:

@@ -34,8 +34,8 @@ BOARD = "M48\nMETRIC,TZ\nT1C0.800\n%\nG90\nT1\nX10.0Y10.0\nX20.0Y10.0\nX20.0Y30.
     ("name", "work", "reason"),
     [
         ("bracket.dxf", "cut", "Suggested: Cut from sheet. Mostly outlines (outlines: 1, holes: 2)."),
-        ("sheet.dxf", "cut", "A sheet by the name of the layer: SHEET."),
-        ("pocket.dxf", "pocket", "Pockets by the names of layers: ISLAND, POCKET."),
+        ("sheet.dxf", "cut", "Layers named as a sheet: SHEET."),
+        ("pocket.dxf", "pocket", "Layers named as pockets: ISLAND, POCKET."),
         ("plate_27.dxf", "drill", "Mostly round holes (holes: 27, outlines: 1)."),
     ],
 )

@@ -69,7 +69,7 @@ class _Task:
 
 @dataclass(frozen=True)
 class RunWishes:
-    """Options of a run: start at a hole or a line, counted from 1, or at the beginning if both are None.
+    """Options of a run: start at a hole or a line, counted from 1, or at the first line if both are None.
 
     `by_hole`: ask before every hole. `unhomed`: the machine has no homing; the user has set its zero. `alone`:
     continue if no page shows the machine.
@@ -87,7 +87,7 @@ class ReadyProgram:
     """A program that was checked against the current state of the machine and may be run.
 
     `job` contains the cycle times on this machine, `facts` the settings that the controller reports, and `steps` the
-    lines and pauses to send. The program starts at `line`; 0 is its beginning. `told` are messages for the user
+    lines and pauses to send. The program starts at `line`; 0 is its start. `told` are messages for the user
     before the start.
     """
 
@@ -99,7 +99,7 @@ class ReadyProgram:
 
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
-        """Smallest and largest x, y and z of the cuts, mm in program coordinates; None if nothing is cut."""
+        """Smallest and largest x, y and z of the cuts, mm in program coordinates; None without cuts."""
         return fed_box(self.job)
 
     @property
@@ -227,7 +227,7 @@ class MachineLink:
         return self._post(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Check a program; the result is a `ReadyProgram`. Nothing is sent."""
+        """Check a program without sending it; the result is a `ReadyProgram`."""
         return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:

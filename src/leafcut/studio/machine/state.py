@@ -43,7 +43,7 @@ class MachineQuestion:
 
 @dataclass(frozen=True)
 class ProgramProgress:
-    """Progress of a program. Lines and holes count from 1; 0 means that none has started.
+    """Progress of a program. Lines and holes count from 1; 0 is before the first.
 
     `feed` is in mm/min, `override` in percent; `done_s` and `left_s` are the elapsed and the remaining time.
     `alone`: the program continues if no page shows the machine.

@@ -1,5 +1,5 @@
-// Browser history of the page: adds its steps, reports Back and Forward, and commits a field's text when the page is
-// left.
+// Browser history of the page: adds its steps and reports Back and Forward. Also commits the text of a field when the
+// user leaves the page.
 import { h } from "vue";
 
 export default {
@@ -20,7 +20,7 @@ export default {
     window.removeEventListener("popstate", this.back);
     window.removeEventListener("beforeunload", this.leave);
   },
-  // Before the content of a step is drawn, so that Back works as soon as it is visible.
+  // Runs before the content of a step is drawn: Back works as soon as the user sees it.
   watch: { steps: { handler: "take", flush: "sync" } },
   methods: {
     take() {

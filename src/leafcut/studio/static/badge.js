@@ -1,4 +1,4 @@
-// Progress of a job in title and icon of the tab, and a notification at its end if requested.
+// Shows the progress of a job in title and icon of the tab, and a notification at its end if the user wants it.
 (() => {
   const KEPT = "leafcut-notice";
   const TITLE = document.title || "leafcut studio";
@@ -42,7 +42,7 @@
     if (document.hasFocus()) seen();
   }
 
-  /** The user is active on the page and thus sees the end of a job; hide it in the tab soon. */
+  /** Remove the end of a job from the tab after a while: the user is active on the page and sees it. */
   function seen() {
     if (document.hidden || !OVER.has(last.state)) return;
     setTimeout(() => { if (OVER.has(last.state)) show({}); }, STAYS);

@@ -1,4 +1,4 @@
-// Drawings painted over several frames; until a new one is ready, the previous one is shown, moved and scaled.
+// Drawings painted over several frames. Until a drawing is finished, the previous drawing is shown, moved and scaled.
 
 const SLICE = 9; // milliseconds of painting per frame
 
@@ -45,7 +45,7 @@ export class Buffer {
     this.job = null;
   }
 
-  /** Whether the drawing is finished for this view. */
+  /** Return whether the drawing is finished for this view. */
   ready(view) { return !this.stale && !this.job && same(this.front?.view, view); }
 
   /** Continue painting, at most for `segments`; return the cost. */
@@ -67,7 +67,7 @@ export class Buffer {
     return Math.max(spent, 1);
   }
 
-  /** Show the drawing at its position in a view. */
+  /** Copy the finished drawing to its position in a view. */
   blit(ctx, view, ratio, alpha = 1) {
     if (!this.front || this.empty) return;
     const { canvas, view: from } = this.front, zoom = view.scale / from.scale;

@@ -132,8 +132,8 @@ export class Drawing {
     if (first || this.view.fitted) this.fit();
   }
 
-  /** Set the function that loads the stock with the moves "before" or "after" when it becomes visible; null: no
-   * stock. */
+  /** Set the function that loads the stock and its moves, "before" or "after", when it becomes visible. Null removes
+   * the stock. */
   offerSolid(which, load) {
     this.solid.offer(which, load);
     this._arrange();
@@ -161,7 +161,7 @@ export class Drawing {
     this.panes.forEach((pane) => {
       if (layer === "live") pane.setLive(scene);
       else pane.setPheromone(this.scenes.pheromone);
-      if (layer === "live" && pane.hovered?.stop) this._say(describe(pane.hovered, pane, this.words)); // its number has changed
+      if (layer === "live" && pane.hovered?.stop) this._say(describe(pane.hovered, pane, this.words)); // the number of the stop has changed
     });
     this._wake();
     return true;
@@ -205,7 +205,7 @@ export class Drawing {
   /** Current view: "plan", "solid", or "both". */
   get sees() { return this.solid?.offered ? this.space : "plan"; }
 
-  /** Whether a mode is available in the current view; the stock shows one toolpath at a time. */
+  /** Return whether a mode is available in the current view; the stock shows one toolpath at a time. */
   offers(mode) { return this.modes.includes(mode) && (this.sees !== "solid" || mode === "before" || mode === "after"); }
 
   /** Mode of the toolpaths in the current view. */
@@ -250,7 +250,7 @@ export class Drawing {
     for (const pane of this.panes) pane.setPart(scenes.part, this.partPaths ?? null, scenes.whole, this.wholePaths ?? null, drawnLayers, hidden);
   }
 
-  /** Go to a machine time, s; null shows everything. */
+  /** Show the state at a machine time, s; null shows the whole toolpath. */
   seek(seconds) { if (seconds === null) this.player.showAll(); else this.player.seek(seconds); }
 
   /** Select a row of the toolpath and pan to it; null clears the selection. */
@@ -381,7 +381,7 @@ export class Drawing {
 
   _paneOf(what) { return this.panes.find((pane) => pane.main && pane.main.scene.header.which === what.which) ?? this.panes[1]; }
 
-  /** Cancel dragging, else playback, else the selection; return whether there was any of them. */
+  /** Cancel dragging, or else playback, or else the selection; return whether anything was cancelled. */
   escape() {
     if (this.measure.on) this.measure.toggle(false);
     else if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
@@ -409,7 +409,7 @@ export class Drawing {
     this._wake();
     if (drag?.what === "origin") {
       const to = this.placement.drop(cancelled);
-      this._moved = to; // keep the screen position when the drawing is read again
+      this._moved = to; // the dragged zero keeps its screen position when the drawing is read again
       if (to) this.emit("origin", { x: to[0], y: to[1] });
     } else if (drag && !cancelled) this.emit("drag", { ...drag, onto: droppedOn(this, pane, drag), which: pane.main.scene.header.which });
   }
@@ -419,11 +419,11 @@ export class Drawing {
   /** Available modes: a single toolpath, or several for two toolpaths. */
   get modes() {
     const { before, after } = this.tracks;
-    if (this.scenes.live?.visit && after) return ["after"]; // the manual order belongs to this toolpath
+    if (this.scenes.live?.visit && after) return ["after"]; // the order edited by hand belongs to this toolpath
     return before && after ? MODES : before ? ["before"] : ["after"];
   }
 
-  /** Assign the content to the panes. */
+  /** Assign toolpaths and part to the panes. */
   _arrange() {
     if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";

@@ -39,7 +39,7 @@ export default {
     editable() { this.drawing.editable = this.editable; },
   },
   methods: {
-    /** Fetch scenes with a new address, remove scenes without an address; one update at a time. */
+    /** Fetch scenes whose address has changed, and remove scenes without an address; one update at a time. */
     load() {
       if (this.waiting) return; // the pending update fetches the latest addresses
       this.waiting = true;
@@ -67,7 +67,7 @@ export default {
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
         if (this.gone) return;
         const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
-        if (answer.status !== 200) continue; // removed meanwhile
+        if (answer.status !== 200) continue; // the server has removed the scene meanwhile
         this.drawing.show(await answer.arrayBuffer(), layer);
         this.shown[layer] = scenes[layer];
       }

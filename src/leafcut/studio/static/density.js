@@ -6,7 +6,7 @@ const TINY = 2; // pixels; smaller holes are mere dots
 const CROWDED = 4; // mean distance of holes, pixels
 const MOST_CELLS = 1 << 20;
 
-/** Whether holes should be shown by density: many, tiny, and crowded. */
+/** Return whether the holes are many, tiny and crowded, and are therefore shown as shades of grey. */
 export function isDense(part, scale) {
   if (part.holes < MANY || !part.extents) return false;
   const [x0, y0, x1, y1] = part.extents;

@@ -26,7 +26,7 @@ export function grab(drawing, pane, px, py) {
   pane.drag = { what: "order", number: stop + 1, row: scene.stop[stop], from, to: from };
 }
 
-/** Return the number of the stop or pierce under a dropped object, or null. */
+/** Return the number of the stop or pierce on which an object was dropped, or null. */
 export function droppedOn({ view }, pane, drag) {
   const reach = 12 / view.scale, [x, y] = drag.to;
   if (pane.edited) return pane.edited.near(x, y, reach)?.number || null;

@@ -12,7 +12,7 @@ export default {
   emits: ["draft"],
   computed: { about() { return `editor-${this.$.uid}`; } },
   watch: {
-    /** The form changed the text; an edit in progress takes precedence. */
+    /** Take over the text from the form, except while the user edits it. */
     text(made) {
       if (!this.view.hasFocus && made !== this.now()) this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: made } });
     },

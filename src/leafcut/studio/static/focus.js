@@ -45,21 +45,21 @@
   }
 
   document.addEventListener("focusin", (event) => remember(event.target));
-  // An element that gives up the focus but stays on the page was not redrawn.
+  // An element that loses the focus but stays on the page was not redrawn.
   document.addEventListener("focusout", ({ target, relatedTarget }) => {
     if (relatedTarget) return;
     // A removed element is still connected during this event, but no longer afterwards.
     queueMicrotask(() => { if (last?.at === target && shown(target) && document.activeElement === document.body) last = null; });
   });
-  // After a click beside all controls, or after leaving the page by Tab, no focus is wanted.
+  // After a click outside all controls, or a Tab that leaves the page, no element needs the focus.
   document.addEventListener("pointerdown", (event) => {
     if (!event.target.closest?.("button, a, input, select, textarea, summary, label, [tabindex]")) last = null;
   }, true);
   document.addEventListener("keydown", (event) => { if (event.key === "Tab" && document.activeElement === document.body) last = null; }, true);
-  // A table that overflows can be scrolled by keys: it is a tab stop while it overflows.
+  // A table that overflows is a tab stop, so that keys can scroll it.
   const widths = new ResizeObserver((all) => all.forEach(({ target }) => reach(target.closest(".scroll"))));
   function reach(at) {
-    if (!at) return; // it was removed
+    if (!at) return; // the element was removed
     const larger = at.scrollWidth > at.clientWidth || at.scrollHeight > at.clientHeight;
     for (const [key, value] of [["tabindex", "0"], ["role", "group"], ["aria-label", at.firstElementChild?.getAttribute("aria-label") ?? ""]]) {
       if (larger) at.setAttribute(key, value);

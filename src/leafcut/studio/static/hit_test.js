@@ -106,7 +106,7 @@ export function distanceToLine(x, y, x0, y0, x1, y1) {
   return Math.hypot(x - x0 - share * dx, y - y0 - share * dy);
 }
 
-/** Return the nearest item of a grid within `reach`, or -1; `distance(item)` in mm; the last wins ties. */
+/** Return the nearest item of a grid within `reach`, or -1; of equally near items, the last. `distance(item)` is in mm. */
 export function nearest(grid, x, y, reach, distance) {
   let best = -1, least = reach;
   grid.around(x, y, reach, (item) => {

@@ -11,7 +11,7 @@ const CLASSES = ["lc-comment", "lc-word", "lc-place", "lc-value"];
 const marked = CM.StateEffect.define(); // the marks of lines have changed
 const folded = CM.StateEffect.define();
 
-/** Folded blocks; one set for all, as there may be a hundred thousand. */
+/** Folded blocks, all in one set: there may be a hundred thousand. */
 const FOLDS = CM.StateField.define({
   create: () => Decoration.none,
   update: (set, { effects }) => effects.findLast((effect) => effect.is(folded))?.value ?? set,
@@ -150,7 +150,7 @@ export class Lines {
     }, Math.max(FOLLOW - (performance.now() - this.ran), 0));
   }
 
-  /** Draw the marks again, and scroll to a line, after unfolding its block; 0: to none. */
+  /** Draw the marks again, then unfold the block of a line and scroll to it; 0 scrolls to no line. */
   show(line) {
     const effects = [marked.of(null)];
     if (line > 0 && line <= this.count) {
@@ -183,7 +183,7 @@ export class Lines {
     this.note.remove();
   }
 
-  /** Report a line that the user selects by pointer or key. */
+  /** Select the line that the user chooses by pointer or key, with an event. */
   _follow({ transactions, state }) {
     if (!this.count || !transactions.some((one) => one.isUserEvent("select"))) return;
     const line = state.doc.lineAt(state.selection.main.head).number;
@@ -214,7 +214,7 @@ export class Lines {
 /** Link a drawing and a list: the list shows the drawing's program, with common selection and playback. Return a
  * function that unlinks them, as a drawing outlives its lists. */
 export function link(drawing, list) {
-  // The toolpath before has no text. The new program is shown with a note and without links then.
+  // The toolpath "before" has no text: show the new program, with a note and without links.
   let own = true;
   const take = () => {
     const text = drawing.main?.scene.text, other = drawing.tracks.after?.scene.text;

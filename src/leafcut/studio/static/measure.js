@@ -80,7 +80,7 @@ function* placesOfPath(scene) {
   }
 }
 
-/** State of a measurement: none, first point, or both points. */
+/** A measurement: without points, with the first point, or with both. */
 export class Measure {
   constructor(drawing) {
     this.drawing = drawing;
@@ -97,7 +97,7 @@ export class Measure {
     this._tell();
   }
 
-  /** Drop the snap points, as the content has changed. */
+  /** Drop the snap points: the content of the drawing has changed. */
   renew() { this._places = null; }
 
   /** Return the snap point near a point of the drawing, mm, or else the point itself. */

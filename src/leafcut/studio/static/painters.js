@@ -147,7 +147,7 @@ function* paintHoles(ctx, frame, part, paths, colours) {
   }
 }
 
-/** Paint all moves, pale for a track that only serves as a comparison; yields between steps. */
+/** Paint all moves of a toolpath, pale if it only serves as a comparison; yields between steps. */
 export function* paintPaths(ctx, frame, pane) {
   for (const track of pane.tracks) {
     const style = styleOf(pane, pane.live ? { ...track, pale: true } : track, frame);

@@ -22,7 +22,7 @@ export class Track {
     this.pale = false;
     this._grid = null;
     const e = scene.extents ?? [0, 0, 1, 1];
-    /** Radius of a dot for drilled holes that usually avoids overlaps, mm. */
+    /** Radius of the dots for drilled holes, mm, small enough that few of them overlap. */
     this.drillRadius = 0.2 * Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1));
   }
 
@@ -343,7 +343,7 @@ export class Pane extends EventTarget {
     return best;
   }
 
-  /** Return the row that starts the work at a hole, or undefined. */
+  /** Return the first row of the toolpath that works at a hole, or undefined. */
   _rowAtHole(hole) {
     const { main, part } = this;
     if (!main) return undefined;

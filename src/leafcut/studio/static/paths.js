@@ -117,7 +117,7 @@ export function addOutline(path, part, index) {
 const HOLES = 2048; // holes per piece
 
 /** A part as Path2D: outlines by kind, and holes in pieces by tool; holes without diameter and tiny holes have a
- * fixed size. Hidden layers are left out. */
+ * fixed size. Without the objects of hidden layers. */
 export class PartPaths {
   constructor(part, hidden = new Set()) {
     this.part = part;

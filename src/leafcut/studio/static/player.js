@@ -6,7 +6,7 @@ import { icon, iconButton, make } from "./icons.js";
 const RATES = [0.5, 1, 2, 5, 10, 20, 50, 100, 500];
 const SLIDER = 10000;
 
-/** Plays one or two scenes by machine time; dispatches `time` with { time, row }, time null when everything is shown. */
+/** Plays one or two scenes in machine time; dispatches `time` with { time, row }, where time null is the whole path. */
 export class Player extends EventTarget {
   constructor(host, words) {
     super();
@@ -113,7 +113,7 @@ export class Player extends EventTarget {
     const shown = time ?? this.duration;
     this.slider.value = this.duration > 0 ? (shown / this.duration) * SLIDER : 0;
     this.slider.style.setProperty("--done", `${this.duration > 0 ? (100 * shown) / this.duration : 0}%`);
-    // A map has no millimetres, and one level of a pocket is not a program: neither has a machine time.
+    // Neither a map without millimetres nor one level of a pocket has a machine time.
     const share = this.scene?.header.untimed && this.duration > 0 ? `${((100 * shown) / this.duration).toFixed(0)} %` : "";
     this.slider.setAttribute("aria-valuetext", share || clockWords(shown));
     this.clock.textContent = share || `${clockWords(shown)} / ${clockWords(this.duration)}`;

@@ -2,8 +2,8 @@
 
 import { DARK, RAPID } from "./scene.js";
 
-/** Return the blocks of a program from its toolpath, {first, last, name}: one per `tool`, or one per `piece` of work
- * including the move to it; null if there are fewer than two. Lines count from 1. */
+/** Return the blocks of a program from its toolpath, {first, last, name}: one for each tool (`by` is "tool"), or one
+ * for each task with the move to it. Null if there are fewer than two. Lines count from 1. */
 export function foldsOf(scene, by, count, words) {
   const blocks = [];
   for (const [first, found] of by === "tool" ? tools(scene) : pieces(scene)) {

@@ -1,7 +1,7 @@
-// Positions of a program's lines in another order of it. Lines count from 1; 0: none.
+// Positions of the lines of a program in its reordered version. Lines count from 1; 0 is no line.
 
 export class Moves {
-  /** `pairs`: old line and new line of all common lines, ascending by old line. */
+  /** `pairs` contains old and new number of each common line, ascending by the old number. */
   constructor(pairs, oldCount, newCount) {
     this.oldCount = oldCount;
     this.newOf = new Uint32Array(oldCount + 1);
@@ -13,8 +13,9 @@ export class Moves {
     this._divide();
   }
 
-  /** Return the fate of a line of the original or of the new program: the start of its block in both, whether the
-   * block moved, and its relative position in the original (0 … 1); null for a line in only one of them. */
+  /** Return the block of a line of the original (`old`) or of the new program: whether it starts with this line, its
+   * start in the other program, whether it moved, and its relative position in the original (0 … 1). Null for a line
+   * that only one of the programs has. */
   of(line, old) {
     const own = old ? line : this.oldOf[line];
     if (!own || !this.newOf[own]) return null;
@@ -30,7 +31,8 @@ export class Moves {
     return 0;
   }
 
-  /** Divide the original into blocks that stayed together; the fewest possible count as moved. */
+  /** Divide the original into blocks of lines that are also consecutive in the new program. As few blocks as possible
+   * count as moved. */
   _divide() {
     const { newOf } = this, first = [];
     this.block = new Uint32Array(newOf.length);

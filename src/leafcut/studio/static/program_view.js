@@ -102,7 +102,7 @@ export class ProgramView {
     this._follow();
   }
 
-  /** Return the marks of a line: of a moved line its other position, or that only one of the programs has it. */
+  /** Return the marks of a line: its position in the other program if it moved, or that only this program has it. */
   _dress(line, text, old) {
     const found = this.moves.of(line, old), differs = this.scene[old ? "missing" : "added"].includes(line) ? " lc-differs" : "";
     if (!found) return { class: (text ? (old ? "lc-missing" : "lc-added") : "") + differs };
@@ -150,7 +150,7 @@ export class ProgramView {
     (old ? this.old : this.list)?.run(line);
   }
 
-  /** Program or path have changed, so update the folds. */
+  /** Update the folds after a change of program or toolpath. */
   _again() {
     this.fold.hidden = !this._path(this.list);
     this._foldAll();
@@ -183,7 +183,7 @@ export class ProgramView {
     if (this.wanted) this.find(this.wanted);
   }
 
-  /** Find a text, and go to the first match from here. */
+  /** Find a text, and go to the first match at or after the selected line. */
   find(words) {
     const { active } = this, found = (this.found = active.find(words));
     this.wanted = words;

@@ -164,8 +164,8 @@ export class ToolpathScene extends Scene {
     return best;
   }
 
-  /** Return the number (from 1) of a row's stop, including the move to it; 0 for none. Also 0 if the torch starts
-   * more than once in a cut, so that stops are not cuts. */
+  /** Return the number (from 1) of the stop at which a row works or to which it moves; 0 for none. Always 0 if the torch
+   * starts more than once in a cut: then stops are not cuts. */
   stopOf(row) {
     const { stop } = this;
     if (this.pierce.length && this.pierce.length !== 3 * stop.length) return 0;
@@ -210,7 +210,7 @@ export class PathScene extends Scene {
   x1(k) { return this.point[2 * k]; }
   y1(k) { return this.point[2 * k + 1]; }
 
-  /** Whether there is a move from the previous point; none where the search chooses the order. */
+  /** Return whether a move leads from the previous point; not where the search chooses the order. */
   idle(k) { return k > 0 && (!this.held || Boolean(this.held[k] && this.held[k - 1])); }
 
   /** Path to draw, created once; empty if all points coincide. */

@@ -1,5 +1,5 @@
-// Uploads files to the studio. During uploads, window.leafcutSending is a promise, fulfilled when all have arrived and
-// were reported: true, or false if any was refused.
+// Uploads files to the studio. During uploads, window.leafcutSending is a promise. When the studio has reported all
+// files, it becomes true, or false if a file was refused.
 
 /** Upload a file; return {id, name, size}, or throw with the studio's one-line message. */
 export function send(file) {
@@ -29,7 +29,7 @@ async function transfer(file) {
   try {
     line = JSON.parse(text).error;
   } catch {
-    // the guard answers in plain text
+    // the access check of the server answers in plain text
   }
   throw new Error(line);
 }

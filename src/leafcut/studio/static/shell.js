@@ -34,13 +34,13 @@
     const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
     document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
   });
-  // Switching the language keeps the page.
+  // Switching the language does not leave the current page.
   document.addEventListener("click", (event) => {
     const at = event.target.closest?.(".languages a");
     if (at) at.search = new URLSearchParams({ ...Object.fromEntries(new URLSearchParams(location.search)), lang: at.lang });
   });
   const seen = (e) => e.getClientRects().length > 0;
-  // A click beside an open menu, or on one of its links, closes it.
+  // A click outside an open menu, or on one of its links, closes it.
   document.addEventListener("click", (event) => {
     for (const menu of document.querySelectorAll(".more-files[open]")) {
       if (!menu.contains(event.target) || event.target.closest("a")) menu.open = false;
@@ -91,7 +91,7 @@
     const narrow = matchMedia("(max-width: 760px)").matches;
     if (narrow && event.target.closest?.('[data-key="r"]')) document.querySelector(".middle")?.scrollIntoView();
   });
-  // Pressing Run applies to a file being uploaded, so wait for it.
+  // Run applies to the file that is being uploaded, so wait for it.
   document.addEventListener(
     "click",
     (event) => {

@@ -106,7 +106,7 @@ export class Solid {
 
   get offered() { return Object.keys(this.offers).length > 0; }
 
-  /** Show the stock of the played toolpath, if the view is visible. */
+  /** Show the stock of the toolpath that is played, if the view is visible. */
   follow() {
     const { main } = this.drawing, which = main?.scene.header.which ?? "", seen = !this.host.hidden;
     if (!seen) return;
@@ -182,7 +182,7 @@ export class Solid {
     this.setTime(this.drawing.player.time);
   }
 
-  /** Show the state at a time in seconds; null: the end. */
+  /** Show the state at a time in seconds; null is the end. */
   setTime(time) {
     const to = time ?? Infinity;
     this.time = to;
@@ -257,7 +257,7 @@ export class Solid {
     this.wake();
   }
 
-  /** Cut the view open across "x" or "y" at a fraction of its length; "": closed. */
+  /** Show a section across "x" or "y" at a fraction of the length; "" closes it. */
   cutOpen(axis, share) {
     this.section = { axis, share };
     this.axis.value = axis;

@@ -37,7 +37,8 @@ export function scaleCss(colouring) {
   return `linear-gradient(to right, ${SCALES[colouring].map((c) => `#${c.toString(16).padStart(6, "0")}`).join(", ")})`;
 }
 
-/** Return the tone (0 … 255) of every move from 1, and of uncut material at 0; `most` is the fastest feed, mm/s. */
+/** Return the tone (0 … 255) of each move by its number from 1, and of uncut material at index 0. `most` is the
+ * highest feed, mm/s. */
 export function tonesOf(colouring, blocks, scene) {
   const { row, width, rapid } = blocks, tones = new Uint8Array(row.length + 1);
   let most = 0;

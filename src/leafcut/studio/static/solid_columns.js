@@ -149,7 +149,7 @@ export class ColumnRenderer {
     }
   }
 
-  /** Draw the tool where it is nearer than the stock. */
+  /** Draw the tool where the stock does not hide it. */
   _tool(camera, look, pixels, width, height) {
     const { tool } = look, [x0, y0, x1, y1] = toolRoom(camera, tool, pixels, width, height), light = lightOf(camera);
     for (let i = x0; i < x1; i++) {

@@ -157,7 +157,7 @@ export class SolidMarks {
     this.solid.wake();
   }
 
-  /** Cancel the measurement, else the selection; return whether there was any of them. */
+  /** Cancel the measurement, or else the selection; return whether anything was cancelled. */
   escape() {
     if (this.on) this.measure(false);
     else if (this.chosen || this.current >= 0) {

@@ -45,7 +45,7 @@ export class SolidStock {
     }
   }
 
-  /** Return the number of moves completed at a time, and the completed fraction of the next. */
+  /** Return the number of moves completed at a time, and the completed fraction of the next move. */
   at(time) {
     let low = 0, high = this.moves;
     while (low < high) {
@@ -57,7 +57,7 @@ export class SolidStock {
     return [low, takes > 0 ? Math.min(Math.max((time - begins) / takes, 0), 1) : 0];
   }
 
-  /** Go to a time, earlier or later, for at most `budget` ms; return whether it was reached. */
+  /** Cut, or go back, towards the state at a time, for at most `budget` ms; return whether it is reached. */
   seek(time, budget = Infinity) {
     const [count, share] = this.at(time), ends = performance.now() + budget;
     if (count < this.done || (count === this.done && share < this.share)) this._back(count);
@@ -147,15 +147,15 @@ export function startOf({ top, grid }, { start }) {
   return start?.length ? Float32Array.from(start) : new Float32Array(grid.rows * grid.columns).fill(top);
 }
 
-/** Return the gradient at a cell from the gradients on both sides: their mean, or the smaller one beside a cliff.
- * Without a cliff, `smooth` is used, so that ridges finer than the cells make no pattern. */
+/** Return the gradient at a cell from the gradients on both sides: at a cliff the smaller of both, elsewhere `smooth`
+ * if it is close to their mean, else the mean. `smooth` hides ridges finer than the cells. */
 function slope(before, after, smooth) {
   const one = Math.abs(before), other = Math.abs(after), mean = 0.5 * (before + after);
   if (one >= CLIFF || other >= CLIFF) return one < other ? before : after;
   return Math.abs(smooth - mean) < 0.25 + Math.abs(mean) ? smooth : mean;
 }
 
-/** Return the lightness of a cell, 0 … 1.2: dark at the foot of a wall, slightly lighter at an upper edge. */
+/** Return the lightness of a cell, 0 to 1.2: dark at the foot of a wall, slightly lighter at an upper edge. */
 function lightness(over, overNear, overFar, cell) {
   const under = (v, reach) => (v < 0 ? -v / (-v + 1.3 * reach * cell) : 0);
   const rim = over > 0 ? over / (over + 3 * cell) : 0;

@@ -1,6 +1,6 @@
 // A tool in straight motion lowers every cell to its lowest height above it: kernels/sweep.py for the browser.
 //
-// Line by line identical, so that both give equal heights; compared in tests/studio/test_solid_browser.py.
+// Both have the same lines of code and give equal heights (compared in tests/studio/test_solid_browser.py).
 
 const HALVINGS = 20;
 /** Thinner layers are rounding errors, mm. */

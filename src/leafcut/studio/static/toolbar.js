@@ -55,7 +55,7 @@ export class Toolbar {
       event.stopPropagation();
     });
     stage.addEventListener("pointerdown", () => { menu.open = false; }, true);
-    // Pressing a label would take the focus out of the menu and thus close it.
+    // A press on a label would take the focus from the menu and close it.
     box.addEventListener("mousedown", (event) => event.preventDefault());
     menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false; });
     return menu;

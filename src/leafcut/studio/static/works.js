@@ -30,7 +30,7 @@ export default {
   data: () => ({ pressed: null }), // the user's choice until the page confirms it
   computed: { now() { return this.pressed ?? this.chosen; } },
   watch: { turn() { this.pressed = null; } },
-  // The browser checks a pressed button at once; revert it if the page does not follow.
+  // The browser checks a pressed button at once; undo that if the page does not select it.
   updated() { for (const one of this.$el.querySelectorAll("input")) one.checked = one.value === this.now; },
   methods: {
     take(name) {
