@@ -49,7 +49,7 @@ Blocks of a ``toolpath``, one row per move or command in machining order:
 
 and the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → label),
 ``which`` (``before``, ``after``), and ``cleared``, the width that a mill clears (mm, 0: unknown). If ``unitless`` is
-true (a map, or a tour of one), numbers have no unit.
+true (a map or its tour), numbers have no unit.
 
 A ``path`` is the best order of a running search: ``point`` f4 × 2, in the order of visits. An order edited by hand
 also has ``visit`` u4, the number of each point in the toolpath, from 1; ``held`` u1, whether its rank is fixed; and
@@ -315,7 +315,7 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
 
 
 def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the smallest and the largest known x and y of all rows, mm, including arcs; NaN if none is known."""
+    """Return the smallest and the largest known x and y of all rows with their arcs, mm; NaN without positions."""
     places = rows.place[:, :2]
     every = [places[np.isfinite(places).all(axis=1)]]
     centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T

@@ -207,7 +207,7 @@ def default_words(name: str, default: Any, words: Words) -> str:
 
 
 def _short(text: str, limit: int) -> str:
-    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its beginning."""
+    """Return a default in at most `limit` characters: its first part (``auto`` of ``auto: as …``), or its start."""
     head = text if len(text) <= limit else text.replace(";", ":").partition(":")[0]
     return head if len(head) <= limit else f"{head[: limit - 1].rstrip()}…"
 

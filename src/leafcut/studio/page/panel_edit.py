@@ -268,7 +268,7 @@ class EditPanel:
             self.take_back()
 
     def take_back(self) -> bool:
-        """Restore the state before a failed run with an edited order; return whether there was one.
+        """Restore the state before a failed run with an edited order; return whether a run had failed.
 
         Otherwise the next run would be refused as well.
         """

@@ -78,7 +78,7 @@ class LibraryPanel:
 
     @property
     def now(self) -> str:
-        """The current text: the unsaved text if there is one, otherwise the saved text."""
+        """The current text: the unsaved draft, otherwise the saved text."""
         return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
 
     def _read(self) -> None:

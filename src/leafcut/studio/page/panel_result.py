@@ -93,7 +93,7 @@ class ResultPanel:
             self.page.announce(headline.announced(record, answer, self.view.words))
 
     def draw(self) -> None:
-        """Show the result, or the reason why there is none."""
+        """Show the result of the job, or the reason why it has no result."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         # The middle column notices the end of a run, and then everything is redrawn. An earlier redraw would undo the
