@@ -25,7 +25,7 @@ PACKAGE = Path(leafcut.__file__).parent
 #: Folders of the tests whose messages are checked.
 FOLDERS = tuple(
     str(ROOT / "tests" / name)
-    for name in ("gcode", "order", "post", "proof", "read", "processes/program/proof", "processes/sheet/proof")
+    for name in ("gcode", "order", "post", "proof", "read", "processes/pocket", "processes/program", "processes/sheet")
 )
 #: Source files with messages that the studio never shows, or that are parts of longer messages.
 PARTS = (
@@ -86,7 +86,8 @@ def observed(kind: type[Any], name: str, text_of: Callable[..., str]) -> None:
 observed(LeafcutError, "__init__", str)
 observed(ReadError, "__init__", lambda error: error.reason)
 observed(Issue, "__post_init__", lambda issue: issue.message)
-observed(Difference, "__init__", lambda difference: f"{difference.what}: {difference.text}")
+observed(Difference, "__init__", lambda difference: difference.text)
+observed(Difference, "__init__", lambda difference: difference.what)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -6,8 +6,9 @@ import math
 
 import pytest
 
-from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.proof.difference import describe, place
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
+from leafcut.proof.difference import describe, ends_of, place, shorten
 
 NAN = math.nan
 
@@ -40,7 +41,25 @@ def test_each_row_is_described_in_words() -> None:
     builder.blending(611)
     builder.torch(True)
     builder.height_control(False)
-    builder.pause(1)
+    builder.pause()
+    builder.pause(optional=True)
+    builder.pause()
+    builder.machine(x=1.0, y=2.5)
+    builder.set_place(Kind.MACHINE, (NAN, NAN, NAN), 0)
+    builder.set_place(Kind.SHIFT, (1.0, NAN, 3.0), 0)
+    builder.set_place(Kind.FRAME, (NAN, NAN, NAN), 540)
+    builder.set_place(Kind.FRAME, (NAN, NAN, NAN), 591)
+    builder.set_place(Kind.FOREIGN, (1.0, 1.0, 1.0), 4)
+    builder.rapid(1.0, 2.0, 3.0)
+    builder.arc(True, (3.0, 2.0, 3.0), Arc((2.0, 2.0, 3.0)), feed=1.0)
+    builder.arc(False, (5.0, 2.0, 3.0), Arc((4.0, 2.0, 3.0)), feed=1.0)
+    builder.drill(5.0, 6.0, DrillCycle("G81", 2.0, -5.0), feed=1.0)
+    builder.end_cycles()
+    builder.probe(-1.0, feed=1.0)
+    builder.dwell(0.25)
+    builder.coolant(2)
+    builder.torch(False)
+    builder.height_control(True)
     builder.end()
     assert [describe(row) for row in builder.build()] == [
         "change to tool 3",
@@ -54,6 +73,41 @@ def test_each_row_is_described_in_words() -> None:
         "blending G61.1",
         "torch on",
         "height control off",
+        "pause M0",
         "pause M1",
+        "pause M0",
+        "rapid in machine coordinates to X1.000 Y2.500",
+        "rapid in machine coordinates to an unknown position",
+        "shift of the origin by which the tool is at X1.000 Z3.000 and an unknown Y",
+        "work offset G54",
+        "work offset G59.1",
+        "block that is not understood, number 4",
+        "rapid to X1.000 Y2.000 Z3.000",
+        "arc clockwise to X3.000 Y2.000 Z3.000",
+        "arc counter-clockwise to X5.000 Y2.000 Z3.000",
+        "drilling cycle to X5.000 Y6.000 Z2.000",
+        "probe to X5.000 Y6.000 Z-1.000",
+        "dwell of seconds 0.25",
+        "coolant 2",
+        "torch off",
+        "height control on",
         "end of program",
     ]
+
+
+def test_a_move_has_the_position_before_it_as_its_start() -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(1.0, 2.0)
+    builder.rapid(z=3.0)
+    path = builder.build()
+    assert ends_of(path, 0) == ("an unknown position", "X1.000 Y2.000 and an unknown Z")
+    assert ends_of(path, 1) == ("X1.000 Y2.000 and an unknown Z", "X1.000 Y2.000 Z3.000")
+
+
+@pytest.mark.parametrize(
+    ("n", "count", "more"), [(50, None, 0), (51, None, 1), (70, None, 20), (50, 50, 0), (50, 90, 40), (3, 3, 0)]
+)
+def test_fifty_differences_are_listed_and_the_others_counted(n: int, count: int | None, more: int) -> None:
+    given = [Difference("feed", k, k, "") for k in range(n)]
+    rest = [Difference("and more", 0, 0, f"{more} more of them")] if more else []
+    assert shorten(given, count) == given[: min(n, 50)] + rest
