@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
@@ -135,3 +136,91 @@ def test_no_spindle_is_named_where_none_turns(head: Head, told: list[str]) -> No
     builder = ToolpathBuilder()
     builder.spindle(6001)
     assert [found.text for found in check_envelope(builder.build(), replace(MILL, head=head))] == told
+
+
+def test_every_exceeded_limit_is_one_difference_with_its_first_line_and_numbers() -> None:
+    """20 mm/s is 1200 mm/min; the first place outside is that with the lowest line, not the farthest."""
+    builder = ToolpathBuilder()
+    builder.machine(y=0.5, line=1)
+    builder.rapid(0.0, 0.0, 0.0, line=2)
+    builder.rapid(x=301.0, line=3)
+    builder.rapid(x=-102.0, line=4)
+    builder.spindle(-50.5, line=5)
+    builder.spindle(7000, line=6)
+    builder.feed(x=0.0, feed=25.0, line=7)
+    builder.arc(False, (0.0, 2.0, 0.0), Arc((0.0, 1.0, 0.0)), feed=0.0, line=8)
+    builder.drill(2.0, 0.0, DrillCycle("G81", 1.0, -1.0), feed=30.0, line=9)
+    assert check_envelope(builder.build(), MILL) == [
+        Difference(
+            "outside travel",
+            0,
+            3,
+            "X in machine coordinates 1.000 mm is outside the machine's travel, -400.000 to 0.000 mm; 2 such places",
+        ),
+        Difference(
+            "outside travel",
+            0,
+            1,
+            "Y in machine coordinates 0.500 mm is outside the machine's travel, -200.000 to 0.000 mm; 1 such places",
+        ),
+        Difference("feed too high", 0, 7, "the feed is 1500 mm/min, the machine allows at most 1200; 2 such moves"),
+        Difference("no feed", 0, 8, "the feed is 0 mm/min, it must be above 0; 1 such moves"),
+        Difference("spindle speed", 0, 5, "50.5 rpm is out of range; the spindle turns 100 to 6000 rpm"),
+        Difference("spindle speed", 0, 6, "7000 rpm is out of range; the spindle turns 100 to 6000 rpm"),
+    ]
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize(("beyond", "outside"), [(0.0009, False), (0.0011, True)])
+def test_a_position_may_exceed_the_travel_by_its_rounding(axis: int, beyond: float, outside: bool) -> None:
+    """Program coordinates without and with a work offset, and machine coordinates; at both ends."""
+    low, high = [(-100.0, 300.0), (-100.0, 100.0), (-250.0, 50.0)][axis]
+    zero = (MILL.work_offset or (0.0, 0.0, 0.0))[axis]
+    for limit, sign in ((low, -1), (high, 1)):
+        end = [0.0, 0.0, 0.0]
+        end[axis] = limit + sign * beyond
+        assert bool(whats(moves((0, 0, 0), tuple(end)))) is outside  # type: ignore[arg-type]
+        builder = ToolpathBuilder()
+        builder.machine(**{"xyz"[axis]: end[axis] + zero})
+        assert bool(whats(builder.build())) is outside
+    start, end = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    start[axis], end[axis] = low, high + beyond
+    path = moves(tuple(start), tuple(end))  # type: ignore[arg-type]
+    assert bool(whats(path, replace(MILL, work_offset=None))) is outside
+
+
+@pytest.mark.parametrize(("feed", "high"), [(20.09, False), (20.11, True)])
+def test_a_feed_may_exceed_the_limit_by_half_a_percent(feed: float, high: bool) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 0.0)
+    builder.feed(x=1.0, feed=feed)
+    assert [d.what for d in check_envelope(builder.build(), MILL)] == ["feed too high"] * high
+
+
+@pytest.mark.parametrize(("feed", "shown"), [(1e6 / 60, "1,000,000"), (999_999 / 60, "999999"), (123.4567 / 6, "1234.57")])
+def test_a_feed_is_shown_with_six_digits_or_in_thousands(feed: float, shown: str) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 0.0)
+    builder.feed(x=1.0, feed=feed)
+    (found,) = check_envelope(builder.build(), replace(MILL, max_feed=10.0))
+    assert found.text.startswith(f"the feed is {shown} mm/min, the machine allows at most 600;")
+
+
+@pytest.mark.parametrize(
+    ("rpm", "fine"), [(99.6, True), (99.4, False), (6000.4, True), (6000.6, False), (-99.4, False), (0.2, False)]
+)
+def test_a_spindle_speed_may_exceed_its_range_by_half_a_revolution(rpm: float, fine: bool) -> None:
+    builder = ToolpathBuilder()
+    builder.spindle(rpm)
+    assert (whats(builder.build()) == []) is fine
+
+
+def test_every_hole_counts_with_its_own_cycle() -> None:
+    """Two places of the second hole exceed z by 1 mm above and below: -251 and 51."""
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 10.0)
+    builder.drill(0.0, 0.0, DrillCycle("G81", 2.0, -5.0), feed=2.0, line=4)
+    builder.drill(1.0, 0.0, DrillCycle("G81", 51.0, -251.0), feed=2.0, line=5)
+    builder.drill(2.0, 0.0, DrillCycle("G81", 2.0, -5.0), feed=2.0, line=6)
+    (found,) = check_envelope(builder.build(), MILL)
+    assert found.new == 5 and "; 3 such places" in found.text
