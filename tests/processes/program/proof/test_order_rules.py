@@ -40,7 +40,7 @@ def visits_at(
     number = np.arange(n)
     return Visits(
         number, number, ends[:, 0], depth, depth,
-        np.array(cutting or [True] * n), np.array(level or [True] * n), np.array(closed or [False] * n),
+        *(np.array(given or [default] * n, dtype=bool) for given, default in ((cutting, True), (level, True), (closed, False))),
         ends, np.hypot(*(ends[:, 1] - ends[:, 0]).T), np.ones(n, dtype=bool),
     )  # fmt: skip
 
