@@ -197,7 +197,9 @@ def test_a_feed_may_exceed_the_limit_by_half_a_percent(feed: float, high: bool) 
     assert [d.what for d in check_envelope(builder.build(), MILL)] == ["feed too high"] * high
 
 
-@pytest.mark.parametrize(("feed", "shown"), [(1e6 / 60, "1,000,000"), (999_999 / 60, "999999"), (123.4567 / 6, "1234.57")])
+@pytest.mark.parametrize(
+    ("feed", "shown"), [(1e6 / 60, "1,000,000"), (999_999 / 60, "999999"), (123.4567 / 6, "1234.57")]
+)
 def test_a_feed_is_shown_with_six_digits_or_in_thousands(feed: float, shown: str) -> None:
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)

@@ -85,9 +85,7 @@ def test_passes_at_two_levels_keep_their_order_within_the_tool(
 
 @BOTH
 @pytest.mark.parametrize(("second", "apart"), [(-1.009, False), (-1.011, True), (-0.989, True), (math.inf, False)])
-def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(
-    doubt: Doubt, second: float, apart: bool
-) -> None:
+def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(doubt: Doubt, second: float, apart: bool) -> None:
     """Then they are not side by side; at one level they are, and an unknown depth counts as the same level."""
     cuts = beside(0.5, (-1.0, second))
     assert pairs_of(passes_at_levels, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * apart
@@ -180,7 +178,9 @@ def rows(*offsets: float, length: float = 50.0, depth: Sequence[float] = (), tur
     return cuts
 
 
-def in_order(cuts: Sequence[Cut], doubt: Doubt = FREE, width: float = math.inf, **given: Sequence[bool]) -> list[list[int]]:
+def in_order(
+    cuts: Sequence[Cut], doubt: Doubt = FREE, width: float = math.inf, **given: Sequence[bool]
+) -> list[list[int]]:
     return rows_in_order(visits_at(cuts, **given), doubt, width).tolist()
 
 
@@ -342,7 +342,9 @@ def freed(boxes: Sequence[tuple[float, ...]], doubt: Doubt, above: Sequence[floa
           starts: Sequence[tuple[float, float]] = ()) -> tuple[list[bool], list[bool]]:  # fmt: skip
     """Outlines of one visit each; further visits only start somewhere."""
     n = len(boxes) + len(starts)
-    visits = visits_at([(((-9.0, -9.0) if k < len(boxes) else starts[k - len(boxes)]), (0.0, 0.0), -1.0) for k in range(n)])
+    visits = visits_at(
+        [(((-9.0, -9.0) if k < len(boxes) else starts[k - len(boxes)]), (0.0, 0.0), -1.0) for k in range(n)]
+    )
     outlines = [Outline(shapely.box(*box), [k], alone) for k, box in enumerate(boxes)]
     heights = np.array([*(above or [0.0] * len(boxes)), *([0.0] * len(starts))])
     may, surely = freed_parts(visits, outlines, heights, doubt)
