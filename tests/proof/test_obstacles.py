@@ -375,7 +375,7 @@ def test_of_many_meetings_fifty_are_listed_and_the_others_are_counted() -> None:
 
 @pytest.mark.parametrize("plane", [18, 19])
 def test_an_arc_in_an_upright_plane_is_a_line_seen_from_above(plane: int) -> None:
-    """A half circle of 10 mm radius from the start, and down to Z-9 in its middle; seen from above, 20 mm along an axis."""
+    """A half circle of 10 mm radius, down to Z-9 in its middle; seen from above, 20 mm along an axis."""
     zones = [[19.0, -1.0, 21.0, 1.0]] if plane == 18 else [[-1.0, 19.0, 1.0, 21.0]]
     away = [[21.1, -1.0, 22.0, 1.0]] if plane == 18 else [[-1.0, 21.1, 1.0, 22.0]]
     center, end = ((10.0, 0.0, 1.0), (20.0, 0.0, 1.0)) if plane == 18 else ((0.0, 10.0, 1.0), (0.0, 20.0, 1.0))

@@ -38,9 +38,10 @@ def visits_at(
     ends = np.array([(a, b) for a, b, _ in cuts], dtype=np.float64).reshape(-1, 2, 2)
     depth = np.array([z for *_, z in cuts], dtype=np.float64)
     number = np.arange(n)
+    flags = ((cutting, True), (level, True), (closed, False))
     return Visits(
         number, number, ends[:, 0], depth, depth,
-        *(np.array(given or [default] * n, dtype=bool) for given, default in ((cutting, True), (level, True), (closed, False))),
+        *(np.array(given or [default] * n, dtype=bool) for given, default in flags),
         ends, np.hypot(*(ends[:, 1] - ends[:, 0]).T), np.ones(n, dtype=bool),
     )  # fmt: skip
 

@@ -112,8 +112,8 @@ def test_a_line_of_very_many_points_encloses_its_hull_in_doubt() -> None:
 def sides(gap: float, leave_out: int = -1, reverse: Sequence[int] = ()) -> list[Line]:
     """The sides of the square as lines 3, 2, 1 and 0, each shorter by half the gap at both ends."""
     lines = []
-    for k, (a, b) in enumerate(zip(SQUARE, [*SQUARE[1:], SQUARE[0]], strict=True)):
-        a, b = np.array(a), np.array(b)
+    corners = np.array([*SQUARE, SQUARE[0]])
+    for k, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
         step = 0.5 * gap * (b - a) / SIDE
         points = np.array([a + step, b - step])
         if k != leave_out:

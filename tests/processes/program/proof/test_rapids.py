@@ -37,7 +37,8 @@ def test_rapids_have_their_heights_by_gap() -> None:
     """Gap 3 leads from X10 to X30: down to 1 at its start, away at 6, there at 8, down to 3 at its end."""
     found = gaps_of(work_of(*STROKES))
     assert columns(
-        found, "feature", "gap_of", "rows", "across", "line", "leave", "arrive", "cross", "down_here", "down_there", "top"
+        found, "feature", "gap_of", "rows", "across", "line",
+        "leave", "arrive", "cross", "down_here", "down_there", "top",
     ) == {
         "feature": [-1, 0, 1, 2, 3, 4, -1, 5, 6, 7, -1, -1, -1],
         "gap_of": [1, 2, 3, 4, 5, 7, 8, 9],
@@ -56,7 +57,7 @@ def test_rapids_have_their_heights_by_gap() -> None:
 
 
 def test_each_feature_is_left_and_reached_at_the_height_of_its_rapids_or_of_its_stage() -> None:
-    """The first cut is reached as low as it is left: at 6. The last one before the stop may be left as it is reached."""
+    """The first cut is reached as low as it is left, at 6. The last one before the stop is left as it is reached."""
     work = work_of(*STROKES)
     found = heights_of(work, gaps_of(work))
     assert columns(found, "leave", "arrive", "follows", "down_here", "down_there", "first") == {
