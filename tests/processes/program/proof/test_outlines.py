@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -113,7 +114,7 @@ def sides(gap: float, leave_out: int = -1, reverse: Sequence[int] = ()) -> list[
     """The sides of the square as lines 3, 2, 1 and 0, each shorter by half the gap at both ends."""
     lines = []
     corners = np.array([*SQUARE, SQUARE[0]])
-    for k, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(corners)):
         step = 0.5 * gap * (b - a) / SIDE
         points = np.array([a + step, b - step])
         if k != leave_out:
