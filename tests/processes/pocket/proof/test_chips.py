@@ -12,7 +12,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.proof.chips import MeasuredChips, measured_chips
 from leafcut.read.work_materials import load_material
 
@@ -138,6 +138,22 @@ def test_moves_of_a_ramp_at_one_feed_are_one_ramp(feeds: tuple[float, float]) ->
     whole = needed(30.0, 2.5, 2.0, 5.0)
     parts = max(needed(10.0, 1.0, 0.5, feeds[0]), needed(20.0, 1.5, 2.0, feeds[1]))
     assert power(first)[1] == pytest.approx(whole if feeds == (5.0, 5.0) else parts)
+
+
+def test_a_helix_is_a_ramp_as_long_as_its_arcs() -> None:
+    """Two full turns of 4 mm radius from Z0.5 to Z-2, then up again, which is no ramp."""
+    limits = replace(STEEL, power=1e6)
+    builder = ToolpathBuilder()
+    builder.spindle(6000.0)
+    builder.rapid(0.0, 0.0, 0.5)
+    for z in (-0.75, -2.0):
+        builder.arc(True, (0.0, 0.0, z), Arc((4.0, 0.0, 0.0)), feed=5.0)
+    builder.arc(True, (0.0, 0.0, -1.0), Arc((4.0, 0.0, 0.0)), feed=9.0)
+    found = measured_chips(builder.build(), RULES, limits, MILL, (-2.0,))
+    across, fall = 16.0 * math.pi, 2.5
+    by_feed = 5.0 / math.hypot(across, fall)
+    needed = power_on_ramp(limits, by_feed * across, by_feed * fall, 2.0)
+    assert power(found)[1] == pytest.approx(needed, rel=1e-4)
 
 
 def test_a_ramp_cuts_from_the_level_above_it() -> None:

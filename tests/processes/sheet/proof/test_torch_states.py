@@ -6,7 +6,7 @@ import pytest
 
 from leafcut.gcode.dialects import dialect
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import SPEED_ALONE, Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.proof.cut_motion import _TorchTracker, check_cut_motion
 
 Row = tuple[Kind, tuple[float, ...]]
@@ -96,6 +96,35 @@ def test_the_state_at_each_move_is_what_the_controller_makes_of_the_rows(words: 
     }  # fmt: skip
     assert dict(zip(NAMES, states.T.tolist(), strict=True)) == expected
     assert moves.line.tolist() == MOVES
+
+
+def test_only_the_first_dwell_between_lighting_and_a_move_is_the_controllers_own() -> None:
+    torch = dialect("qtplasmac").torch
+    assert torch is not None
+    start: list[Row] = [(Kind.RAPID, (0.0, 3.8)), (Kind.SPINDLE, (1.0, 0))]
+    for rows, waits in (
+        ([(Kind.DWELL, (0.4,)), (Kind.DWELL, (0.2,)), (Kind.FEED, (9.0,))], [0.0, 0.2]),
+        ([(Kind.DWELL, (0.4,)), (Kind.FEED, (9.0,)), (Kind.DWELL, (0.2,)), (Kind.FEED, (10.0,))], [0.0, 0.0, 0.2]),
+        ([(Kind.FEED, (9.0,)), (Kind.DWELL, (0.4,)), (Kind.FEED, (10.0,))], [0.0, 0.0, 0.4]),
+        ([(Kind.TORCH, (0.0,)), (Kind.DWELL, (0.4,)), (Kind.DWELL, (0.3,)), (Kind.FEED, (9.0,))], [0.0, 0.0]),
+    ):
+        tracker = _TorchTracker(dialect("qtplasmac"), torch, 0.001, planned=True)
+        states = tracker.moves(path_of([*start, *rows]))[1]
+        assert states[:, NAMES.index("lit_s")].tolist() == waits
+        dark = [0.0, 0.3] if rows[0][0] is Kind.TORCH else [0.0] * len(waits)
+        assert states[:, NAMES.index("dark_s")].tolist() == dark
+
+
+def test_the_centre_of_an_arc_has_no_height_where_the_controller_moves_z() -> None:
+    def arc(x: float, z: float) -> Toolpath:
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 3.8)
+        builder.arc(True, (10.0, 0.0, 3.8), Arc((x, 0.0, z)), feed=25.0)
+        return builder.build()
+
+    for x, z, kinds in ((5.0, 0.0, []), (5.0004, 3.8, []), (5.01, 3.8, ["arc"])):
+        found = check_cut_motion(arc(5.0, 3.8), arc(x, z), dialect("qtplasmac"), "mm")
+        assert [d.what for d in found] == kinds
 
 
 def differences(rows: list[Row], words: str = "qtplasmac") -> list[tuple[str, int, str]]:

@@ -1,0 +1,317 @@
+"""Whole programs in the languages of Heidenhain and Siemens, checked against their manuals by hand, and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.numbers import NumberFormat
+from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
+from leafcut.options import PostOptions
+from leafcut.post.blocks import Blocks
+from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
+from leafcut.post.writer import write_program
+
+G81 = DrillCycle("G81", 2.0, -5.0)
+
+
+def text_of(builder: ToolpathBuilder, name: str, *, header: tuple[str, ...] = (), names: bool = False) -> list[str]:
+    builder.end()
+    tools = {1: "drill 5 mm"} if names else {}
+    return write_program(builder.build(), dialect(name), PostOptions(), header, tool_names=tools).splitlines()
+
+
+def begun() -> ToolpathBuilder:
+    builder = ToolpathBuilder()
+    builder.tool(1)
+    builder.rapid(z=50.0)
+    builder.spindle(1500.0)
+    builder.dwell(1.5)
+    builder.coolant(2)
+    builder.rapid(10.0, 5.0)
+    return builder
+
+
+def cycle_200(clearance: str, depth: str, feed: str, peck: str, surface: str, second: str) -> list[str]:
+    return [
+        f"  Q200={clearance} ;SET-UP CLEARANCE ~", f"  Q201={depth} ;DEPTH ~", f"  Q206={feed} ;FEED RATE FOR PLNGNG ~",
+        f"  Q202={peck} ;PLUNGING DEPTH ~", "  Q210=+0 ;DWELL TIME AT TOP ~",
+        f"  Q203={surface} ;SURFACE COORDINATE ~", f"  Q204={second} ;2ND SET-UP CLEARANCE ~",
+        "  Q211=+0 ;DWELL TIME AT DEPTH",
+    ]  # fmt: skip
+
+
+def test_a_klartext_program_defines_each_cycle_once_and_calls_it_at_each_hole() -> None:
+    """A cycle that would start below its R plane is written as moves. Above 0, the surface is half-way."""
+    b = begun()
+    b.drill(10.0, 5.0, G81, feed=2.0)
+    b.drill(20.0, 5.0, G81, feed=2.0)
+    b.drill(20.0, -6.0, G81, feed=3.0)
+    b.drill(30.0, -6.0, DrillCycle("G82", 2.0, -7.5, True, 0.0, 0.5), feed=3.0)
+    b.rapid(z=20.0)
+    b.drill(0.0, 0.0, DrillCycle("G81", 12.0, 4.0), feed=3.0)
+    b.rapid(z=50.0)
+    b.rapid(1.0, 2.0)
+    b.rapid(z=1.0)
+    b.feed(z=-1.0, feed=1.0)
+    b.feed(3.0, 4.0, feed=10.0)
+    b.rapid(z=50.0)
+    b.spindle(0.0)
+    b.coolant(0)
+    b.tool(2)
+    b.rapid(z=50.0)
+    b.spindle(-800.0)
+    b.pause()
+    b.pause(True)
+    b.rapid(0.0, 0.0)
+    b.spindle(0.0)
+    assert text_of(b, "heidenhain", header=("plate.dxf", "second (line)"), names=True) == [
+        "0 BEGIN PGM LEAFCUT MM",
+        "1 BLK FORM 0.1 Z X-1 Y-7 Z-8.5",
+        "2 BLK FORM 0.2 X+31 Y+6 Z+51",
+        "3 ; plate.dxf",
+        "4 ; second [line]",
+        "5 ; Each tool's length must be in the tool table. BLK FORM is only the",
+        "6 ; picture on the screen.",
+        "7 ; Cycle 200 has Q211 here: controls older than the TNC 426 of",
+        "8 ; software 280 476 do not know it.",
+        "9 ; T1 drill 5 mm",
+        "10 TOOL CALL 1 Z S1500",
+        "11 L Z+50 R0 FMAX",
+        "12 M3",
+        "13 CYCL DEF 9.0 DWELL TIME",
+        "14 CYCL DEF 9.1 DWELL 1.5",
+        "15 M8",
+        "16 L X+10 Y+5 R0 FMAX",
+        "17 CYCL DEF 200 DRILLING ~",
+        *cycle_200("+2", "-5", "120", "+5", "+0", "+2"),
+        "18 L X+10 Y+5 R0 FMAX M99",
+        "19 L X+20 R0 FMAX M99",
+        "20 CYCL DEF 200 DRILLING ~",
+        *cycle_200("+2", "-5", "180", "+5", "+0", "+2"),
+        "21 L X+20 Y-6 R0 FMAX M99",
+        "22 L X+30 R0 FMAX",
+        "23 L Z-7.5 R0 F180",
+        "24 CYCL DEF 9.0 DWELL TIME",
+        "25 CYCL DEF 9.1 DWELL 0.5",
+        "26 L Z+50 R0 FMAX",
+        "27 L Z+20 R0 FMAX",
+        "28 CYCL DEF 200 DRILLING ~",
+        *cycle_200("+4", "-4", "180", "+4", "+8", "+4"),
+        "29 L X+0 Y+0 R0 FMAX M99",
+        "30 L Z+50 R0 FMAX",
+        "31 L X+1 Y+2 R0 FMAX",
+        "32 L Z+1 R0 FMAX",
+        "33 L Z-1 R0 F60",
+        "34 L X+3 Y+4 R0 F600",
+        "35 L Z+50 R0 FMAX",
+        "36 M5",
+        "37 M9",
+        "38 ; T2",
+        "39 TOOL CALL 2 Z S800",
+        "40 L Z+50 R0 FMAX",
+        "41 M4",
+        "42 M0",
+        "43 M1",
+        "44 L X+0 Y+0 R0 FMAX",
+        "45 M5",
+        "46 M30",
+        "47 END PGM LEAFCUT MM",
+    ]
+
+
+def test_a_klartext_dwell_cycle_has_its_dwell_and_returns_to_its_height() -> None:
+    b = begun()
+    b.drill(10.0, 5.0, DrillCycle("G82", 2.0, -7.5, True, 0.0, 0.5), feed=3.0)
+    lines = text_of(b, "heidenhain")
+    assert "  Q204=+50 ;2ND SET-UP CLEARANCE ~" in lines and "  Q211=+0.5 ;DWELL TIME AT DEPTH" in lines
+
+
+def test_a_siemens_program_calls_its_cycles_modally_and_ends_each_with_mcall() -> None:
+    """Pecks of 4 mm from the R plane 2: to -2 first. A peck deeper than the hole: to its bottom at once."""
+    b = begun()
+    for cycle, feed in (
+        (G81, 2.0),
+        (DrillCycle("G82", 2.0, -5.0, False, 0.0, 0.25), 2.0),
+        (DrillCycle("G83", 2.0, -10.0, False, 4.0), 2.5),
+    ):
+        b.drill(10.0, 5.0, cycle, feed=feed)
+        b.drill(10.0, 7.0, cycle, feed=feed)
+    b.rapid(z=20.0)
+    b.drill(10.0, 5.0, DrillCycle("G73", 2.0, -10.0, True, 20.0), feed=2.5)
+    b.rapid(z=25.0)
+    b.machine(z=0.0)
+    b.rapid(z=30.0)
+    b.rapid(0.0, 0.0)
+    b.machine(x=1.0, z=-5.0)
+    b.tool(2)
+    b.rapid(z=20.0)
+    assert text_of(b, "siemens")[:-1] == [
+        "G710", "G17 G90 G40", "G94 G54", "; T1", 'T="1"', "M6", "G0 D1 Z50", "S1500 M3", "G4 F1.5", "M8", "X10 Y5",
+        "F120", "MCALL CYCLE81(2,2,0,-5)", "G0 X10 Y5", "Y7", "MCALL",
+        "MCALL CYCLE82(2,2,0,-5,,0.25)", "G0 X10 Y5", "Y7", "MCALL",
+        "F150", "MCALL CYCLE83(2,2,0,-10,,-2,,0,0,0,1,1)", "G0 X10 Y5", "Y7", "MCALL", "G0 Z20",
+        "MCALL CYCLE83(20,2,0,-10,,-10,,0,0,0,1,0)", "G0 X10 Y5", "MCALL", "G0 Z25",
+        "G0 SUPA Z0 D0", "D1 Z30", "X0 Y0", "G0 SUPA X1 Z-5 D0", "; T2", 'T="2"', "M6", "G0 D1 Z20",
+    ]  # fmt: skip
+
+
+def arc(b: ToolpathBuilder) -> None:
+    b.rapid(z=1.0)
+    b.arc(True, (12.0, 5.0, 1.0), Arc((11.0, 5.0, 1.0)), feed=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "moves", "message"),
+    [
+        ("heidenhain", arc, "heidenhain: leafcut writes only drilling programs in this language, not arcs"),
+        (
+            "heidenhain",
+            lambda b: b.machine(z=0.0),
+            "heidenhain: leafcut writes only drilling programs in this language, not moves to machine zero",
+        ),
+        (
+            "heidenhain",
+            lambda b: b.torch(True),
+            "heidenhain: leafcut writes only drilling programs in this language, not torch",
+        ),
+        ("heidenhain", lambda b: b.tool(2), "a tool is called while the spindle is running; stop it first"),
+        (
+            "heidenhain",
+            lambda b: b.spindle(1600.0),
+            "heidenhain: each tool has a single speed here, set by its TOOL CALL",
+        ),
+        (
+            "heidenhain",
+            lambda b: (b.spindle(0.0), b.tool(2), b.rapid(1.0, 2.0, 3.0)),
+            "at the start, and after a change of tool, the first move must be in Z alone",
+        ),
+        ("linuxcnc", lambda b: b.torch(True), "linuxcnc programs cannot state TORCH"),
+        (
+            "linuxcnc",
+            lambda b: (b.tool(2), b.rapid(1.0, 2.0)),
+            "the toolpath moves in X or Y while the height of the tool is unknown; at the start, and after a change "
+            "of tool, the first move must be in Z alone",
+        ),
+        (
+            "linuxcnc",
+            lambda b: (b.tool(2), b.feed(z=1.0, feed=1.0)),
+            "the toolpath cuts before the height of the tool is known; at the start, and after a change of tool, the "
+            "first move must be a rapid in Z alone",
+        ),
+        (
+            "linuxcnc",
+            lambda b: b.drill(1.0, 2.0, DrillCycle("G83", 2.0, -5.0), feed=1.0),
+            "G83 needs the depth of a peck",
+        ),
+        (
+            "linuxcnc",
+            lambda b: b.drill(1.0, 2.0, DrillCycle("G83", 2.0, 1.999, peck=0.0004), feed=1.0),
+            "a peck of 0.0004 mm is too small to write; use a larger one",
+        ),
+        ("linuxcnc", lambda b: b.dwell(-1.0), "a dwell of -1 s is out of range"),
+        ("linuxcnc", lambda b: b.dwell(float("nan")), "a dwell of nan s is out of range"),
+        (
+            "linuxcnc",
+            lambda b: b.arc(True, (10.001, 5.0, 50.0), Arc((11.0, 5.0, 1.0)), feed=1.0),
+            "an arc whose ends are less than two units of the last decimal apart",
+        ),
+        (
+            "grbl",
+            lambda b: b.drill(1.0, 2.0, DrillCycle("G84", 2.0, -5.0), feed=1.0),
+            "grbl has no tapping cycle (G84) known to leafcut, and tapping cannot be written as plain moves; leave the "
+            "tapped holes out, or choose another machine",
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_controller_cannot_do_is_refused_with_the_reason(
+    name: str, moves: Callable[[ToolpathBuilder], object], message: str
+) -> None:
+    b = begun()
+    moves(b)
+    with pytest.raises(PostError) as refused:
+        text_of(b, name)
+    assert str(refused.value) == message
+
+
+def test_coolant_words_state_what_is_switched() -> None:
+    linuxcnc = dialect("linuxcnc")
+    assert [coolant_words(mode, 0, linuxcnc) for mode in (0, 1, 2, 3)] == [["M9"], ["M7"], ["M8"], ["M7", "M8"]]
+    assert coolant_words(3, 1, linuxcnc) == ["M7", "M8"] and coolant_words(0, 3, linuxcnc) == ["M9"]
+    for mode, before in ((1, 3), (2, 3), (1, 2)):
+        with pytest.raises(PostError) as refused:
+            coolant_words(mode, before, linuxcnc)
+        text = "a single coolant cannot be switched off while two are on; switch off both first"
+        assert str(refused.value) == text
+
+
+def test_a_controller_without_mist_refuses_it() -> None:
+    without = next(d for d in map(dialect, ("grbl", "haas", "fanuc", "siemens")) if 7 not in d.m_codes)
+    with pytest.raises(PostError) as refused:
+        coolant_words(1, 0, without)
+    assert str(refused.value) == f"{without.name} has no M7 (mist)"
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds", "word"),
+    [
+        ("linuxcnc", 1.25, "P1.25"), ("linuxcnc", 0.0, "P0"), ("linuxcnc", 0.0004, "P0"), ("fanuc", 1.2345, "P1234"),
+        ("fagor8055", 1.25, "K125"), ("haas", 2.0, "P2."), ("siemens", 1.5, "F1.5"),
+    ],
+)  # fmt: skip
+def test_a_dwell_is_in_the_unit_of_the_controller(name: str, seconds: float, word: str) -> None:
+    assert dwell_word(seconds, dialect(name)) == word
+
+
+def test_cycles_have_their_words_in_order() -> None:
+    mm = NumberFormat(False, 3, False)
+    linuxcnc, fagor = dialect("linuxcnc"), dialect("fagor8055")
+    assert cycle_words(G81, mm, linuxcnc) == ("G81", ["Z-5", "R2"])
+    assert cycle_words(DrillCycle("G82", 2.0, -5.0, dwell=0.5), mm, linuxcnc) == ("G82", ["Z-5", "R2", "P0.5"])
+    assert cycle_words(DrillCycle("G83", 2.0, -5.0, peck=3.0), mm, linuxcnc) == ("G83", ["Z-5", "R2", "Q3"])
+    assert cycle_words(DrillCycle("G73", 2.0, -5.0, peck=3.0), mm, linuxcnc) == ("G73", ["Z-5", "R2", "Q3"])
+    assert cycle_words(DrillCycle("G84", 2.0, -5.0), mm, linuxcnc) == ("G84", ["Z-5", "R2", "P0"])
+    assert cycle_words(DrillCycle("G85", 2.0, -5.0), mm, linuxcnc) == ("G85", ["Z-5", "R2"])
+    assert cycle_words(DrillCycle("G82", 2.0, -5.0, dwell=0.5), mm, fagor) == ("G81", ["Z2", "I-5", "K50"])
+    assert cycle_words(G81, mm, fagor) == ("G81", ["Z2", "I-5"])
+    assert [has_cycle(DrillCycle(n, 2.0, -5.0, peck=1.0), dialect("grbl")) for n in ("G81", "G83")] == [False, False]
+    assert has_cycle(DrillCycle("G84", 2.0, -5.0, dwell=1.0), linuxcnc)
+
+
+@pytest.mark.parametrize(("peck", "text"), [(4.0, "4"), (10 / 3, "3.334"), (12.0, "12"), (5.9999, "6")])
+def test_a_peck_is_rounded_to_the_same_number_of_pecks(peck: float, text: str) -> None:
+    """From R2 to Z-8 are 10 mm."""
+    cycle = DrillCycle("G83", 2.0, -8.0, peck=peck)
+    assert peck_text(cycle, NumberFormat(False, 3, False)) == text
+
+
+def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
+    out = Blocks(dialect("linuxcnc"), numbered=True)
+    out.write(out.modal("motion", "G0"), "", "X1")
+    out.write(out.modal("motion", "G0"))
+    out.write(out.modal("motion", "G1"), "X2")
+    out.forget(["motion", "unknown"])
+    out.write(out.modal("motion", "G1"), "X3")
+    out._number = 99_980
+    out.write("X4")
+    out.write("X5")
+    out.comment("a note")
+    assert out.lines == ["N10 G0 X1", "N20 G1 X2", "N30 G1 X3", "N99990 X4", "N10 X5", "(a note)"]
+    limit = dialect("linuxcnc").max_line
+    plain = Blocks(dialect("linuxcnc"), numbered=False)
+    plain.write("X" * limit)
+    with pytest.raises(PostError) as refused:
+        plain.write("X" * (limit + 1))
+    assert str(refused.value) == f"a block is longer than linuxcnc takes: {'X' * 60}…"
+
+
+def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:
+    single = next(d for d in map(dialect, ("marlin", "rrf", "grbl")) if d.one_command)
+    out = Blocks(single, numbered=False)
+    out.write("G90", "M3", "S5", out.modal("motion", "G0"), "X1")
+    out.write(out.modal("motion", "G0"), "X2")
+    out.write(out.modal("F", "F5"), out.modal("F", "F5"))
+    assert out.lines == ["G90", "M3", "G0 S5 X1", "G0 X2", "F5"]
