@@ -9,11 +9,14 @@ import pytest
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.numbers import NumberFormat
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.blocks import Blocks
+from leafcut.post.header import header_lines
 from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, peck_text
 from leafcut.post.writer import write_program
+from leafcut.read.machine import load_machine
 
 G81 = DrillCycle("G81", 2.0, -5.0)
 
@@ -315,3 +318,80 @@ def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:
     out.write(out.modal("motion", "G0"), "X2")
     out.write(out.modal("F", "F5"), out.modal("F", "F5"))
     assert out.lines == ["G90", "M3", "G0 S5 X1", "G0 X2", "F5"]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        (
+            "heidenhain",
+            PostOptions(output_units="inch"),
+            "--output-units inch: heidenhain programs are in millimetres; leave it out",
+        ),
+        (
+            "rrf",
+            PostOptions(line_numbers=True),
+            "--line-numbers: rrf does not support block numbers; leave it out",
+        ),
+    ],
+)
+def test_units_and_numbers_that_a_controller_lacks_are_refused(name: str, options: PostOptions, message: str) -> None:
+    builder = begun()
+    builder.end()
+    assert write_program(builder.build(), dialect(name), PostOptions(output_units="mm"))
+    with pytest.raises(PostError) as refused:
+        write_program(builder.build(), dialect(name), options)
+    assert str(refused.value) == message
+
+
+def test_a_toolpath_has_one_end() -> None:
+    builder = begun()
+    builder.end()
+    builder.rapid(z=60.0)
+    for path, message in (
+        (begun().build(), "the toolpath has no end (Kind.END)"),
+        (builder.build(), "the toolpath continues after its end"),
+    ):
+        with pytest.raises(PostError) as refused:
+            write_program(path, dialect("linuxcnc"), PostOptions())
+        assert str(refused.value) == message
+
+
+@pytest.mark.parametrize(
+    ("units", "size", "x", "y", "z"),
+    [
+        ("mm", "25.4 mm", "X 0 to 50.8 mm", "Y -12.7 to 0.125 mm", "Z 5 to 5 mm"),
+        ("inch", "1.0000 in", "X 0 to 2 in", "Y -0.5 to 0.005 in", "Z 0.197 to 0.197 in"),
+    ],
+)
+def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, -12.7, 5.0)
+    builder.rapid(50.8, 0.125)
+    machine = load_machine("linuxcnc-mill")
+    head = header_lines(
+        source="plate.dxf",
+        version="9.9",
+        machine=machine,
+        tools=[Tool(3, 25.4, ToolKind.END_MILL, name="Cutter", spindle_rpm=1234.4, assumed=True)],
+        path=builder.build(),
+        seconds=(75.0, 60.0),
+        seed=7,
+        options={"--depth": "2 mm", "--seed": "7"},
+        units=units,
+        part="solid 1",
+        negative="Y",
+    )
+    assert head[:-1] == [
+        "leafcut 9.9",
+        "source: plate.dxf",
+        "part: solid 1",
+        f"machine: {machine.name}",
+        "seed 7 --depth 2 mm",
+        f"T3 end-mill Cutter {size}, 1234 rpm (assumed)",
+        "the part reaches the negative side of the zero in Y",
+        x,
+        y,
+        z,
+        "estimated time 1 min 00 s, in the drawing's order 1 min 15 s",
+    ]
