@@ -25,7 +25,17 @@ PACKAGE = Path(leafcut.__file__).parent
 #: Folders of the tests whose messages are checked.
 FOLDERS = tuple(
     str(ROOT / "tests" / name)
-    for name in ("gcode", "order", "post", "proof", "read", "processes/pocket", "processes/program", "processes/sheet")
+    for name in (
+        "gcode",
+        "order",
+        "post",
+        "proof",
+        "read",
+        "processes/pocket/proof",
+        "processes/program/post",
+        "processes/program/proof",
+        "processes/sheet/proof",
+    )
 )
 #: Source files with messages that the studio never shows, or that are parts of longer messages.
 PARTS = (
