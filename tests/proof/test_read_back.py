@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.proof.difference import MOST_LISTED
 from leafcut.proof.read_back import compare_motion
@@ -223,3 +224,205 @@ def test_a_program_wrong_everywhere_makes_a_short_list() -> None:
     found = compare_motion(builder.build(), other.build(), TOLERANCE)
     assert len(found) == MOST_LISTED + 1
     assert "4950 more" in str(found[-1])
+
+
+Rows = Callable[[ToolpathBuilder], object]
+
+
+def rows_of(*rows: Rows) -> Toolpath:
+    """At (0, 0, 10) with a turning spindle, then the rows."""
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 10.0, line=1)
+    builder.spindle(1000.0, 2)
+    for row in rows:
+        row(builder)
+    return builder.build()
+
+
+def with_arc(x: float = 5.0, z: float = 10.0, plane: int = 17, turns: int = 1) -> Rows:
+    return lambda b: b.arc(True, (10.0, 0.0, 10.0), Arc((x, 0.0, z), plane, turns), feed=10.0, line=3)
+
+
+def two_arcs(planned: Arc, written: Arc) -> str:
+    return f"planned {planned}, written {written}, arc clockwise to X10.000 Y0.000 Z10.000"
+
+
+def drilled(**values: float | str) -> Rows:
+    cycle = replace(DrillCycle("G83", 2.0, -12.0, peck=4.0), **values)  # type: ignore[arg-type]
+    return lambda b: b.drill(5.0, 6.0, cycle, feed=2.0, line=3)
+
+
+@pytest.mark.parametrize(
+    ("planned", "near", "far", "kind", "text"),
+    [
+        (
+            lambda b: b.rapid(x=5.0, line=3), lambda b: b.rapid(x=5.0006, line=3), lambda b: b.rapid(x=5.0007, line=3),
+            "place", "planned rapid to X5.000 Y0.000 Z10.000, written rapid to X5.001 Y0.000 Z10.000",
+        ),
+        (
+            lambda b: b.rapid(y=5.0, line=3), lambda b: b.rapid(y=4.9994, line=3), lambda b: b.rapid(y=4.9, line=3),
+            "place", "planned rapid to X0.000 Y5.000 Z10.000, written rapid to X0.000 Y4.900 Z10.000",
+        ),
+        (
+            lambda b: b.feed(z=5.0, feed=9.0, line=3), lambda b: b.feed(z=5.0006, feed=9.0, line=3),
+            lambda b: b.feed(z=5.1, feed=9.0, line=3),
+            "height", "planned feed to X0.000 Y0.000 Z5.000, written feed to X0.000 Y0.000 Z5.100",
+        ),
+        (
+            lambda b: b.feed(x=5.0, feed=10.0, line=3), lambda b: b.feed(x=5.0, feed=10.0499, line=3),
+            lambda b: b.feed(x=5.0, feed=10.0501, line=3),
+            "feed", "planned 600 mm/min, written 603.006 mm/min, feed to X5.000 Y0.000 Z10.000",
+        ),
+        (
+            lambda b: b.feed(x=5.0, feed=1.0, line=3), lambda b: b.feed(x=5.0, feed=1.0083, line=3),
+            lambda b: b.feed(x=5.0, feed=1.0084, line=3),
+            "feed", "planned 60 mm/min, written 60.504 mm/min, feed to X5.000 Y0.000 Z10.000",
+        ),
+        (
+            lambda b: b.probe(-5.0, feed=1.0, line=3), lambda b: b.probe(-5.0, feed=1.008, line=3),
+            lambda b: b.probe(-5.0, feed=2.0, line=3),
+            "feed", "planned 60 mm/min, written 120 mm/min",
+        ),
+        (
+            lambda b: b.dwell(1.0, 3), lambda b: b.dwell(1.001, 3), lambda b: b.dwell(1.0011, 3),
+            "dwell", "planned dwell of seconds 1, written dwell of seconds 1.0011",
+        ),
+        (
+            lambda b: b.spindle(300.0, 3), lambda b: b.spindle(300.5, 3), lambda b: b.spindle(300.6, 3),
+            "speed", "planned spindle at rpm 300, written spindle at rpm 300.6",
+        ),
+        (
+            lambda b: b.spindle(9000.0, 3), lambda b: b.spindle(9008.9, 3), lambda b: b.spindle(9009.1, 3),
+            "speed", "planned spindle at rpm 9000, written spindle at rpm 9009.1",
+        ),
+        (
+            lambda b: b.spindle(0.2, 3), lambda b: b.spindle(0.1, 3), lambda b: b.spindle(-0.2, 3),
+            "speed", "planned spindle at rpm 0.2, written spindle at rpm -0.2",
+        ),
+        (
+            lambda b: b.radius(41, 1.5, 3), lambda b: b.radius(41, 1.5006, 3), lambda b: b.radius(41, 1.6, 3),
+            "kerf", "planned radius compensation G41 D1.5, written radius compensation G41 D1.6",
+        ),
+        (
+            lambda b: b.radius(41, 1.5, 3), lambda b: b.radius(41, 1.5, 3), lambda b: b.radius(42, 1.5, 3),
+            "command", "planned radius compensation G41 D1.5, written radius compensation G42 D1.5",
+        ),
+        (
+            lambda b: b.blending(640, 0.1, line=3), lambda b: b.blending(640, 0.1006, line=3),
+            lambda b: b.blending(640, 0.2, line=3),
+            "switch", "planned blending G64, written blending G64",
+        ),
+        (
+            lambda b: b.blending(640, 0.1, line=3), lambda b: b.blending(640, 0.1, line=3),
+            lambda b: b.blending(610, 0.1, line=3),
+            "command", "planned blending G64, written blending G61",
+        ),
+        (
+            lambda b: b.torch(True, 3), lambda b: b.torch(True, 3), lambda b: b.torch(False, 3),
+            "switch", "planned torch on, written torch off",
+        ),
+        (
+            lambda b: b.coolant(1, 3), lambda b: b.coolant(1, 3), lambda b: b.coolant(2, 3),
+            "command", "planned coolant 1, written coolant 2",
+        ),
+        (
+            lambda b: b.pause(False, 3), lambda b: b.pause(False, 3), lambda b: b.pause(True, 3),
+            "command", "planned pause M0, written pause M1",
+        ),
+        (
+            with_arc(), with_arc(x=5.0006), with_arc(x=5.001),
+            "arc", two_arcs(Arc((5.0, 0.0, 10.0)), Arc((5.001, 0.0, 10.0))),
+        ),
+        (
+            with_arc(), with_arc(z=99.0), with_arc(turns=2),
+            "arc", two_arcs(Arc((5.0, 0.0, 10.0)), Arc((5.0, 0.0, 10.0), turns=2)),
+        ),
+        (
+            with_arc(plane=18), with_arc(plane=18, z=10.0006), with_arc(plane=17),
+            "arc", two_arcs(Arc((5.0, 0.0, 10.0), 18), Arc((5.0, 0.0, 10.0), 17)),
+        ),
+        (
+            drilled(), drilled(bottom=-12.0006), drilled(bottom=-12.1),
+            "depth", "planned -12.0 mm, written -12.1 mm, drilling cycle to X5.000 Y6.000 Z2.000",
+        ),
+        (
+            drilled(), drilled(peck=4.0006), drilled(peck=4.1),
+            "peck", "planned 4.0 mm, written 4.1 mm, drilling cycle to X5.000 Y6.000 Z2.000",
+        ),
+        (
+            drilled(peck=14.0), drilled(peck=99.0), drilled(peck=13.9),
+            "peck", "planned 14.0 mm, written 13.9 mm, drilling cycle to X5.000 Y6.000 Z2.000",
+        ),
+        (
+            drilled(name="G82", dwell=0.5), drilled(name="G82", dwell=0.501, peck=1.0), drilled(name="G82", dwell=0.6),
+            "cycle dwell", "planned 0.5 s, written 0.6 s, drilling cycle to X5.000 Y6.000 Z2.000",
+        ),
+        (
+            drilled(name="G81"), drilled(name="G81", dwell=9.0, peck=1.0), drilled(name="G85"),
+            "cycle", "planned G81, written G85, drilling cycle to X5.000 Y6.000 Z2.000",
+        ),
+        (
+            drilled(to_initial=True), drilled(to_initial=True, r_plane=2.0006), drilled(to_initial=True, r_plane=2.1),
+            "R plane", "planned 2.0 mm, written 2.1 mm, drilling cycle to X5.000 Y6.000 Z10.000",
+        ),
+    ],
+)  # fmt: skip
+def test_each_value_has_its_tolerance_and_its_text(planned: Rows, near: Rows, far: Rows, kind: str, text: str) -> None:
+    assert compare_motion(rows_of(planned), rows_of(near), TOLERANCE) == []
+    assert compare_motion(rows_of(planned), rows_of(far), TOLERANCE) == [Difference(kind, 3, 3, text)]
+
+
+def test_the_first_row_in_another_order_is_reported_with_the_numbers_of_rows() -> None:
+    one = rows_of(lambda b: b.rapid(x=5.0, line=3), lambda b: b.dwell(1.0, 4), lambda b: b.rapid(x=9.0, line=5))
+    other = rows_of(lambda b: b.rapid(x=5.0, line=3), lambda b: b.rapid(x=9.0, line=4))
+    planned, written = "dwell of seconds 1", "rapid to X9.000 Y0.000 Z10.000"
+    assert compare_motion(one, other, TOLERANCE) == [
+        Difference("order of moves", 4, 4, f"planned {planned}, written {written}; 5 rows planned, 4 written")
+    ]
+    shorter = rows_of(lambda b: b.rapid(x=5.0, line=3), lambda b: b.dwell(1.0, 4))
+    assert compare_motion(one, shorter, TOLERANCE) == [
+        Difference("order of moves", 5, 0, f"planned {written}, written nothing more; 5 rows planned, 4 written")
+    ]
+    moved = rows_of(lambda b: b.rapid(x=6.0, line=3), lambda b: b.rapid(x=9.0, line=4))
+    (found,) = compare_motion(one, moved, TOLERANCE)
+    assert (found.original, found.new) == (3, 3) and "X5.000" in found.text and "X6.000" in found.text
+
+
+def test_an_unlit_torch_may_be_reset_and_the_last_reset_counts_if_it_darkens() -> None:
+    """Before the first lighting only the last state matters, and that it is on is the state after a reset."""
+
+    def lit(*states: bool) -> Toolpath:
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 10.0)
+        for is_on in states:
+            builder.torch(is_on)
+        builder.spindle(1000.0)
+        builder.rapid(x=5.0)
+        return builder.build()
+
+    assert compare_motion(lit(), lit(True), TOLERANCE) == [] == compare_motion(lit(), lit(False, True), TOLERANCE)
+    assert [d.what for d in compare_motion(lit(), lit(False), TOLERANCE)] == ["order of moves"]
+    assert compare_motion(lit(False), lit(True, False), TOLERANCE) == []
+
+
+def test_tools_that_move_with_another_length_offset_are_reported_once_each() -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 10.0)
+    for number, offset in ((1, 1), (2, 1), (3, 0)):
+        builder.tool(number)
+        builder.offset(offset)
+        builder.rapid(x=float(number), line=10 * number)
+        builder.rapid(z=10.0 + number, line=10 * number + 1)
+        builder.feed(x=20.0 + number, feed=1.0, line=10 * number + 2)
+    path = builder.build()
+    assert compare_motion(path, path, TOLERANCE) == []
+    assert compare_motion(path, path, TOLERANCE, offsets=True) == [
+        Difference(
+            "length offset", 0, 21,
+            "tool 2 moves with length offset 1 instead of its own; rapid to X2.000 Y0.000 Z12.000",
+        ),
+        Difference(
+            "length offset", 0, 31,
+            "tool 3 moves with length offset 0 instead of its own; rapid to X3.000 Y0.000 Z13.000",
+        ),
+    ]  # fmt: skip
