@@ -17,6 +17,7 @@ from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.sheet.proof.torch import (
     _feed_faults,
     _lighting_faults,
+    _material_faults,
     _rapid_faults,
     check_probing,
     check_scribe,
@@ -244,3 +245,57 @@ def test_a_cut_starts_as_the_chart_asks(given: dict[str, object], fault: tuple[s
     assert _lighting_faults(run, cut_of(pierce=True), plan, heights=True, waits=False) == no_delay
     of_cut = [d for d in expected if d.what == "cut height"]
     assert _lighting_faults(run, cut_of(pierce=False), plan, heights=True, waits=True) == of_cut
+
+
+COMMENT = "(o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1500)"
+
+
+def stated(*lines: str, number: int | None = None, words: str = "qtplasmac", lit: int = 3) -> list[tuple[int, str]]:
+    """Return the faults of the material in a text; the torch is lit at a line."""
+    path = marking(("move", 1.0), *[("move", 2.0)] * (lit - 2), ("cut", 1.0))
+    found = _material_faults(path, "\n".join(lines) + "\n", planned()[0], dialect(words), number)
+    assert {(d.what, d.original) for d in found} <= {("material", 0)}
+    return [(d.new, d.text) for d in found]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("kw=1.5", "kw=1.5009", ""), ("kw=1.5", "kw=1.5011", "kw=1.5011 in the material's comment, not 1.5"),
+        ("ph=3.8", "ph=3.7991", ""), ("ph=3.8", "ph=3.7989", "ph=3.7989 in the material's comment, not 3.8"),
+        ("pd=0.5", "pd=0.502", "pd=0.502 in the material's comment, not 0.5"),
+        ("ch=1.5", "ch=-1.5", "ch=-1.5 in the material's comment, not 1.5"),
+        ("fr=1500", "fr=1507", ""), ("fr=1500", "fr=1508", "fr=1508.0 in the material's comment, not 1500"),
+        (" ph=3.8,", "", "ph=None in the material's comment, not 3.8"),
+    ],
+)  # fmt: skip
+def test_the_figures_of_the_material_are_those_of_the_chart(old: str, new: str, text: str) -> None:
+    assert stated("G21", COMMENT, "M3 $0 S1") == []
+    assert stated("G21", COMMENT.replace(old, new), "M3 $0 S1") == ([(2, text)] if text else [])
+
+
+def test_the_figures_of_a_program_in_inches_are_inches() -> None:
+    inches = f"(o=0, kw={1.5 / 25.4:.4f}, ph={3.8 / 25.4:.4f}, pd=0.5, ch={1.5 / 25.4:.4f}, fr={1500 / 25.4:.2f})"
+    assert stated("G20", inches, "M3 $0 S1") == [] == stated("N10 G20", inches, "M3 $0 S1")
+    assert len(stated("G21", inches, "M3 $0 S1")) == 4
+
+
+@pytest.mark.parametrize(
+    ("lines", "number", "lit", "faults"),
+    [
+        (("G21", "G0", "M3"), None, 3, [(0, "the program does not give the material to the controller, (o=0, …)")]),
+        (("G21", "G0", "M3", COMMENT), None, 3, [(4, "the material must be stated once, before the first cut")]),
+        ((COMMENT, COMMENT, "M3"), None, 3, [(2, "the material must be stated once, before the first cut")]),
+        (("G21", "M190 P7", "M3"), None, 3, [(2, "material 7 is selected; the program states its own")]),
+        (("G21", "M190 P7", "M3"), 7, 3, []),
+        (("G21", "G0", "M3"), 7, 3, [(0, "material 7 is not selected before the first cut")]),
+        (("G21", "G0", "M3", "M190 P7"), 7, 3, [(0, "material 7 is not selected before the first cut")]),
+        (("M190 P7", "M190 P8", "M3"), 7, 3, [(2, "material 8 is selected, not 7")]),
+        (("M190 P7", COMMENT, "M3"), 7, 3, [(2, f"'{COMMENT}' overrides material 7")]),
+    ],
+)
+def test_the_material_is_stated_or_selected_once_before_the_first_cut(
+    lines: tuple[str, ...], number: int | None, lit: int, faults: list[tuple[int, str]]
+) -> None:
+    assert stated(*lines, number=number, lit=lit) == faults
