@@ -394,3 +394,16 @@ def test_passes_of_one_outline_are_no_parts_of_each_other(doubt: Doubt) -> None:
 def test_a_tiny_area_is_no_part(doubt: Doubt, least: float, sure: float) -> None:
     for area in (least - 0.01, least + 0.01, sure - 0.01, sure + 0.01):
         assert freed([(0.0, 0.0, 1.0, area)], doubt) == ([area > least], [area > sure])
+
+
+@BOTH
+def test_only_work_that_starts_inside_a_hole_keeps_it_a_part(doubt: Doubt) -> None:
+    """An L of 10 mm: the place beside it lies inside its bounding box."""
+    corner = shapely.Polygon([(4, 4), (14, 4), (14, 6), (6, 6), (6, 14), (4, 14)])
+    outlines = [Outline(shapely.box(*PLATE), [0], True), Outline(corner, [1], True)]
+    for start, part in (((5.0, 5.0), True), ((12.0, 12.0), False)):
+        visits = visits_at(
+            [((-9.0, -9.0), (0.0, 0.0), -1.0), ((-9.0, -9.0), (0.0, 0.0), -1.0), (start, (0.0, 0.0), -1.0)]
+        )
+        may, surely = freed_parts(visits, outlines, np.zeros(3), doubt)
+        assert may.tolist() == [True, part, False] == surely.tolist()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.processes.program.proof.doubt import FREE, KEEP, Doubt
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.outlines import (
@@ -140,6 +140,32 @@ def test_sides_that_meet_within_the_tab_are_one_outline_of_all_their_pieces(
 def test_three_sides_or_a_side_that_crosses_close_nothing_or_in_doubt_only(doubt: Doubt) -> None:
     assert list(joined_outlines(sides(1.0, leave_out=2), 1.0, doubt)) == []
     assert list(joined_outlines([], 1.0, doubt)) == []
+
+
+@BOTH
+def test_two_halves_of_an_outline_are_one(doubt: Doubt) -> None:
+    halves = [line(*SQUARE[:3], owner=5), line(*SQUARE[2:], SQUARE[0], owner=2)]
+    (found,) = joined_outlines(halves, 0.05, doubt)
+    assert found.owners == [2, 5] and found.area.symmetric_difference(shapely.Polygon(SQUARE)).area < 0.05
+
+
+def test_a_cut_from_an_unknown_place_and_a_hole_are_points() -> None:
+    builder = ToolpathBuilder()
+    builder.feed(x=5.0, feed=1.0)
+    builder.feed(y=6.0, feed=1.0)
+    builder.feed(x=9.0, feed=1.0)
+    builder.drill(3.0, 4.0, DrillCycle("G81", 2.0, -1.0), feed=1.0)
+    builder.arc(True, (5.0, 4.0, 2.0), Arc((4.0, 4.0, 2.0)), feed=1.0)
+    traces = traces_of(features(builder))
+    straight = traces.pick(traces.arc < 0)
+    assert straight.feature.tolist() == [1, 2, 3]
+    assert straight.begin.tolist() == [[5.0, 6.0], [5.0, 6.0], [3.0, 4.0]]
+    assert straight.end.tolist() == [[5.0, 6.0], [9.0, 6.0], [3.0, 4.0]]
+    curved = traces.pick(traces.arc >= 0)
+    assert curved.feature.tolist() == [4] * 4 and curved.low.tolist() == [0.0, 0.25, 0.5, 0.75]
+    half = math.sqrt(0.5)
+    middle = [(3.0, 4.0), (4.0 - half, 4.0 + half), (4.0, 5.0), (4.0 + half, 4.0 + half), (5.0, 4.0)]
+    assert curved.begin == pytest.approx(np.array(middle[:-1])) and curved.end == pytest.approx(np.array(middle[1:]))
 
 
 def test_lines_that_enclose_an_area_without_a_ring_do_so_only_in_doubt() -> None:

@@ -170,7 +170,9 @@ def travelled(*, lit: bool = False, z: float = 5.0, start: str = "z", end: bool 
 
 def test_rapids_are_high_enough_and_dark() -> None:
     def found(path: Toolpath, lowest: float | None = 5.0) -> list[tuple[str, int, str]]:
-        return [(d.what, d.new, d.text) for d in _rapid_faults(path, lowest)]
+        faults = _rapid_faults(path, lowest)
+        assert {d.original for d in faults} <= {0}
+        return [(d.what, d.new, d.text) for d in faults]
 
     assert found(travelled()) == [] == found(travelled(z=4.9981)) == found(travelled(start="machine"))
     assert found(travelled(z=4.9979)) == [
