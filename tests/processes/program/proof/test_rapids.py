@@ -167,7 +167,6 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.hazard
 @pytest.mark.parametrize("name", LOWER)
 def test_a_lower_rapid_is_one_difference_with_its_place_and_heights(name: str) -> None:
     old, new, words = LOWER[name]

@@ -74,7 +74,6 @@ def test_the_stretches_of_a_row_have_their_shares_and_speeds(
 DIFFERS = "line 2: the program with new speeds does something else than line 2 did"
 
 
-@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("before", "after"),
     [

@@ -120,7 +120,6 @@ def probing(path: Toolpath, probe: Probe | None = PROBE) -> list[tuple[int, str]
 UNPROBED = (7, "the torch is lit without probing the sheet first")
 
 
-@pytest.mark.hazard
 def test_each_pierce_is_probed_at_its_place() -> None:
     assert probing(probed()) == [] == probing(probed(away="up"))
     assert probing(probed(away="across")) == [UNPROBED] == probing(probed(away="machine"))
@@ -260,7 +259,6 @@ def stated(*lines: str, number: int | None = None, words: str = "qtplasmac", lit
     return [(d.new, d.text) for d in found]
 
 
-@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [

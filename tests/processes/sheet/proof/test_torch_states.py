@@ -144,7 +144,6 @@ def at(x: int, what: str, rapid: bool = False) -> str:
     return f"at {'rapid' if rapid else 'feed'} to X{x}.000 Y0.000 and an unknown Z: {what}"
 
 
-@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("index", "row", "line", "text"),
     [
