@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
+from leafcut.processes.program.proof.changed_order import _moved, _overtaken
 from leafcut.processes.program.proof.doubt import FREE, KEEP, Doubt
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import (
@@ -407,3 +408,22 @@ def test_only_work_that_starts_inside_a_hole_keeps_it_a_part(doubt: Doubt) -> No
         )
         may, surely = freed_parts(visits, outlines, np.zeros(3), doubt)
         assert may.tolist() == [True, part, False] == surely.tolist()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_pieces_that_changed_their_order_are_those_with_a_pair_in_the_other_order(seed: int) -> None:
+    """Compared pair by pair; missing pieces have rank -1."""
+    rng = np.random.default_rng(seed)
+    rank = np.arange(12)
+    for _ in range(2):
+        a, b = rng.integers(12, size=2)
+        rank[[a, b]] = rank[[b, a]]
+    rank[rng.integers(12, size=3)] = -1
+    moved = [
+        bool(rank[k] >= 0 and any(rank[j] >= 0 and (j < k) != (rank[j] < rank[k]) for j in range(12) if j != k))
+        for k in range(12)
+    ]
+    assert _moved(rank).tolist() == moved
+    which = np.array([0, 2, 3, 5, 7, 8, 11])
+    assert _overtaken(rank, which) == [k for k in which.tolist() if moved[k]]
+    assert _overtaken(np.arange(12), which) == []
