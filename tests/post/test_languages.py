@@ -395,3 +395,17 @@ def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -
         z,
         "estimated time 1 min 00 s, in the drawing's order 1 min 15 s",
     ]
+
+
+def test_the_next_tool_is_named_after_each_change_if_that_is_asked_for() -> None:
+    builder = ToolpathBuilder()
+    for number in (4, 7, 5):
+        builder.tool(number)
+        builder.rapid(z=10.0 + number)
+    builder.end()
+    for preselect, following in ((False, []), (True, ["T7", "T5"])):
+        text = write_program(builder.build(), dialect("haas"), PostOptions(), preselect_tool=preselect)
+        lines = text.splitlines()
+        assert [line for line in lines if line in ("T4", "T7", "T5")] == following
+        assert [line for line in lines if "M6" in line] == ["T4 M6", "T7 M6", "T5 M6"]
+        assert not preselect or lines.index("T4 M6") < lines.index("T7") < lines.index("T7 M6") < lines.index("T5")

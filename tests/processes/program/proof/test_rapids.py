@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 
 from leafcut.model.difference import Difference
+from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.program.proof.certificate import certify
-from leafcut.processes.program.proof.program_work import ProgramWork, read_work
+from leafcut.processes.program.proof.features import states_of_path
+from leafcut.processes.program.proof.program_work import ProgramWork, needed_rows, read_work
 from leafcut.processes.program.proof.rapids import gaps_of, heights_of
 from rewriting import program_of
 
@@ -183,3 +185,24 @@ def test_equal_faults_at_several_places_are_one_difference_with_all_lines() -> N
         "a rapid leaves X15.000 Y0.000 and 2 other places at"
     )
     assert (found.original, found.new, found.also) == (9, 9, ((14, 14), (19, 19)))
+
+
+@pytest.mark.parametrize(
+    ("points", "needed"),
+    [
+        ([(3.0, 4.0), (6.0, 8.0), (9.0, 12.0)], [3]),
+        ([(3.0, 4.0), (6.0, 8.0015), (9.0, 12.0)], [3]),
+        ([(3.0, 4.0), (6.0, 8.006), (9.0, 12.0)], [2, 3]),
+        ([(6.0, 8.0), (3.0, 4.0), (9.0, 12.0)], [1, 2, 3]),
+        ([(3.0, 4.0), (3.0, 4.0), (9.0, 12.0)], [3]),
+        ([(30.0, 40.0), (60.0, 80.0), (60.0, 90.0)], [2, 3]),
+    ],
+)
+def test_a_straight_cut_in_parts_is_one_row(points: list[tuple[float, float]], needed: list[int]) -> None:
+    """Points within 0.002 mm of the line, and in order."""
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, -1.0)
+    for x, y in points:
+        builder.feed(x, y, feed=10.0)
+    path = builder.build()
+    assert needed_rows(path, states_of_path(path), still=1e-6, tolerance=0.002).tolist() == [0, *needed]
