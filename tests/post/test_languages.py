@@ -409,3 +409,25 @@ def test_the_next_tool_is_named_after_each_change_if_that_is_asked_for() -> None
         assert [line for line in lines if line in ("T4", "T7", "T5")] == following
         assert [line for line in lines if "M6" in line] == ["T4 M6", "T7 M6", "T5 M6"]
         assert not preselect or lines.index("T4 M6") < lines.index("T7") < lines.index("T7 M6") < lines.index("T5")
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "head"),
+    [
+        ("fagor8055", ("Plate (a).dxf x", "b"), ["%PLATE A.DXF X,MX,", "(Plate [a].dxf x)", "(b)"]),
+        ("fagor8055", ("a very long name of a plate",), ["%A VERY LONG NAME OF,MX,", "(a very long name of a plate)"]),
+        ("fagor8055", (), ["%LEAFCUT,MX,", "G71"]),
+        ("fanuc", ("Plate (a).dxf",), ["%", "O0001 (PLATE [A].DXF)", "(PLATE [A].DXF)"]),
+        ("fanuc", ("n" * 40,), ["%", f"O0001 ({'N' * 32})", f"({'N' * 40})"]),
+        ("fanuc", (), ["%", "O0001", "G21"]),
+    ],
+)
+def test_a_program_starts_with_its_title_as_the_controller_reads_it(
+    name: str, header: tuple[str, ...], head: list[str]
+) -> None:
+    """A Fagor has a name of 20 characters at most after the %, a Fanuc a number and a comment of 32."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=1.0)
+    lines = text_of(builder, name, header=header)
+    assert lines[: len(head)] == head
+    assert (lines[-1] == "%") is (name == "fanuc")

@@ -10,7 +10,7 @@ import pytest
 from leafcut.errors import VerifyError
 from leafcut.model.pace import PaceStretch
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
-from leafcut.processes.program.proof.paced import stretches_of
+from leafcut.processes.program.proof.paced import check_lowered, stretches_of
 
 Rows = Callable[[ToolpathBuilder], object]
 RAPID = math.inf
@@ -119,3 +119,9 @@ def test_a_longer_and_a_shorter_program_are_refused() -> None:
         with pytest.raises(VerifyError) as refused:
             stretches_of(longer, shorter)
         assert str(refused.value) == "the end: the program with new speeds does something else than line 2 did"
+
+
+def test_lower_heights_with_different_work_are_refused() -> None:
+    with pytest.raises(VerifyError) as refused:
+        check_lowered(path_of(feed(3.0)), path_of(feed(4.0)), None, None)  # type: ignore[arg-type]
+    assert str(refused.value) == "the program with lower heights does different work"
