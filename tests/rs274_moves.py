@@ -7,6 +7,7 @@ out: the two interpreters differ in them and no machine does.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -18,6 +19,11 @@ from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
 _CALL = re.compile(r"^\s*\d+ \S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
 _PLANES = {"CANON_PLANE_XY": 17, "CANON_PLANE_XZ": 18, "CANON_PLANE_YZ": 19}
+#: Moves that rs274 of LinuxCNC 2.9 made of the programs of the tests: name → moves. `test_*_rs274.py` compare them with
+#: rs274 where it is installed.
+RECORDED: dict[str, list[list]] = json.loads(
+    (Path(__file__).parent / "gcode" / "rs274_moves.json").read_text(encoding="utf-8")
+)
 # Printed resolution: four decimals of an inch are 0.0025 mm.
 PRINTED = {"mm": 1e-4, "inch": 2.54e-3}
 

@@ -11,7 +11,7 @@ from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
-from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+from rs274_moves import PRINTED, RECORDED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 START = "G21 G90 G17 F100\nG0 Z10\nG0 X0 Y0\n"
 
@@ -70,15 +70,24 @@ PROGRAMS = {
 }
 
 
+def text_of(name: str) -> str:
+    """Return a program with its start and end."""
+    return START + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
+
+
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_every_construct_makes_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
+def test_every_construct_makes_the_same_moves_as_in_linuxcnc(name: str) -> None:
     """Ends, centres, turns, feeds and dwells agree with rs274 to the printed decimals."""
-    text = START + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
-    status, output = run_rs274(rs274, text, tmp_path)
-    assert status == 0, output[-300:]
-    ours = moves_of_toolpath(interpret_program(text, dialect("linuxcnc")).path)
+    ours = moves_of_toolpath(interpret_program(text_of(name), dialect("linuxcnc")).path)
     assert len(ours) > 2
-    assert_same_moves(ours, moves_of_rs274(output), PRINTED["inch" if "G20" in text else "mm"])
+    assert_same_moves(ours, RECORDED[f"foreign {name}"], PRINTED["inch" if "G20" in PROGRAMS[name] else "mm"])
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_recorded_moves_are_those_of_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
+    status, output = run_rs274(rs274, text_of(name), tmp_path)
+    assert status == 0, output[-300:]
+    assert [list(move) for move in moves_of_rs274(output)] == RECORDED[f"foreign {name}"]
 
 
 #: What rs274 takes, with a table of all tools. lcnc_cam_nisley has a tool table of its own for G41.

@@ -8,10 +8,12 @@ import pytest
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
-from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+from rs274_moves import PRINTED, RECORDED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 from shared_data import DATA
 
 GCODE = DATA / "gcode"
+
+START = "G21 G90 G17 F100\nG0 Z10\nG0 X0 Y0\n"
 
 PROGRAMS = {
     "arcs with IJ": "G2 X10 Y0 I5 J0 / G3 X20 Y10 J10 / G3 X20 Y10 I-5 / G2 X25 Y5 I5 J0 / G1 X0 Y0",
@@ -38,15 +40,24 @@ PROGRAMS = {
 }
 
 
+def text_of(name: str) -> str:
+    """Return a program with its start and end."""
+    return START + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
+
+
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_little_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
+def test_little_programs_make_the_same_moves_as_in_linuxcnc(name: str) -> None:
     """Ends, centres, turns, feeds and dwells agree with rs274 to the printed decimals."""
-    text = "G21 G90 G17 F100\nG0 Z10\nG0 X0 Y0\n" + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
-    status, output = run_rs274(rs274, text, tmp_path)
-    assert status == 0, output[-300:]
-    ours = moves_of_toolpath(interpret(text, dialect("linuxcnc")))
+    ours = moves_of_toolpath(interpret(text_of(name), dialect("linuxcnc")))
     assert len(ours) > 2
-    assert_same_moves(ours, moves_of_rs274(output), PRINTED["inch" if "G20" in text else "mm"])
+    assert_same_moves(ours, RECORDED[f"own {name}"], PRINTED["inch" if "G20" in PROGRAMS[name] else "mm"])
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_recorded_moves_are_those_of_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
+    status, output = run_rs274(rs274, text_of(name), tmp_path)
+    assert status == 0, output[-300:]
+    assert [list(move) for move in moves_of_rs274(output)] == RECORDED[f"own {name}"]
 
 
 #: Real programs that rs274 takes and that use no parameters.
