@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -246,7 +245,6 @@ PLATE_NAMES = tuple(_PLATES)
 EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
 
 
-@cache
 def plate(name: str) -> Plate:
     """Return one of `PLATE_NAMES`; its holes are shuffled with its name as seed, to mimic the order of a drawing by
     hand.
