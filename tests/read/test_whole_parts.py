@@ -1,0 +1,90 @@
+"""Everything that readers return for small drawings: each field of each hole, contour, pocket and issue.
+
+Each folder of `parts` has a drawing and `expected.txt`, checked by eye against the drawing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from leafcut.errors import LeafcutError
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.part import Part
+from leafcut.options import ReadOptions
+from leafcut.read import read, read_contours, read_pockets, read_whole
+
+PARTS = Path(__file__).parent / "parts"
+
+#: Drawing → the functions that read it, each with its options.
+READ: dict[str, tuple[Callable[..., Part], ReadOptions]] = {
+    "holes": (read, ReadOptions()),
+    "holes of one layer, 3 to 9 mm": (read, ReadOptions(layers=("HOLES",), min_diameter=3.0, max_diameter=9.0)),
+    "all concentric circles": (read, ReadOptions(concentric="all")),
+    "contours": (read_contours, ReadOptions()),
+    "contours in inches": (read_contours, ReadOptions(units="in")),
+    "pockets": (read_pockets, ReadOptions()),
+    "everything": (read_whole, ReadOptions()),
+}
+
+
+def number(value: float) -> str:
+    """Return a number with four decimals at most."""
+    return f"{round(float(value), 4) + 0.0:.10g}"
+
+
+def text_of(value: Any) -> str:
+    """Return a value in one line; of records, the fields that differ from their defaults."""
+    if isinstance(value, Polyline):
+        corners = " ".join(",".join(map(number, corner)) for corner in value.vertices)
+        return f"{'closed' if value.closed else 'open'} {corners}"
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        shown = [
+            f"{field.name}={text_of(getattr(value, field.name))}"
+            for field in dataclasses.fields(value)
+            if not isinstance(getattr(value, field.name), type(field.default))
+            or getattr(value, field.name) != field.default
+        ]
+        return f"{type(value).__name__}({'; '.join(shown)})"
+    if isinstance(value, np.ndarray):
+        return text_of(value.tolist())
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(text_of, value))}]"
+    return str(value)
+
+
+def lines_of(part: Part) -> list[str]:
+    """Return the fields of a part; each element of a long one has a line of its own."""
+    lines = []
+    for field in dataclasses.fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, tuple):
+            lines += [f"{field.name}: {text_of(element)}" for element in value]
+        elif value is not None and not (isinstance(value, str) and not value) and not isinstance(value, Part):
+            lines.append(f"{field.name}: {text_of(value)}")
+    return lines
+
+
+def readings_of(folder: Path) -> str:
+    """Return all that is read of the drawing in a folder."""
+    (file,) = (file for file in folder.iterdir() if file.name != "expected.txt")
+    titles: dict[str, str] = {}
+    for title, (reader, options) in READ.items():
+        try:
+            text = "\n".join(lines_of(reader(file, options)))
+        except LeafcutError as problem:
+            text = f"{type(problem).__name__}: {str(problem).removeprefix(str(file))}"
+        titles[text] = f"{titles[text]}; {title}" if text in titles else title
+    return "\n\n".join(f"== {title}\n{text}" for text, title in titles.items()) + "\n"
+
+
+@pytest.mark.parametrize("folder", sorted(PARTS.iterdir()), ids=lambda folder: folder.name)
+def test_a_drawing_is_read_as_it_was_drawn(folder: Path) -> None:
+    assert readings_of(folder) == (folder / "expected.txt").read_text(encoding="utf-8")
