@@ -1,0 +1,79 @@
+"""Everything that is read of a solid: checked by eye against the numbers of which it is made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("OCP")
+
+from test_whole_parts import readings_of
+
+from leafcut.model.part import Part
+from leafcut.options import ReadOptions
+from leafcut.read import read, read_contours, read_pockets, read_whole
+from leafcut.read.format import Source, load
+from leafcut.read.step import work_besides_holes
+from made_solids import DOWN, box, cone, cut, cylinder, fused, rounded, saved
+
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
+
+def besides(file: Path, options: ReadOptions) -> Part:
+    """Return a part with only the work that no drill can do."""
+    source: Source = load(file)
+    return Part("besides holes", issues=tuple(work_besides_holes(source, options)))
+
+
+READ = {
+    "holes": (read, ReadOptions()),
+    "holes from below, as drawn": (read, ReadOptions(up="-z", z_zero="drawn")),
+    "holes from the side, turned by 30°": (read, ReadOptions(up="x", origin="lower-left", rotate=math.pi / 6)),
+    "pockets": (read_pockets, ReadOptions(z_zero="bottom")),
+    "outlines": (read_contours, ReadOptions()),
+    "everything": (read_whole, ReadOptions(origin="center")),
+    "besides holes": (besides, ReadOptions()),
+}
+
+
+def block(folder: Path) -> Path:
+    """Return a block from Z0 to Z20 with holes from three sides, a pocket with an island, a slope and a window."""
+    solid = cut(
+        box(0, 0, 0, 120, 80, 20),
+        cut(rounded(10, 10, 14, 60, 50, 20, 5), rounded(25, 22, 14, 40, 34, 18, 4)),
+        cylinder((15, 15, 14), DOWN, 2, 14),
+        cylinder((20, 65, 20), DOWN, 2.5, 8),
+        cylinder((30, 65, 20), DOWN, 3, 20),
+        cylinder((30, 65, 20), DOWN, 5, 4),
+        cone((85, 65, 15), 0, 5, 5),
+        cylinder((85, 65, 20), DOWN, 2, 12),
+        cylinder((100, 10, 8), DOWN, 2, 8),
+        cylinder((0, 40, 10), (1, 0, 0), 1.5, 5),
+        rounded(40, 60, 0, 70, 75, 20, 3),
+        rounded(80, 20, 12, 100, 45, 20, 5),
+        box(110, 30, 15, 120, 50, 20),
+    )
+    return saved(folder / "block.step", fused(solid, cylinder((90, 32, 12), (0, 0, 1), 2, 4)))
+
+
+def sheet(folder: Path) -> Path:
+    """Return a sheet of 3 mm with a hole and a window, with its lower corner at (-10, -5)."""
+    solid = cut(box(-10, -5, 0, 50, 35, 3), cylinder((0, 5, 3), DOWN, 2, 3), rounded(10, 5, 0, 30, 25, 3, 4))
+    return saved(folder / "sheet.step", solid)
+
+
+#: Titles of the readings of each solid: each takes half a second.
+READINGS = {
+    block: ("holes", "holes from below, as drawn", "pockets", "besides holes"),
+    sheet: ("holes from the side, turned by 30°", "outlines", "everything"),
+}
+
+
+@pytest.mark.parametrize("make", READINGS, ids=lambda make: make.__name__)
+def test_a_solid_is_read_as_it_was_made(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    expected = Path(__file__).parent / "solids" / f"{make.__name__}.txt"
+    readers = {title: READ[title] for title in READINGS[make]}
+    assert readings_of(make(tmp_path), readers) == expected.read_text(encoding="utf-8")
