@@ -1,0 +1,79 @@
+(title)
+G21 G90 G17 G94
+F100 S1000
+T5 M6 G43
+M3
+G0 X0 Y0 Z5
+/G1 X1
+/2 G1 X2
+(MSG,hello)
+G1 X3 (DEBUG,#1)
+M48
+M50 P0
+M52 P1
+M7
+M8
+M9
+M62 P1
+M66 P0 L3 Q5
+G64 P0.05 Q0.01
+G61
+G61.1
+G38.2 Z-5
+G92 X10
+G92.1
+G10 L20 P2 X1 Y2
+G55
+G43.1 Z2
+G43.2 H3
+G49
+G5 X5 Y5 I1 J1 P1 Q1
+G33 Z-1 K1
+G76 P1 Z-1 I-1 J1 R1 K1 Q1 H1 E1 L1
+G80
+G1 A5
+G1 X6
+M70
+G91
+M72
+M73
+G1 X7
+M2
+G1 X8
+-----
+G21 G90
+o100 sub
+G1 X#1 F100
+o100 endsub
+o101 if [#<_hal[x]> GT 1]
+G1 X5 F50
+o101 endif
+o100 call [5]
+o102 while [#3 LT 2]
+#3=[#3+1]
+G1 Y#3 F50
+o102 endwhile
+o103 repeat [2]
+G91 G1 X1 F10
+G90
+o103 endrepeat
+G0 X#5420
+G1 X#<_hal[pin]>
+o<missing> call
+G1 X1 F10
+M30
+-----
+G1 X1
+-----
+G21 G1 X1
+-----
+G21 G90 G0 X0 Y0
+G2 X10 Y0 I4 F100
+-----
+G21 G90 G0 X0 Y0
+o1 while [1]
+o1 endwhile
+-----
+G21 G90
+M98 P5
+M2

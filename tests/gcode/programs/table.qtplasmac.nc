@@ -1,0 +1,26 @@
+G21 G90 G94 G64 P0.1
+#<holes>=1
+#<pierce-only>=0
+M190 P3
+M66 P3 L3 Q1
+F#<_hal[plasmac.cut-feed-rate]>
+G0 X0 Y0
+M3 $0 S1
+M62 P2
+M67 E3 Q60
+G1 X9 F1200
+M67 E3 Q100
+X12
+M63 P2
+M62 P3
+M63 P3
+M5 $0
+M3 $1 S1
+M5 $1
+G0 X20
+M3 $2 S1
+G1 X20.001
+M5 $2
+M5 $-1
+M68 E3 Q0
+M2
