@@ -12,7 +12,7 @@ from leafcut.read.tools import load_tools
 from plain_text import text_of
 
 LIBRARIES = Path(__file__).parent / "libraries"
-FILES = sorted(file for file in LIBRARIES.iterdir() if file.suffix != ".txt" and file.suffix != ".fctb")
+FILES = sorted(file for file in LIBRARIES.iterdir() if file.suffix not in (".txt", ".fctb"))
 
 #: Units and materials with which each library is read.
 READ = (("", ""), ("mm", ""), ("in", "steel"))
@@ -94,10 +94,12 @@ REFUSED = {
         "[[tool]] 1: 'tip_diameter' is 5 mm, not below the diameter",
     "number = 1\ndiameter = '5 mm'\nshank_diameter = '6 mm'":
         "[[tool]] 1: 'shank_diameter' needs 'flute_length': its start above the tip",
-    "number = 1\ndiameter = '5 mm'\nshaft = '6 x 3'": "[[tool]] 1: 'shaft' needs 'flute_length': its start above the tip",
-    "number = 1\ndiameter = '5 mm'\nholder = '20 x 30'": "[[tool]] 1: 'holder' needs 'stickout': its start above the tip",
-    "number = 1\ndiameter = '5 mm'\nstickout = '9 mm'\nholder = '20 by 30'":
-        "[[tool]] 1: 'holder' has the piece '20 by 30', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+    "number = 1\ndiameter = '5 mm'\nshaft = '6 x 3'":
+        "[[tool]] 1: 'shaft' needs 'flute_length': its start above the tip",
+    "number = 1\ndiameter = '5 mm'\nholder = '20 x 30'":
+        "[[tool]] 1: 'holder' needs 'stickout': its start above the tip",
+    "number = 1\ndiameter = '5 mm'\nstickout = '9 mm'\nholder = '2 by 3'":
+        "[[tool]] 1: 'holder' has the piece '2 by 3', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
     "number = 1\ndiameter = '5 mm'\nstickout = '9 mm'\nholder = '20 x 0'":
         "[[tool]] 1: 'holder' has the piece '20 x 0', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
     "number = 1\ndiameter = '5 mm'\n[[tool]]\nnumber = 1\ndiameter = '6 mm'":
