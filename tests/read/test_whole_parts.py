@@ -24,6 +24,7 @@ PARTS = Path(__file__).parent / "parts"
 READ: dict[str, tuple[Callable[..., Part], ReadOptions]] = {
     "holes": (read, ReadOptions()),
     "holes of one layer, 3 to 9 mm": (read, ReadOptions(layers=("HOLES",), min_diameter=3.0, max_diameter=9.0)),
+    "holes of the layers T1 and H*": (read, ReadOptions(layers=("T1", "H*"))),
     "all concentric circles": (read, ReadOptions(concentric="all")),
     "contours": (read_contours, ReadOptions()),
     "contours in inches": (read_contours, ReadOptions(units="in")),
