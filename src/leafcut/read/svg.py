@@ -166,7 +166,8 @@ class _Attributes(NamedTuple):
     """The attributes of an element, independent of where it is drawn."""
 
     shown: bool
-    visible: bool
+    #: Empty if the element does not state it.
+    visibility: str
     matrix: Affine | None
     layer: str
     css: str
@@ -181,6 +182,8 @@ class _Context(NamedTuple):
     css: str = ""
     stroke: str = ""
     clipped: bool = False
+    #: A shape inherits it from its groups, unlike `display`, and may be visible in a hidden group.
+    visibility: str = ""
 
 
 @dataclass
@@ -231,10 +234,10 @@ class _Walk:
             return
         try:
             attributes = self._cached("own", element, self._attributes, trail)
-            if not attributes.shown or (tag in SHAPES and not attributes.visible):
+            context = self._inherit(attributes, outer)
+            if not attributes.shown or (tag in SHAPES and context.visibility in ("hidden", "collapse")):
                 self.hidden["not shown"] += 1
                 return
-            context = self._inherit(attributes, outer)
             if tag in GROUPS:
                 self.children(element, self._viewport(element, context) if tag == "svg" else context, depth, trail)
             elif tag == "use":
@@ -279,9 +282,10 @@ class _Walk:
         classes = attributes.get("class", "").split()
         stroke = style.get("stroke", "")
         shown = style.get("display") != "none"
+        visibility = style.get("visibility", "")
         return _Attributes(
             shown,
-            style.get("visibility") not in ("hidden", "collapse"),
+            "" if visibility == "inherit" else visibility,
             transform(attributes["transform"]) if shown and attributes.get("transform") else None,
             " ".join(layer.split())[:100],
             classes[0][:100] if classes else "",
@@ -297,6 +301,7 @@ class _Walk:
             attributes.css or outer.css,
             attributes.stroke or outer.stroke,
             attributes.clipped or outer.clipped,
+            attributes.visibility or outer.visibility,
         )
 
     def _viewport(self, element: Any, context: _Context) -> _Context:
