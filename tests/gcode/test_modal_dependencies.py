@@ -1,13 +1,21 @@
-"""What blocks take from those before them: the height of the tool."""
+"""What blocks take from those before them: modes, the position, and the height of the tool."""
 
 from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.modal_dependencies import BlockReader, height_matters
+from leafcut.gcode.modal_dependencies import GROUPS, HERE, BlockReader, height_matters, next_place
+from leafcut.gcode.program import Program
 from rewriting import program_of
 
 HEAD = "G21 G90 G17 / T1 M6 / S1000 M3 / G0 X0 Y0 Z5"
+
+
+def blocks_of(blocks: str) -> tuple[Program, list[int]]:
+    """Return a program with these blocks after `HEAD`, and their numbers."""
+    program = program_of(f"{HEAD} / {blocks} / M2")
+    lines = range(5, 5 + len(blocks.split(" / ")))
+    return program, [block for block in range(program.n_blocks) if int(program.line[block]) in lines]
 
 
 @pytest.mark.parametrize(
@@ -35,7 +43,110 @@ HEAD = "G21 G90 G17 / T1 M6 / S1000 M3 / G0 X0 Y0 Z5"
 )
 def test_the_height_before_matters_until_a_block_says_its_own(blocks: str, matters: bool) -> None:
     """G98 returns to the height before the cycle, G99 to R; what may be skipped or is not understood may use it."""
-    program = program_of(f"{HEAD} / {blocks} / M2")
-    lines = range(5, 5 + len(blocks.split(" / ")))
-    mine = [block for block in range(program.n_blocks) if int(program.line[block]) in lines]
+    program, mine = blocks_of(blocks)
     assert height_matters(BlockReader(program), mine) == matters
+
+
+@pytest.mark.parametrize(
+    ("blocks", "relies", "sets"),
+    [
+        ("G1 X5 F100", "distance feed_mode speed", "distance feed feed_mode motion speed"),
+        ("M5 / G1 X5 F100", "distance feed_mode", "distance feed feed_mode motion"),
+        ("X5", "distance motion", "distance motion"),
+        ("G90 G0 X5", "", "distance motion"),
+        ("G2 X5 Y0 I2.5 F100", "centres distance feed_mode plane speed",
+         "centres distance feed feed_mode motion plane speed"),
+        ("G17 G91.1 G90 G94 S900 G3 X5 Y0 I2.5 F100", "", "centres distance feed feed_mode motion plane speed"),
+        ("G81 X1 Y1 Z-1 R1 F100", "distance feed_mode plane retract speed",
+         "distance feed feed_mode motion plane retract speed"),
+        ("G99 G17 G82 X1 Y1 Z-1 R1 P1 F100 / X2", "distance feed_mode speed",
+         "distance feed feed_mode motion plane retract speed"),
+        ("M3 S500", "", "speed"),
+        ("M4", "speed", "speed"),
+        ("M5", "", ""),
+        ("M8 / G4 P1", "", ""),
+        ("G53 G0 Z0", "", "motion"),
+        ("M62 P1", "", ""),
+        ("G1 X5 F100 / (a remark) / X6", "distance feed_mode speed", "distance feed feed_mode motion speed"),
+        ("G95", "", "feed_mode"),
+        ("G93", "", "feed_mode"),
+        ("G18", "", "plane"),
+        ("G91", "", "distance"),
+        ("G90.1", "", "centres"),
+        ("G98", "", "retract"),
+        ("G80", "", "motion"),
+        ("G38.2 Z-5 F100", "centres distance feed feed_mode motion plane retract speed",
+         "centres distance feed feed_mode motion plane retract speed"),
+        ("G1 X5 F100 / G38.2 Z-5", "centres distance feed_mode plane retract speed",
+         "centres distance feed feed_mode motion plane retract speed"),
+        ("/G0 X5", "centres distance feed feed_mode motion plane retract speed",
+         "centres distance feed feed_mode motion plane retract speed"),
+    ],
+)  # fmt: skip
+def test_a_block_relies_on_the_modes_that_it_uses_and_does_not_state(blocks: str, relies: str, sets: str) -> None:
+    """A cut uses the motion, G90 or G91, the feed and its mode, and the speed of a turning spindle; an arc also the
+    plane and the kind of its centre; a hole also the plane and G98 or G99. An unknown block may use and set all."""
+    program, mine = blocks_of(blocks)
+    found = BlockReader(program).reliance(mine[0], mine[-1] + 1)
+    assert (" ".join(sorted(found.relies)), " ".join(sorted(found.sets))) == (relies, sets)
+
+
+def test_a_hole_without_its_cycle_words_relies_on_the_cycle() -> None:
+    program, mine = blocks_of("G81 X1 Y1 Z-1 R1 F100 / X2")
+    found = BlockReader(program).reliance(mine[1], mine[1] + 1)
+    assert found.relies == found.sets == GROUPS - {"centres"}
+
+
+def test_the_first_blocks_that_state_modes_and_letters() -> None:
+    program, mine = blocks_of("G1 X5 F100 / F200 S900 / G81 X1 Y1 Z-1 R1 / X2 R2")
+    reader, first = BlockReader(program), mine[0]
+    assert reader.first_stated == {
+        "distance": 0, "plane": 0, "speed": 2, "motion": 3, "feed": first,
+    }  # fmt: skip
+    assert reader.stated == {
+        "S": ([2, first + 1], ["1000", "900"]),
+        "F": ([first, first + 1], ["100", "200"]),
+        "X": ([first + 2, first + 3], ["1", "2"]),
+        "Y": ([first + 2], ["1"]),
+        "Z": ([first + 2], ["-1"]),
+        "R": ([first + 2, first + 3], ["1", "2"]),
+    }
+    assert reader.states(first, first + 3) == {"motion", "feed", "speed"}
+
+
+@pytest.mark.parametrize(
+    ("blocks", "place"),
+    [
+        ("G0 X5 Y6", (5.0, 6.0)),
+        ("G0 X5", HERE),
+        ("G0 X5 / G0 Y6", (5.0, 6.0)),
+        ("M8", None),
+        ("(a remark) /  / M8", None),
+        ("G1 X5 Y6 F100", HERE),
+        ("G2 X5 Y0 I2.5 F100", HERE),
+        ("G0 Z9 / G0 X5 Y6", (5.0, 6.0)),
+        ("G0 Z2 / G0 X5 Y6", (5.0, 6.0)),
+        ("G0 Z1.99 / G0 X5 Y6", HERE),
+        ("G4 P1 / G0 X5 Y6", HERE),
+        ("G4 P1", HERE),
+        ("M0 / G4 P1 / G0 X5 Y6", (5.0, 6.0)),
+        ("G4 P1 / M0 / G0 X5 Y6", (5.0, 6.0)),
+        ("T2 M6 / G0 X5 Y6", (5.0, 6.0)),
+        ("G53 G0 X0 Y0", None),
+        ("G53 G0 Z0 / G0 X5 Y6", (5.0, 6.0)),
+        ("G53 G0 X0 / G0 X5 Y6", (5.0, 6.0)),
+        ("G91 G0 X5 Y6", HERE),
+        ("G81 X5 Y6 Z-1 R1 F100", (5.0, 6.0)),
+        ("G81 X5 Z-1 R1 F100", HERE),
+        ("M100", HERE),
+        ("G55 / G0 X5 Y6", HERE),
+        ("G92 X0 / G0 X5 Y6", HERE),
+        ("/G0 X5 Y6", HERE),
+    ],
+)
+def test_the_next_place_is_that_of_the_first_move_that_states_both_coordinates(
+    blocks: str, place: tuple[float, float] | str | None
+) -> None:
+    """A cut, a dwell amid cuts, a low move and an unknown block happen at the place before them."""
+    program, mine = blocks_of(blocks)
+    assert next_place(BlockReader(program), mine, clearance=2.0) == place
