@@ -64,7 +64,6 @@ def letters(text: str) -> tuple[LetterLines, float]:
     return strokes, x
 
 
-@cache
 def _letter(letter: str) -> tuple[LetterLines, float]:
     if letter == "°":
         ring, width = _letter("o")
