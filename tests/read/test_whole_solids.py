@@ -35,6 +35,8 @@ READ = {
     "pockets": (read_pockets, ReadOptions(z_zero="bottom")),
     "outlines": (read_contours, ReadOptions()),
     "everything": (read_whole, ReadOptions(origin="center")),
+    "second solid": (read, ReadOptions(solid=2)),
+    "besides holes of the second solid": (besides, ReadOptions(solid=2)),
     "besides holes": (besides, ReadOptions()),
 }
 
@@ -65,9 +67,23 @@ def sheet(folder: Path) -> Path:
     return saved(folder / "sheet.step", solid)
 
 
+def odd(folder: Path) -> Path:
+    """Return two solids; the second has a step all around, a slope, a cross hole in a pocket, and a roofed pocket."""
+    solid = cut(
+        fused(box(0, 0, 0, 80, 60, 10), box(5, 5, 10, 75, 55, 14)),
+        cone((20, 20, 9), 6, 8, 5),
+        cone((20, 45, 14), 0, 0.001, 0.001),
+        box(40, 15, 8, 60, 35, 14),
+        box(40, 40, 6, 60, 50, 10),
+        cylinder((50, 0, 9), (0, 1, 0), 1, 20),
+    )
+    return saved(folder / "odd.step", box(-30, 0, 0, -20, 10, 5), solid)
+
+
 #: Titles of the readings of each solid: each takes half a second.
 READINGS = {
     block: ("holes", "holes from below, as drawn", "pockets", "besides holes"),
+    odd: ("second solid", "besides holes of the second solid", "holes"),
     sheet: ("holes from the side, turned by 30°", "outlines", "everything"),
 }
 
