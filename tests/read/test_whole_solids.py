@@ -82,9 +82,9 @@ def odd(folder: Path) -> Path:
 
 #: Titles of the readings of each solid: each takes half a second.
 READINGS = {
-    block: ("holes", "holes from below, as drawn", "pockets", "besides holes"),
+    block: ("holes", "pockets", "besides holes"),
     odd: ("second solid", "besides holes of the second solid", "holes"),
-    sheet: ("holes from the side, turned by 30°", "outlines", "everything"),
+    sheet: ("holes from below, as drawn", "holes from the side, turned by 30°", "outlines", "everything"),
 }
 
 
