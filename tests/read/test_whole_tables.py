@@ -10,10 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.read.controllers.importing import KINDS
 from leafcut.read.controllers.questions import QUESTIONS
 from leafcut.read.lettering import letters
 from leafcut.read.machine_keys import PROFILE_KEYS
+from leafcut.read.registry import format_name
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from plain_text import number, text_of
 
@@ -48,3 +51,37 @@ def test_a_table_is_the_one_that_was_checked(name: str) -> None:
 def test_a_letter_without_strokes_is_named(letter: str) -> None:
     with pytest.raises(ValueError, match=f"^no strokes for '{letter}'$"):
         letters(f"a{letter}")
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        "POINT",
+        "LINESTRING",
+        "LINEARRING",
+        "POLYGON",
+        "MULTIPOINT",
+        "MULTILINESTRING",
+        "MULTIPOLYGON",
+        "GEOMETRYCOLLECTION",
+        "CIRCULARSTRING",
+        "COMPOUNDCURVE",
+        "CURVEPOLYGON",
+        "MULTICURVE",
+        "MULTISURFACE",
+        "POLYHEDRALSURFACE",
+        "TIN",
+        "TRIANGLE",
+    ],
+)
+@pytest.mark.parametrize("text", ["{} ((0 0, 9 0, 9 9, 0 0))\n", "SRID=4326;{} Z ((0 0 1, 9 0 1))\n", "{} EMPTY\n"])
+def test_each_geometry_of_well_known_text_is_recognised(geometry: str, text: str, tmp_path: Path) -> None:
+    for written in (geometry, geometry.lower()):
+        (tmp_path / "drawing.x").write_text(text.format(written))
+        assert format_name(tmp_path / "drawing.x") == "wkt"
+
+
+@pytest.mark.parametrize("axis", "ABCUVW")
+def test_a_block_with_an_axis_beside_xyz_is_kept(axis: str) -> None:
+    program = interpret_program(f"G21 G90 F100\nG0 X0 Y0 Z0\nG1 X1 {axis}5\nM2\n", dialect("linuxcnc"))
+    assert list(program.fixed.values()) == [f"the axis {axis} is not understood"]
