@@ -277,7 +277,8 @@ TEXTS: dict[str, tuple[Callable[[Path], list[str]], list[str]]] = {
             f'{SVG}width="9mm" height="9mm"><text>a</text></svg>',
             f'{SVG}width="9mm" height="9mm" viewBox="0 0 18 9" preserveAspectRatio="none"><line x2="9"/></svg>',
             f'{SVG}width="9mm" height="9mm" viewBox="0 0 18 9" preserveAspectRatio="xMaxYMin slice">{LINE}',
-            f'{SVG}><style>.a{{stroke:red}} .b {{ display : none }}</style><line class="a" x2="9"/><g class="b">{LINE[:-6]}</g></svg>',
+            f'{SVG}><style>.a{{stroke:red}} .b {{ display : none }}</style><g class="b"><line/></g><g class="a">'
+            f'<line x2="8"/></g>{LINE}',
         ],
     ),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -124,3 +125,24 @@ def test_a_tool_that_cannot_be_is_refused_with_its_place_and_value(tool: str, tm
     with pytest.raises(LeafcutError) as caught:
         load_tools(file)
     assert str(caught.value) == f"{file}: {REFUSED[tool]}"
+
+
+#: Materials of the workshop: a preset with such a name is for that material alone.
+MATERIALS = """
+    abs acetal acrylic alloy alu aluminium brass bronze carbon ceramic composite copper delrin fiberglass foam fr4 g10
+    glass granite graphite hardwood hdpe inconel iron leather magnesium marble mdf nylon paper peek petg plastic plastics
+    plywood pmma polycarbonate polyethylene polypropylene pom ptfe pvc rubber softwood stainless steel stone teflon
+    titanium uhmw wax wood zinc
+"""
+
+
+def test_a_preset_that_names_a_material_is_for_no_other(tmp_path: Path) -> None:
+    names = [*MATERIALS.split(), "Roughing", "fast"]
+    tools = [
+        {"type": "drill", "unit": "millimeters", "post-process": {"number": number}, "geometry": {"DC": 5},
+         "start-values": {"presets": [{"name": f"My {name.title()} 2", "n": 1000, "v_f": 100}]}}
+        for number, name in enumerate(names, 1)
+    ]  # fmt: skip
+    (tmp_path / "a.json").write_text(json.dumps({"data": tools}))
+    assert [names[t.number - 1] for t in load_tools(tmp_path / "a.json", material="bone").tools] == ["Roughing", "fast"]
+    assert len(load_tools(tmp_path / "a.json").tools) == len(names)
