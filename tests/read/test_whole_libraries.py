@@ -130,9 +130,9 @@ def test_a_tool_that_cannot_be_is_refused_with_its_place_and_value(tool: str, tm
 #: Materials of the workshop: a preset with such a name is for that material alone.
 MATERIALS = """
     abs acetal acrylic alloy alu aluminium brass bronze carbon ceramic composite copper delrin fiberglass foam fr4 g10
-    glass granite graphite hardwood hdpe inconel iron leather magnesium marble mdf nylon paper peek petg plastic plastics
-    plywood pmma polycarbonate polyethylene polypropylene pom ptfe pvc rubber softwood stainless steel stone teflon
-    titanium uhmw wax wood zinc
+    glass granite graphite hardwood hdpe inconel iron leather magnesium marble mdf nylon paper peek petg plastic
+    plastics plywood pmma polycarbonate polyethylene polypropylene pom ptfe pvc rubber softwood stainless steel stone
+    teflon titanium uhmw wax wood zinc
 """
 
 
