@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from leafcut.read.controllers.importing import ImportedMachine, imported, read_settings
+from leafcut.errors import ReadError
+from leafcut.read.controllers.importing import ImportedMachine, imported, kind_of, read_settings
 from leafcut.read.controllers.questions import questioned
 from leafcut.read.controllers.values import How
 
@@ -75,3 +76,76 @@ def test_a_changed_line_of_settings_changes_these_lines_of_the_profile(change: d
     )
     lines = [line for line in difflib.unified_diff(before, after, lineterm="", n=0) if len(line) > 1]
     assert [line for line in lines if line[:2] not in ("--", "++", "@@")] == change["profile"].splitlines()
+
+
+UNCLEAR = ", so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("<a><Preferences/></a>", "mach3"),
+        ("\ufeff\n <profile><b/></profile>", "mach3"),
+        ("[Motor0]\nCountsPerUnit=1\n", "mach4"),
+        ("x\n  [Motor0]  \na=CountsPerUnit\n", "mach4"),
+        ("[TRAJ]\n", "linuxcnc"),
+        (" [KINS]\n", "linuxcnc"),
+        ("[EMC]\n", "linuxcnc"),
+        ("[RS274NGC]\n", "linuxcnc"),
+        ("[JOINT_0]\n", "linuxcnc"),
+        ("[AXIS_X]\n", "linuxcnc"),
+        ("[AXIS_0]\n", "linuxcnc"),
+        ("#INCLUDE a.inc\n", "linuxcnc"),
+        ("$0=1\n$1=2\n$2=3\n", "grbl"),
+        ("> $0 = 1\nRecv: $1 = 2 (x)\n$2=3", "grbl"),
+        ('{"key": "$0", "value": "1"}, {"key":"$1","value":"2"}, {"key" : "$2", "value" : ""}', "grbl"),
+        ('\ufeff {"$0": "1", "$1": 2, "$2": "3"}', "grbl"),
+        ("board: x\nAxes :\n  x: 1\n", "fluidnc"),
+        ("echo: M203 X1 Y1 Z1\n", "marlin"),
+        ("M201 X1\nM205 J1\n", "marlin"),
+        ("M201 X1\nM206 X0\n", "marlin"),
+        ("M203 X1\nM301 P1\n", "marlin"),
+        ("m203 X1\nm453\n", "rrf"),
+        ("M203 X1\nM550 P1\n", "rrf"),
+        ("M203 X1\nM566 X1\n", "rrf"),
+        ("M203 X1\nM584 X1\n", "rrf"),
+        ("M203 X1\nM669 K0\n", "rrf"),
+        ("M203 X1\nM950 R0\n", "rrf"),
+        ("M203 X1\nM208 X1\n", "rrf"),
+        ('M98 P"a.g"\nM584 X1\n', "rrf"),
+        ("<svg/>", "is XML, but no profile of Mach3: <profile> with <Preferences> was expected"),
+        ("[Motor0]\n", "is an INI file of no controller that leafcut knows"),
+        ("[ a]\n", "is of no kind that leafcut knows"),
+        ("$0=1\n$1=2\n", "is of no kind that leafcut knows"),
+        ('{"$0": "1", "$1": 2}', "is of no kind that leafcut knows"),
+        ("G0 X1\nG1 X2\n", "is a program, not the settings of a controller"),
+        ("G0 X1\n", "is of no kind that leafcut knows"),
+        ("M98 P1\n", "is of no kind that leafcut knows"),
+        ("M203 X1\n", "has M201 and M203 only" + UNCLEAR),
+        ("M203 X1\nM205 J1\nM566 X1\n", "has words of both Marlin and RepRapFirmware" + UNCLEAR),
+    ],
+)  # fmt: skip
+def test_settings_are_recognised_by_their_contents(text: str, kind: str) -> None:
+    try:
+        found = kind_of(text, "f")
+    except ReadError as problem:
+        found = problem.reason.partition("; importable")[0]
+    assert found == kind
+
+
+def test_the_file_of_a_sender_has_the_settings_of_the_board() -> None:
+    """Each setting with its line; the last one counts, and an empty one is no number."""
+    text = (HERE / "grbl_3018.txt").read_text(encoding="utf-8")
+    numbers = re.findall(r"^\$(\d+) ?= ?(\S+)", text, re.MULTILINE)
+    before = lines_of(imported(text, "f"))
+    for entry in ('{{"key": "${}", "value": "{}"}}', '"${}": "{}"', '"${}": {}'):
+        written = "{" + ",\n".join(entry.format(*pair) for pair in numbers) + "}"
+        after = lines_of(imported(written, "f"))
+        assert [line for line in without_numbers(after) if "GRBL" not in line] == [
+            line for line in without_numbers(before) if "GRBL" not in line
+        ]
+        rapid = next(number for number, pair in enumerate(numbers, 1) if pair[0] == "110")
+        assert any(f"lines {rapid} to {rapid + 2}" in line for line in after)
+        changed = written.replace(entry.format("110", dict(numbers)["110"]), entry.format("110", ""))
+        with pytest.raises(ReadError, match=rf"^f:{rapid}: \$110 is '', but must be a number$"):
+            imported(changed, "f")
