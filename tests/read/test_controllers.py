@@ -96,6 +96,12 @@ def of_file(name: str) -> ImportedMachine:
         ("[TRAJ]", "[HAL]\nHALFILE = plasma-5i20.hal\n[TRAJ]", "plasma"),
         ("[TRAJ]", "[PLASMA]\nCUT = 1\n[TRAJ]", "plasma"),
         ("[TRAJ]", "[QTPLASMAC]\nMODE = 0\n[HAL]\nHALFILE = plasma.hal\n[TRAJ]", "qtplasmac"),
+        ("DISPLAY = axis", "DISPLAY = qtvcp qtPLASMAc", "qtplasmac"),
+        ("DISPLAY = axis", "DISPLAY = gmoccapy Plasma", "plasma"),
+        ("[DISPLAY]", "[DISPLAY]\nPYVCP = plasma_panel.xml", "plasma"),
+        ("[DISPLAY]", "[DISPLAY]\nEMBED_TAB_COMMAND = gladevcp plasma.ui", "plasma"),
+        ("[TRAJ]", "[RS274NGC]\nPARAMETER_FILE = plasma.var\n[TRAJ]", "plasma"),
+        ("[TRAJ]", "[HAL]\nHALFILE = plasmac.hal\n[TRAJ]", "plasma"),
         ("[TRAJ]", "[TRAJ]", "linuxcnc"),
     ],
 )
@@ -104,6 +110,13 @@ def test_a_linuxcnc_file_that_names_plasma_is_of_a_plasma_table(old: str, new: s
     machine = imported(INI.replace(old, new, 1), "x.ini").machine
     assert machine.controller == controller
     assert (machine.head is Head.TORCH) is (controller != "linuxcnc")
+
+
+def test_the_preferences_of_mach3_may_be_the_whole_file() -> None:
+    inner = MACH3[MACH3.index("<Preferences>") : MACH3.index("</profile>")]
+    assert imported(inner, "mach3_mm.xml").text == imported(MACH3, "mach3_mm.xml").text
+    bare = "\ufeff <?xml version='1.0'?>\n" + MACH3.replace("<Profile>Router", "<Profile>Rou\x01ter")
+    assert imported(bare, "a.xml").machine.name == "Rou?ter"
 
 
 def test_there_are_three_files_of_each_kind() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from leafcut.errors import LeafcutError
 from leafcut.read.cutchart import find_cut_data, kinds_for, load_chart
 from plain_text import text_of
@@ -67,3 +69,31 @@ def lines() -> list[str]:
 
 def test_a_chart_gives_the_data_of_a_sheet_or_says_what_it_lacks() -> None:
     assert lines() == (TABLES / "chart.txt").read_text(encoding="utf-8").splitlines()
+
+
+COLUMNS = (
+    "a cut chart has process, material, thickness_mm, cut_speed_mm_min, amps, pierce_height_mm, pierce_delay_s, "
+    "cut_height_mm, kerf_width_mm, arc_volts, confidence, source, nozzle, gas, gas_l_min, second_gas, "
+    "second_gas_l_min, power_kw, abrasive_g_min, nozzle_life_h, nozzle_life_pierces, electrode_life_h, "
+    "electrode_life_pierces"
+)
+HEAD = "process,material,thickness_mm,cut_speed_mm_min,kerf_width_mm,nozzle_life_h\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "refusal"),
+    [
+        ("a,b\n1,2\n", f":1: has no column 'process'; {COLUMNS}"),
+        ("process,material,thickness_mm\n", f":1: has no column 'cut_speed_mm_min'; {COLUMNS}"),
+        (HEAD, ": has no rows"),
+        (HEAD + ",,,\n", ": has no rows"),
+        (HEAD + "plasma,steel,x,100\n", ":2: 'thickness_mm' is 'x', not a number"),
+        (HEAD + "\nplasma,steel,2,x\n", ":3: 'cut_speed_mm_min' is 'x', not a number"),
+        (HEAD + "plasma,steel,2,\n", ":2: 'cut_speed_mm_min' is '', not a number"),
+    ],
+)
+def test_a_chart_that_cannot_be_is_refused_with_its_line(text: str, refusal: str, tmp_path: Path) -> None:
+    (tmp_path / "chart.csv").write_text(text)
+    with pytest.raises(LeafcutError) as caught:
+        load_chart(tmp_path / "chart.csv")
+    assert str(caught.value) == f"{tmp_path / 'chart.csv'}{refusal}"
