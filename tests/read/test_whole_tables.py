@@ -16,7 +16,7 @@ from leafcut.read.controllers.importing import KINDS
 from leafcut.read.controllers.questions import QUESTIONS
 from leafcut.read.lettering import letters
 from leafcut.read.machine_keys import PROFILE_KEYS
-from leafcut.read.registry import format_name
+from leafcut.read.registry import BUILT_IN, format_name
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from plain_text import number, text_of
 
@@ -38,6 +38,9 @@ TEXTS: dict[str, Callable[[], list[str]]] = {
     "tool keys": lambda: [text_of(key) for key in (*TOOL_KEYS, *HOLE_KEYS)],
     "questions": lambda: [text_of(question) for question in QUESTIONS],
     "kinds of settings": lambda: [f"{name}: {kind.name}, {kind.help}" for name, kind in KINDS.items()],
+    "formats": lambda: [
+        f"{f.name} {' '.join((*f.extensions, *f.prefix))}: {f.help}; for {', '.join(f.processes)}" for f in BUILT_IN
+    ],
     "letters": lambda: [stroke_text(letter) for letter in LETTERS],
 }
 
