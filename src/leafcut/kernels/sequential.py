@@ -110,7 +110,7 @@ def record_exchange(
         p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
         b, c = c, b
     if r - p > capacity or not keeps_order(route, rules, p, q, r, swapped, b, c):
-        # On a ring, A C B with empty D equals C B A: another order with respect to the precedence.
+        # On a ring, A C B with empty D equals B A C: another order with respect to the precedence.
         if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
             return False
         p, q, r = -1, p, q

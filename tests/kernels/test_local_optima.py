@@ -1,0 +1,223 @@
+"""Searches find every gain of their neighbourhood: compared with trying all exchanges of small tours and paths."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued
+from leafcut.kernels.route import begin_bias
+from leafcut.kernels.sequential import find_exchange
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.order.directed import DirectedInstance, build_directed, route_of
+from leafcut.order.instance import Instance, build_instance, costs_of_edges
+from leafcut.order.kicks import work_tour
+from leafcut.order.precedence import keeps
+from plain_python import plain_python
+
+#: Nodes of a tour, and its edges in the order of `all_tours`.
+N = 8
+PAIRS = list(itertools.combinations(range(N), 2))
+INDEX = {frozenset(pair): index for index, pair in enumerate(PAIRS)}
+
+
+@functools.cache
+def all_tours() -> np.ndarray:
+    """Return the edges of every tour of eight nodes, bool[tours, edges]."""
+    tours = [(0, *rest) for rest in itertools.permutations(range(1, N)) if rest[0] < rest[-1]]
+    contains = np.zeros((len(tours), len(PAIRS)), dtype=bool)
+    for row, tour in enumerate(tours):
+        contains[row, [INDEX[frozenset(edge)] for edge in itertools.pairwise((*tour, tour[0]))]] = True
+    return contains
+
+
+def is_sequential(removed: np.ndarray, added: np.ndarray) -> bool:
+    """Return whether removed and added edges alternate on a single cycle without a repeated node."""
+    follower = [{}, {}]
+    for side, edges in enumerate((removed, added)):
+        for a, b in (PAIRS[e] for e in np.flatnonzero(edges)):
+            if a in follower[side] or b in follower[side]:
+                return False
+            follower[side].update({a: b, b: a})
+    first = at = next(iter(follower[0]))
+    steps = 0
+    while steps == 0 or at != first:
+        at, steps = follower[1][follower[0][at]], steps + 1
+    return steps == removed.sum()
+
+
+def costs_of(instance: Instance) -> np.ndarray:
+    """Return the costs of all edges."""
+    return np.array([float(instance.costs(a, b)[0]) for a, b in PAIRS])
+
+
+def tour_problem(seed: int, kind: str) -> RoutingProblem:
+    """Return a problem whose tour has eight nodes."""
+    rng = np.random.default_rng(seed)
+    ends = {"closed": {"closed": True}, "tied": {"start": (0.0, 0.0), "end": (20.0, 9.0)}, "free": {}}[kind]
+    xy = rng.integers(0, 25, (N - {"closed": 0, "tied": 2, "free": 1}[kind], 2)).astype(float)
+    metric = Metric(("euclidean", "linear", "manhattan")[seed % 3], (10.0, 20.0), (50.0, 40.0))
+    return RoutingProblem.of_points(xy, metric, **ends)
+
+
+@pytest.mark.parametrize("most", [2, 3, 4, 5])
+@pytest.mark.parametrize("kind", ["closed", "tied", "free"])
+def test_no_exchange_of_as_many_edges_as_are_tried_is_left(kind: str, most: int) -> None:
+    """All other tours are compared with the result: those that a sequential exchange yields are no shorter."""
+    contains = all_tours()
+    for seed in range(12):
+        instance = build_instance(tour_problem(seed, kind), 0)
+        first = np.random.default_rng(seed).permutation(N).astype(np.int32)
+        if instance.second >= 0:
+            rest = np.setdiff1d(first, [instance.first, instance.second], assume_unique=True)
+            first = np.array([instance.first, instance.second, *rest], dtype=np.int32)
+        tour = work_tour(first)
+        breadth = np.array([0] + [N] * (most - 1) + [0] * (5 - most), dtype=np.int64)
+        breadth = np.minimum(breadth, instance.candidates.shape[1])
+        before = instance.length(tour.node)
+        gained = improve_queued(instance.cost, tour, instance.candidates, instance.lengths, breadth, 10**6)
+        assert before - instance.length(tour.node) == pytest.approx(gained, abs=1e-9)
+        own = np.zeros(len(PAIRS), dtype=bool)
+        own[[INDEX[frozenset(e)] for e in itertools.pairwise([*tour.node.tolist(), int(tour.node[0])])]] = True
+        costs = costs_of(instance)
+        shorter = contains[contains @ costs < own @ costs - 1e-7]
+        within = shorter[(own & ~shorter).sum(axis=1) <= most]
+        assert not any(is_sequential(own & ~other, other & ~own) for other in within), (seed, tour.node)
+
+
+def test_a_move_has_no_more_edges_than_are_tried_and_its_ends_are_edges_of_the_tour() -> None:
+    found = set()
+    with plain_python():
+        for seed, most in itertools.product(range(6), (2, 3, 4, 5)):
+            instance = build_instance(tour_problem(seed, "closed"), 0)
+            tour = work_tour(np.random.default_rng(seed).permutation(N).astype(np.int32))
+            breadth = np.array([0] + [N - 1] * (most - 1) + [0] * (5 - most), dtype=np.int64)
+            for v in range(N):
+                arrays = (tour.node, tour.place, tour.move, tour.gain)
+                k = find_move(instance.cost, *arrays, instance.candidates, instance.lengths, breadth, v)
+                found.add(k)
+                ends = tour.move[ENDS, : 2 * k].tolist()
+                assert k <= most
+                assert all(
+                    abs(tour.place[a] - tour.place[b]) in (1, N - 1) for a, b in zip(ends[::2], ends[1::2], strict=True)
+                )
+                joined = list(zip(ends[1::2], [*ends[2::2], *ends[:1]], strict=True))
+                gain = sum(float(instance.costs(a, b)[0]) for a, b in zip(ends[::2], ends[1::2], strict=True))
+                gain -= sum(float(instance.costs(a, b)[0]) for a, b in joined)
+                assert k == 0 or tour.gain[0] == pytest.approx(gain)
+    assert found >= {0, 2, 3}
+
+
+def directed_problem(seed: int, pairs: int, closed: bool) -> RoutingProblem:
+    """Return seven cuts with random ends and some pairs of precedence."""
+    rng, n = np.random.default_rng(seed), 7
+    hidden = rng.permutation(n)
+    precedence = [hidden[np.sort(rng.choice(n, 2, replace=False))] for _ in range(pairs)]
+    return RoutingProblem(
+        rng.uniform(0, 90, (n, 2)),
+        rng.uniform(0, 90, (n, 2)),
+        np.arange(n, dtype=np.int32),
+        np.zeros(n),
+        Metric("linear", (4.0, 3.0), (9.0, 7.0)),
+        np.array(precedence, dtype=np.int32).reshape(-1, 2),
+        start=None if closed else (1.0, 2.0),
+        end=None if closed else (80.0, 70.0),
+        closed=closed,
+    )
+
+
+Exchange = tuple[list[list[int]], tuple[float, ...]]
+
+
+def exchanges_from(path: list[int], x: int, way: np.ndarray) -> Iterator[Exchange]:
+    """Yield the exchanges that give the node at place x another successor: the pieces of the new path, and the gains
+    along the exchange before its last new edge.
+
+    The path is a circle that starts at its first node; A, B, C and D are its pieces, ' means reversed.
+    """
+    n = len(path)
+
+    def on(k: int) -> int:
+        return path[(k + 1) % n]
+
+    def cut(k: int) -> float:
+        return float(way[path[k], on(k)])
+
+    def pieces(p: int, q: int, r: int) -> tuple[list[int], list[int], list[int], list[int]]:
+        return path[: p + 1], path[p + 1 : q + 1], path[q + 1 : r + 1], path[r + 1 :]
+
+    for p, q, r in itertools.combinations(range(n), 3):
+        a, b, c, d = pieces(p, q, r)
+        if x in (p, q, r):
+            first, second, third = {p: (p, q, r), q: (q, r, p), r: (r, p, q)}[x]
+            one = cut(first) - way[path[first], on(second)]
+            yield [a, c, b, d], (one, one + cut(second) - way[path[second], on(third)])
+        if x == p:
+            one = cut(p) - way[path[p], path[q + 1]]
+            yield [a, c, b[::-1], d], (one, one + cut(q) - way[path[r], path[q]])
+            one = cut(p) - way[path[p], path[r]]
+            yield [a, c[::-1], b, d], (one, one + cut(r) - way[path[q], on(r)])
+            if q > p + 1:
+                one = cut(p) - way[path[p], path[q]]
+                yield [a, b[::-1], c[::-1], d], (one, one + cut(q) - way[path[q + 1], on(r)])
+    for q in range(x + 2, n):
+        a, b, _, d = pieces(x, q, q)
+        yield [a, b[::-1], d], (cut(x) - way[path[x], path[q]],)
+
+
+def gains_of(instance: DirectedInstance, node: list[int], v: int, s: int, least: float) -> list[float]:
+    """Return the gains of all allowed exchanges at node v in direction s, each gain along them more than `least`."""
+    here = np.arange(instance.n, dtype=np.int32)
+    way = np.array(
+        [costs_of_edges(instance.cost, instance.leave[np.full(instance.n, a)], instance.enter) for a in here]
+    )
+    path, found = node if s > 0 else [node[0], *node[:0:-1]], []
+    way = way if s > 0 else way.T
+
+    def length(path: list[int]) -> float:
+        return float(sum(way[a, b] for a, b in itertools.pairwise([*path, path[0]])))
+
+    for pieces, along in exchanges_from(path, path.index(v), way):
+        new = list(itertools.chain(*pieces))
+        gain = length(path) - length(new)
+        forward = new if s > 0 else [new[0], *new[:0:-1]]
+        orders = [np.array([u for u in forward if u < instance.problem.n_clusters])]
+        if not instance.anchored:
+            # If no piece follows B on a ring, A C B and B A C are the same path in two orders.
+            kept = len(pieces) == 4 and all(piece == sorted(piece, key=path.index) for piece in pieces)
+            if kept and (not pieces[3] if s > 0 else len(pieces[0]) == 1):
+                orders.append(np.roll(orders[0], len(pieces[2] if s > 0 else pieces[1])))
+        if min(*along, gain) > least and any(keeps(instance.pairs, order) for order in orders):
+            found.append(gain)
+    return found
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("pairs", [0, 1, 4])
+def test_an_exchange_of_a_path_is_found_exactly_if_one_gains_all_along(closed: bool, pairs: int) -> None:
+    """Random paths, all nodes, both directions: the search agrees with trying all exchanges of up to three edges."""
+    outcomes = set()
+    breadth = np.array([20, 20], dtype=np.int64)
+    for seed in range(6):
+        instance, rng = build_directed(directed_problem(seed, pairs, closed), 6), np.random.default_rng(seed)
+        order = rng.permutation(7)
+        while not keeps(instance.pairs, order):
+            order = rng.permutation(7)
+        node = np.concatenate([[7], order] if not closed else [order]).astype(np.int32)
+        route = route_of(instance, node, instance.enter)
+        begin_bias(instance.cost, route)
+        for v, (s, lists) in itertools.product(
+            node.tolist(), ((1, instance.rules.onward), (-1, instance.rules.backward))
+        ):
+            least = float(rng.choice([1e-7, 3.0, 9.0]))
+            expected = gains_of(instance, node.tolist(), v, s, least)
+            with plain_python():
+                gain = find_exchange(instance.cost, route, instance.rules, lists, breadth, least, s, v)
+            outcomes.add(gain > 0.0)
+            assert (gain > 0.0) == bool(expected), (seed, v, s)
+            assert gain == 0.0 or any(gain == pytest.approx(g) for g in expected), (seed, v, s)
+    assert outcomes == {True, False}
