@@ -22,6 +22,7 @@ from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, settings_for
+from plain_random import Xorshift
 
 SIMPLE, COMPLEX = (
     Flight.of(FireflyOptions(variant=variant), limited=False) for variant in ("published", "published-complex")
@@ -34,19 +35,6 @@ def instance_of(n: int, seed: int = 1) -> Instance:
     places = rng.integers(0, 50, (n, 2)).astype(float)
     matrix = np.abs(places[:, None] - places).sum(axis=2)
     return build_instance(RoutingProblem.of_points(places, Metric("EXPLICIT", matrix=matrix), closed=True), 5)
-
-
-def random_numbers(word: int) -> Callable[[int], int]:
-    """Return a function of n that draws 0 … n - 1 by Marsaglia's xorshift (13, 7, 17)."""
-    state = word
-
-    def draw(n: int) -> int:
-        nonlocal state
-        for shift in (13, -7, 17):
-            state ^= (state << shift if shift > 0 else state >> -shift) & (2**64 - 1)
-        return int((state >> 11) / 2**53 * n)
-
-    return draw
 
 
 def plain_iteration(
@@ -96,7 +84,7 @@ def test_twelve_places_have_the_tours_of_a_plain_implementation(variant: str, mo
     d, plain = instance.cost.matrix.tolist(), swarm.tours.tolist()
     swarm.construct(0)
     for iteration in range(1, 20):
-        draw = random_numbers(int(random_words(3, iteration, count=1)[0]))
+        draw = Xorshift(int(random_words(3, iteration, count=1)[0])).below
         plain = plain_iteration(d, plain, iteration / 20, flight, draw)
         tours, lengths = swarm.construct(iteration)
         assert tours.tolist() == plain
