@@ -1,4 +1,4 @@
-"""Random steps of the searches: the same tours and paths as short plain implementations with the same random numbers."""
+"""Random steps of the searches: the tours and paths of short plain implementations with the same random numbers."""
 
 from __future__ import annotations
 
