@@ -31,6 +31,7 @@ from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import BREADTH, choices, descend, work_tour
 from leafcut.order.stop import Stop
 from plain_python import plain_python
+from plain_random import Xorshift
 
 SEEDS = st.integers(0, 2**31)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"])
@@ -163,3 +164,143 @@ def test_every_place_lies_in_the_piece_that_ends_at_the_next_cut(cuts: set[int],
     with plain_python():
         assert piece_at(cut, len(cut), place) == (after[0] if after else 0)
         assert sum(length_of_piece(cut, len(cut), s, 100) for s in range(len(cut))) == 100
+
+
+class PlainAssembly:
+    """Edge assembly of two tours without a final local search, written from the description."""
+
+    def __init__(self, instance: Instance, one: np.ndarray, two: np.ndarray, random: Xorshift) -> None:
+        self.instance, self.random, self.gain, self.ties = instance, random, 0.0, False
+        self.near = self.neighbours(one)
+        self.cycles = self.alternating_cycles(self.near, self.neighbours(two))
+
+    @staticmethod
+    def neighbours(tour: np.ndarray) -> list[list[int]]:
+        """Return the node before and the node after every node."""
+        near: list[list[int]] = [[] for _ in tour]
+        for before, v, after in zip(np.roll(tour, 1), tour, np.roll(tour, -1), strict=True):
+            near[v] = [int(before), int(after)]
+        return near
+
+    def cost(self, u: int, v: int) -> float:
+        """Return the cost of an edge."""
+        return float(self.instance.costs(u, v)[0])
+
+    def alternating_cycles(self, one: list[list[int]], two: list[list[int]]) -> list[list[int]]:
+        """Return AB-cycles of a random walk: it alternates between unused edges of both tours, and a cycle ends where
+        the walk has left a node by an edge of the same tour before.
+        """
+        unused = [
+            [[w for w in a if w not in b] for a, b in zip(x, y, strict=True)] for x, y in ((one, two), (two, one))
+        ]
+        starts = [v for v, edges in enumerate(unused[0]) if edges]
+        cycles: list[list[int]] = []
+        walk: list[int] = []
+        while True:
+            if not walk:
+                while starts:
+                    i = self.random.below(len(starts))
+                    starts[i], starts[-1] = starts[-1], starts[i]
+                    if unused[0][starts[-1]]:
+                        break
+                    starts.pop()
+                if not starts:
+                    return cycles
+                walk = [starts[-1]]
+            kind, u = (len(walk) - 1) % 2, walk[-1]
+            v = unused[kind][u].pop(self.random.below(2) if len(unused[kind][u]) == 2 else 0)
+            unused[kind][v].remove(u)
+            since = [k for k in range(len(walk)) if walk[k] == v and k % 2 == len(walk) % 2]
+            if not since:
+                walk.append(v)
+                continue
+            closed = walk[since[0] :]
+            cycles.append(closed if since[0] % 2 == 0 else [*closed[1:], closed[0]])
+            walk = walk[: since[0] + 1] if since[0] else []
+
+    def relinked(self, near: list[list[int]], removed: list[tuple[int, int]], added: list[tuple[int, int]]) -> float:
+        """Replace edges in `near`; return the gain."""
+        for u, v in removed:
+            near[u].remove(v)
+            near[v].remove(u)
+        for u, v in added:
+            near[u].append(v)
+            near[v].append(u)
+        return sum(self.cost(*edge) for edge in removed) - sum(self.cost(*edge) for edge in added)
+
+    def subtours(self, near: list[list[int]]) -> list[set[int]]:
+        """Return the nodes of every cycle."""
+        left, found = set(range(len(near))), []
+        while left:
+            subtour, reached = set(), [next(iter(left))]
+            while reached:
+                v = reached.pop()
+                if v not in subtour:
+                    subtour.add(v)
+                    reached += near[v]
+            found.append(subtour)
+            left -= subtour
+        return found
+
+    def child(self, cycle: list[int]) -> tuple[float, list[list[int]]]:
+        """Return the gain of a cycle, -inf if it has none of its own, and the neighbours of every node afterwards."""
+        near = [list(w) for w in self.near]
+        pairs = list(zip(cycle, [*cycle[1:], cycle[0]], strict=True))
+        gain = self.relinked(near, pairs[::2], pairs[1::2])
+        if gain <= 1e-9:
+            return -np.inf, near
+        while len(subtours := sorted(self.subtours(near), key=len)) > 1:
+            small = subtours[0]
+            self.ties |= len(subtours[1]) == len(small)
+            joins = [
+                (self.cost(u, v) + self.cost(w, x) - self.cost(u, w) - self.cost(v, x), (u, v, w, x))
+                for u in small
+                for v in near[u]
+                for w in self.instance.candidates[u].tolist()
+                if w >= 0 and w not in small
+                for x in near[w]
+            ]
+            if not joins:
+                return -np.inf, near
+            added, (u, v, w, x) = max(joins)
+            self.relinked(near, [(u, v), (w, x)], [(u, w), (v, x)])
+            gain += added
+        return gain, near
+
+    def run(self) -> None:
+        """Apply every cycle that gains, in random order; cycles whose edges are gone are left out."""
+        order = list(range(len(self.cycles)))
+        for c in range(len(order)):
+            pick = c + self.random.below(len(order) - c)
+            order[c], order[pick] = order[pick], order[c]
+            cycle = self.cycles[order[c]]
+            if all(v in self.near[u] for u, v in zip(cycle[::2], cycle[1::2], strict=True)):
+                gain, near = self.child(cycle)
+                if gain > 1e-9:
+                    self.gain, self.near = self.gain + gain, near
+
+
+def test_a_child_is_that_of_a_plain_implementation() -> None:
+    """Random tours, whose cycles leave many subtours; where two are the smallest, either may be joined first."""
+    compared, gained = 0, 0
+    for seed in range(40):
+        n = 12 + seed % 14
+        rng = np.random.default_rng(seed)
+        xy = rng.uniform(0, 25, (n, 2))
+        instance = build_instance(RoutingProblem.of_points(xy, closed=True), 8)
+        one = rng.permutation(n).astype(np.int32)
+        two = rng.permutation(n).astype(np.int32) if seed % 2 else two_tours(n, seed)[1][one]
+        plain = PlainAssembly(instance, one, two, Xorshift(seed + 1))
+        mine, gains, state = one.copy()[None], np.zeros(1), np.array([seed + 1], dtype=np.uint64)
+        assemble(
+            instance.cost, work_tour(one, queued=False), assembly_for(n), instance.candidates, instance.lengths,
+            np.zeros(5, dtype=np.int64), mine, two[None], state, gains, 0, 1,
+        )  # fmt: skip
+        plain.run()
+        if not plain.ties:
+            compared, gained = compared + 1, gained + (plain.gain > 0.0)
+            assert gains[0] == pytest.approx(plain.gain)
+            assert edges(mine[0]) == Counter(tuple(sorted((v, w))) for v in range(n) for w in plain.near[v] if v < w)
+            assert int(state[0]) == plain.random.state
+    assert compared > 10
+    assert gained > 10
