@@ -134,6 +134,72 @@ def test_the_bound_of_nine_nodes_is_near_their_optimum(name: str, ends: object) 
     assert np.mean(gaps) <= 0.01
 
 
+def plain_ascent(c: np.ndarray, hub: int, tied: int, upper: float, steps: int) -> float:
+    """Return the best value of Held and Karp's ascent with penalties of sets, from a matrix of costs.
+
+    The sets are those that single linkage joins; each is as wide as the gap between the edge that formed it and the
+    edge that joins it to another, and at least 30 % of that edge, divided by its nodes.
+    """
+    n = len(c)
+    penalty, best = np.zeros(n), -math.inf
+
+    def tree() -> list[tuple[int, int]]:
+        of, edges = {v: v for v in range(n)}, []
+        pairs = [(c[a, b] + penalty[a] + penalty[b], a, b) for a in range(n) for b in range(a) if hub not in (a, b)]
+        for _, a, b in sorted(pairs):
+            if of[a] != of[b]:
+                edges.append((a, b))
+                of = {v: of[a] if part == of[b] else part for v, part in of.items()}
+        return edges
+
+    sets: list[tuple[float, list[int]]] = []
+    part = {v: ([v], 0.0) for v in range(n)}
+    for a, b in tree():
+        length = c[a, b]
+        for nodes, formed in (part[a], part[b]):
+            sets.append((max(0.0, length - formed, 0.3 * length / len(nodes)), nodes))
+        joined = (part[a][0] + part[b][0], length)
+        part.update(dict.fromkeys(joined[0], joined))
+    for step in range(steps):
+        edges = tree()
+        near = sorted((v for v in range(n) if v != hub), key=lambda v: (v != tied, c[hub, v] + penalty[v]))[:2]
+        edges += [(hub, v) for v in near]
+        value = sum(c[a, b] + penalty[a] + penalty[b] for a, b in edges) - 2.0 * penalty.sum()
+        best = max(best, value)
+        excess = np.bincount(np.array(edges).ravel(), minlength=n) - 2.0
+        product = sum(width * excess[nodes].sum() ** 2 for width, nodes in sets)
+        if product == 0.0:
+            break
+        size = (1.0 - step / steps) ** 2 * (upper - value) / product
+        moves = [(nodes, size * width * excess[nodes].sum()) for width, nodes in sets]
+        for nodes, move in moves:
+            penalty[nodes] += move
+    return best
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_the_bound_is_the_best_value_of_a_plain_ascent(ends: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twelve steps, and all edges in the graph; rounding is allowed for by a billionth of all sums."""
+    monkeypatch.setattr(bound_module, "FEWEST_STEPS", 12)
+    monkeypatch.setattr(bound_module, "NODE_STEPS", 0)
+    monkeypatch.setattr(bound_module, "MOST_NEAR", 50)
+    gained = 0
+    for seed, n in enumerate((6, 9, 14, 20)):
+        xy = np.random.default_rng(seed).uniform(0, 40, (n, 2))
+        instance = build_instance(problem_of(xy, Metric("linear", **MACHINE), ends), 0)
+        hub = next((v for v in (instance.cost.free, instance.cost.tied_a) if v >= 0), instance.n - 1)
+        tied = {instance.cost.tied_a: instance.cost.tied_b, instance.cost.tied_b: instance.cost.tied_a}.get(hub, -1)
+        leave, arrive = np.indices((instance.n, instance.n), dtype=np.int32).reshape(2, -1)
+        c = bound_module.edge_lengths(instance.cost, np.stack([leave, arrive])).reshape(instance.n, instance.n)
+        upper = float(c.diagonal(1).sum() + c[-1, 0])
+        found = lower_bound(instance, upper)
+        assert found is not None
+        first = plain_ascent(c, hub, tied, upper, 1)
+        assert found == pytest.approx(plain_ascent(c, hub, tied, upper, 12), rel=1e-7)
+        gained += found > first + 1e-3
+    assert gained >= 3
+
+
 @pytest.mark.parametrize("n", [0, 1, 2, 3])
 @pytest.mark.parametrize("ends", ENDS)
 def test_up_to_three_nodes_have_one_tour_only(n: int, ends: object) -> None:
