@@ -58,6 +58,9 @@ def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_plac
         free = (away >= np.where(recent, edge, rules.radius) - 1e-9).all(axis=1)
         free &= rim @ way.back[i] >= way.xy[i] @ way.back[i]
         assert found.angle[i] == pytest.approx(free.mean() * math.pi, abs=0.02)
+        assert found.width[i] == pytest.approx(rules.radius * (free * np.cos(angles)).mean() * math.pi, abs=0.05)
+        nearest = math.cos(abs(angles[free]).min(initial=0.5 * math.pi)) if found.angle[i] > 0.0 else 0.0
+        assert found.chip[i] == pytest.approx(nearest, abs=0.02)
 
 
 def test_the_places_near_a_piece_of_a_way_are_all_that_it_is_no_further_from_than_their_limits() -> None:
