@@ -15,11 +15,16 @@ from leafcut.kernels.ordering import invert_runs
 from leafcut.kernels.route import begin_bias
 from leafcut.kernels.sequential import kick, kick_route
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import FireflyOptions, SolveOptions
 from leafcut.order.annealing import Forgetting
+from leafcut.order.construction import random_words
 from leafcut.order.directed import DirectedInstance, build_directed, route_of
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import work_tour
+from leafcut.order.literature.fireflies import PlaceFireflies
+from leafcut.order.literature.flight import Flight
 from leafcut.order.precedence import keeps
+from leafcut.order.stop import Stop
 from plain_python import plain_python
 from plain_random import Xorshift
 
@@ -60,21 +65,28 @@ def inverted(tour: list[int], first: int, size: int, *, keep_run: bool) -> list[
     return new
 
 
+def flown(costs: np.ndarray, tour: list[int], moves: int, longest: int, random: Xorshift) -> tuple[list[int], float]:
+    """Return a tour after inversions of random runs, of which those are kept that do not lengthen it, and the gain."""
+    h, gained = len(tour), 0.0
+    for _ in range(moves):
+        word = random.word()
+        first, size = ((word >> 32) * h) >> 32, 2 + (((word & 0xFFFFFFFF) * (longest - 1)) >> 32)
+        a, b, c, d = (tour[(first + k) % h] for k in (-1, 0, size - 1, size))
+        gain = float(costs[a, b]) + float(costs[c, d]) - float(costs[a, c]) - float(costs[b, d])
+        if gain >= 0.0:
+            tour, gained = inverted(tour, first, size, keep_run=False), gained + gain
+    return tour, gained
+
+
 @pytest.mark.parametrize(("h", "longest"), [(9, 7), (16, 9), (16, 3), (7, 2)])
 def test_flights_are_inversions_that_do_not_lengthen_the_tour(h: int, longest: int) -> None:
     half = np.random.default_rng(h).integers(0, 9, (h, h))
     costs = (half + half.T).astype(np.float32)
     tour = np.random.default_rng(h).permutation(h).astype(np.int32)
     state, random = words(h)
-    place, plain, gained = np.argsort(tour).astype(np.int32), tour.tolist(), 0.0
+    place = np.argsort(tour).astype(np.int32)
+    plain, gained = flown(costs, tour.tolist(), 400, longest, random)
     total = fly(costs, tour, place, 400, longest, state, 0)
-    for _ in range(400):
-        word = random.word()
-        first, size = ((word >> 32) * h) >> 32, 2 + (((word & 0xFFFFFFFF) * (longest - 1)) >> 32)
-        a, b, c, d = (plain[(first + k) % h] for k in (-1, 0, size - 1, size))
-        gain = float(costs[a, b]) + float(costs[c, d]) - float(costs[a, c]) - float(costs[b, d])
-        if gain >= 0.0:
-            plain, gained = inverted(plain, first, size, keep_run=False), gained + gain
     assert tour.tolist() == plain
     assert place.tolist() == np.argsort(plain).tolist()
     assert total == gained > 0.0
@@ -102,6 +114,37 @@ def test_two_inversions_that_nothing_mends_are_kept_unless_they_lengthen_the_tou
         kept += gain > 0.0
     assert kept > 2
     assert int(state[0]) == random.state
+
+
+def test_a_swarm_flies_as_a_plain_implementation_of_the_paper_does() -> None:
+    """Distance r = 10·A/h of A different edges; β = 20·exp(-0.015·r²) times h inversions of 2 to A nodes towards the
+    most attractive of the brighter ones; after 27 % of the iterations of at most a quarter of the nodes.
+    """
+    instance, iterations = places(14, 5), 10
+    h, flight = instance.n, Flight.of(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
+    options = SolveOptions(seed=3, local_search=False)
+    swarm = PlaceFireflies(instance, flight, options, Stop(iterations=iterations), None, 1)
+    costs = np.array([[length(instance, [a, b]) / 2.0 for b in range(h)] for a in range(h)])
+    swarm.construct(0)
+    tours = swarm.tours.tolist()
+    for iteration in range(1, iterations):
+        lengths = [length(instance, tour) for tour in tours]
+        states, new = random_words(3, iteration, count=4), []
+        for f, tour in enumerate(tours):
+            edges = [{frozenset(e) for e in itertools.pairwise([*t, t[0]])} for t in tours]
+            aims = []
+            for j in range(4):
+                if lengths[j] < lengths[f]:
+                    away = len(edges[f] - edges[j])
+                    beta = 2.0 * math.exp(-0.015 * (10.0 * away / h) ** 2)
+                    aims.append((beta * lengths[f] / lengths[j], -j, beta, away))
+            _, _, beta, away = max(aims, default=(0.0, 0, 2.0, h))
+            longest = max(2, min(away if iteration / iterations < 0.27 else min(away, 4), h - 2))
+            new.append(flown(costs, tour, max(1, round(beta * h)), longest, Xorshift(int(states[f])))[0])
+        tours = new
+        found, reported = swarm.construct(iteration)
+        assert found.tolist() == tours
+        assert reported.tolist() == [length(instance, tour) for tour in tours]
 
 
 def cycle(tour: list[int]) -> list[int]:

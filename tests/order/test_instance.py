@@ -47,13 +47,25 @@ def test_a_tour_costs_what_its_path_costs(n: int, seed: int, metric: str, ends: 
 
 @pytest.mark.parametrize("ends", ENDS)
 def test_the_path_does_not_depend_on_where_and_which_way_the_tour_is_written_down(ends: object) -> None:
-    instance = instance_of(40, 3, ends)
-    tour = random_tour(instance, 4)
-    paths = [instance.path(np.roll(way, by)) for way in (tour, tour[::-1]) for by in range(instance.n)]
-    assert all(np.array_equal(paths[0], p) for p in paths)
-    if ends == "closed":
-        assert paths[0][0] == 0
-        assert paths[0][1] < paths[0][-1]
+    instance = instance_of(12, 3, ends)
+    for seed in range(8):
+        tour = random_tour(instance, seed)
+        paths = [instance.path(np.roll(way, by)) for way in (tour, tour[::-1]) for by in range(instance.n)]
+        assert all(np.array_equal(paths[0], p) for p in paths)
+        if ends == "closed":
+            assert paths[0][0] == 0
+            assert paths[0][1] < paths[0][-1]
+        if ends == (None, None):
+            assert paths[0][0] < paths[0][-1]
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_the_places_of_a_tour_are_those_of_its_path_with_the_given_ends(ends: object) -> None:
+    instance = instance_of(12, 3, ends)
+    tour = random_tour(instance, 5)
+    path = instance.problem.entry[instance.path(tour)].tolist()
+    first, last = ([], [path[0]]) if ends == "closed" else ([list(p)] if p is not None else [] for p in ends)
+    assert instance.places(tour).tolist() == [*first, *path, *last]
 
 
 @pytest.mark.parametrize("ends", ENDS)
@@ -101,7 +113,7 @@ def test_the_same_points_always_get_the_same_numbers_and_lists() -> None:
     assert np.array_equal(one.candidates, two.candidates)
 
 
-@given(st.integers(1, 24), st.integers(1, 30), st.integers(0, 10_000))
+@given(st.integers(1, 60), st.integers(1, 30), st.integers(0, 10_000))
 def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -> None:
     """Ties are broken by the lower number; rows and columns without nodes stay empty.
 
