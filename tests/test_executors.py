@@ -20,11 +20,14 @@ from typing import Any
 import pytest
 
 from dask_cluster import Cluster
+from leafcut._version import __version__
 from leafcut.errors import OptionError, ReadError
 from leafcut.order.executors import (
     ExecutorError,
     WatchedExecutor,
+    _check_version,
     _check_workers,
+    _Dask,
     check_executor,
     open_executor,
     run_tasks,
@@ -226,3 +229,95 @@ def test_a_scheduler_that_dies_during_a_task_is_one_line(cluster: Cluster) -> No
         cluster.scheduler.send_signal(signal.SIGKILL)
         out = client.stdout.read()
     assert out == f"{cluster.spec}: the scheduler has stopped; restart it and repeat the command\n"
+
+
+class FakeClient:
+    """A Dask client whose cluster runs each task at once, with the outcome of the test."""
+
+    def __init__(self) -> None:
+        self.status, self.workers = "running", {"a": 1}
+        self.outcome: BaseException | None = None
+        self.closed: list[float] = []
+
+    def nthreads(self) -> dict[str, int]:
+        return {"a": 2, "b": 3}
+
+    def get_executor(self, *, pure: bool) -> FakeClient:
+        assert not pure
+        return self
+
+    def submit(self, work: Callable[..., Any], *given: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        if isinstance(self.outcome, CancelledError):
+            done.cancel()
+            done.set_running_or_notify_cancel()
+        elif self.outcome is not None:
+            done.set_exception(self.outcome)
+        else:
+            done.set_result(work(*given))
+        return done
+
+    def scheduler_info(self, *, n_workers: int) -> dict[str, Any]:
+        assert n_workers == -1
+        if self.status == "broken":
+            raise OSError
+        return {"workers": self.workers}
+
+    def close(self, timeout: float) -> None:
+        self.closed.append(timeout)
+        raise OSError("the scheduler is gone")
+
+
+class KilledWorker(Exception):
+    """Named like the error of Dask for a task that ended every worker."""
+
+
+def test_a_cluster_has_the_threads_of_its_workers_and_passes_on_results_and_errors() -> None:
+    client = FakeClient()
+    executor = _Dask(client, "dask://here:1", 0)
+    assert (executor.workers, executor.together) == (5, 3)
+    assert _Dask(client, "dask://here:1", 4).workers == 4
+    assert executor.submit(int, "21", base=8).result() == 17
+    for outcome, kind, words in (
+        (KilledWorker(), ExecutorError, "every worker that started this task died (not enough memory?)"),
+        (ValueError("no"), ValueError, "no"),
+        (CancelledError(), CancelledError, ""),
+    ):
+        client.outcome = outcome
+        problem = executor.submit(int, "1").exception()
+        assert type(problem) is kind
+        assert str(problem) == words
+    executor.shutdown()
+    assert client.closed == [2]
+
+
+def test_a_lost_scheduler_and_ten_minutes_without_a_worker_end_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [1000.0]
+    monkeypatch.setattr("leafcut.order.executors.time", SimpleNamespace(monotonic=lambda: now[0]))
+    client = FakeClient()
+    executor = _Dask(client, "dask://here:1", 0)
+    client.workers = {}
+    now[0] += 600.0
+    executor.check()
+    client.workers = {"a": 1}
+    now[0] += 1.0
+    executor.check()
+    client.workers = {}
+    now[0] += 600.0
+    executor.check()
+    now[0] += 1.0
+    with pytest.raises(ExecutorError) as refused:
+        executor.check()
+    assert str(refused.value) == "dask://here:1: no worker for 10 minutes; start one and go on"
+    client.status = "closed"
+    for call in (executor.check, lambda: executor.submit(int, "1")):
+        with pytest.raises(ExecutorError) as refused:
+            call()
+        assert str(refused.value) == "dask://here:1: the scheduler has stopped; restart it and repeat the command"
+
+
+def test_a_worker_with_another_version_is_refused_with_both_versions() -> None:
+    with pytest.raises(ExecutorError) as refused:
+        _check_version("0.0.1")
+    assert str(refused.value) == (f"a worker has leafcut {__version__}, this machine 0.0.1; install one version on all")
+    _check_version(__version__)

@@ -17,6 +17,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import construction
 from leafcut.order.construction import greedy, nearest_neighbour
 from leafcut.order.instance import build_instance
+from plain_python import plain_python
 
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
 
@@ -157,3 +158,27 @@ def test_the_nearest_neighbour_of_a_table_always_goes_to_the_cheapest_that_is_le
     assert sorted(path) == list(range(30))
     for k in range(29):
         assert matrix[path[k], path[k + 1]] == min(matrix[path[k], later] for later in path[k + 1 :])
+
+
+@pytest.mark.parametrize("name", ["euclidean", "EXPLICIT"])
+@pytest.mark.parametrize("ends", ENDS)
+def test_the_nearest_neighbours_of_many_nodes_are_found_by_the_kernel(
+    name: str, ends: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without positions and after the free node, all nodes are compared; the free node is left for the first one."""
+    if name == "EXPLICIT" and ends not in ("closed", (None, None)):
+        return  # a table has no costs to a given start or end
+    monkeypatch.setattr(construction, "FEW", 0)
+    half = np.random.default_rng(2).uniform(0, 50, (25, 25))
+    metric = Metric(name, matrix=half + half.T) if name == "EXPLICIT" else None
+    instance = build_instance(problem_of(np.random.default_rng(1).uniform(0, 50, (25, 2)), ends, metric), 6)
+    xy, free = instance.cost.xy, instance.cost.free
+    tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
+    while len(tour) < instance.n:
+        here, left = tour[-1], [v for v in range(instance.n) if v not in tour]
+        if here == free or name == "EXPLICIT":
+            tour.append(min(left, key=lambda v: float(instance.costs(here, v)[0])))
+        else:
+            tour.append(min((v for v in left if v != free), key=lambda v: math.dist(xy[here], xy[v])))
+    with plain_python():
+        assert nearest_neighbour(instance).tolist() == tour
