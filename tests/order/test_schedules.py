@@ -211,3 +211,15 @@ def test_generations_end_with_the_iterations_or_once_all_tours_cost_the_same(mon
     assert colonies(monkeypatch, lambda _: 0.0, Stop(iterations=8), math.inf)[:2] == ([8, 32, 50], 8)
     monkeypatch.setattr(colony, "differ", lambda _: False)
     assert colonies(monkeypatch, lambda _: 0.0, Stop(), math.inf)[1] == 0
+
+
+def test_ants_that_kick_are_founded_while_there_is_time_for_them_and_none_without_kicks_after_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each kicks half as often as there are nodes; kicks of the best tour follow."""
+    time_left, given = iter([True, True, False]), []
+    monkeypatch.setattr(colony, "_have_time_to_kick", lambda *_: next(time_left))
+    monkeypatch.setattr(colony, "_how_many", lambda *a: given.append(a[5]) or 8)
+    found = colonies(monkeypatch, lambda _: 1.0, Stop(), math.inf)
+    assert found == ([8, 8], 12, math.inf, False)
+    assert given == [True, True]
