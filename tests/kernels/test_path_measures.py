@@ -39,6 +39,32 @@ def test_the_neighbour_of_a_place_is_that_of_the_smallest_disc_beside_it(spread:
             assert (row[i], height[i], radius[i]) == (best, pytest.approx(over[best]), pytest.approx(radii[best]))
 
 
+def test_of_equal_discs_the_highest_point_counts_and_of_equal_points_the_last() -> None:
+    """Places of a grid, each of them twice, around places between them; the first reach is a fifth of the spacing."""
+    grid = np.array([(i, j) for i in range(9) for j in range(7)], dtype=float)
+    others = np.concatenate([grid, grid])
+    places = grid[16:45:3] + np.array([0.5, 0.0])
+    normal = np.tile([(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (0.6, 0.8)], (len(places), 1))[: len(places)]
+    n = len(places)
+    height, row, radius = np.zeros(n), np.zeros(n, np.int64), np.zeros(n)
+    x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
+    find_neighbours(bands_of(others, 0.7), x, y, nx, ny, Reaches(0.2, 30.0), 1e-9, height, row, radius)
+    for i in range(n):
+        away = others - places[i]
+        over = away @ normal[i]
+        with np.errstate(divide="ignore"):
+            radii = np.where(over > 1e-12, (away**2).sum(axis=1) / (2.0 * over), np.inf)
+        if radii.min() == math.inf:
+            assert height[i] == 0.0
+            continue
+        smallest = np.flatnonzero(radii <= radii.min() * (1.0 + 1e-9))
+        highest = smallest[over[smallest] >= over[smallest].max() - 1e-12]
+        assert height[i] == pytest.approx(over[highest[-1]])
+        assert radius[i] == pytest.approx(radii.min())
+        assert others[row[i]].tolist() in others[highest].tolist()
+        assert row[i] >= len(grid)
+
+
 def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_places_leave() -> None:
     rules = PocketRules(tool_diameter=4.0, step_over=2.4)
     corners = np.random.default_rng(8).uniform(0.0, 9.0, (6, 2))

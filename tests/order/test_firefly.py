@@ -15,11 +15,12 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
+from leafcut.order.directed import build_directed
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import BREADTH, choices, work_tour
 from leafcut.order.literature import fireflies, flight
-from leafcut.order.literature.fireflies import all_costs
-from leafcut.order.literature.flight import Flight
+from leafcut.order.literature.fireflies import ChoiceFireflies, PlaceFireflies, all_costs
+from leafcut.order.literature.flight import Flight, Swarm
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
@@ -162,3 +163,32 @@ def test_a_share_of_the_iterations_or_of_the_time_has_gone() -> None:
     assert flight.share_done(Stop(iterations=10), 5) == 0.5
     assert flight.share_done(Stop(), 5) == 0.0
     assert flight.share_done(Stop(seconds=1e-9), 0) > 1.0
+
+
+def budget_of(swarm: Swarm, **options: object) -> tuple[float, float]:
+    """Return the most iterations, and those without a gain, that a swarm sets."""
+    stop = Stop()
+    swarm.set_budget(stop, SolveOptions(algorithm="firefly", **options))  # type: ignore[arg-type]
+    return stop.iterations, stop.patience
+
+
+def test_a_preset_has_a_number_of_inversions_repaired_moves_or_visits() -> None:
+    """11 fireflies on 50 places: 20 flights of 50 inversions each, or 50 repaired moves; 2·10⁷ and 2·10⁴ if fast.
+
+    Orders of 10 clusters and the anchor take 11·11·20 visits; 2·10⁵ if fast, and 30 iterations without a gain.
+    """
+    instance = instance_of(50)
+    bare, mended = (
+        PlaceFireflies(instance, SIMPLE, SolveOptions(local_search=local), Stop(), None, 1) for local in (False, True)
+    )
+    assert budget_of(bare, preset="fast") == (math.ceil(2e7 / (11 * 1000)), math.inf)
+    assert budget_of(bare) == (math.ceil(4e8 / (11 * 1000)), math.inf)
+    assert budget_of(mended, preset="fast") == (math.ceil(2e4 / (11 * 50)), math.inf)
+    assert budget_of(mended, preset="thorough") == (math.ceil(1e7 / (11 * 50)), math.inf)
+    assert budget_of(mended, iterations=7) == (7, math.inf)
+    assert budget_of(mended, time_limit=7.0) == (math.inf, math.inf)
+    rng = np.random.default_rng(1)
+    cuts = RoutingProblem(*rng.uniform(0, 9, (2, 10, 2)), np.arange(10, dtype=np.int32), np.zeros(10))
+    orders = ChoiceFireflies(build_directed(cuts, 5), SIMPLE, SolveOptions(), Stop())
+    assert budget_of(orders, preset="fast") == (math.ceil(2e5 / (11 * 11 * 20)), 30)
+    assert budget_of(orders, preset="thorough") == (math.ceil(1e8 / (11 * 11 * 20)), 2000)

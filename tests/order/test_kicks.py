@@ -10,6 +10,7 @@ import pytest
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import WAITING, improve_queued
 from leafcut.model.problem import RoutingProblem
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import kicks
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance
@@ -21,9 +22,10 @@ from leafcut.order.kicks import (
     improve_by_kicks,
     kick_on,
     queue_waiting,
+    run_kicks,
     work_tour,
 )
-from leafcut.order.search import Best
+from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.stop import Stop
 
 
@@ -201,3 +203,28 @@ def test_no_more_candidates_are_tried_than_there_are() -> None:
     xy = np.random.default_rng(1).uniform(0, 9, (6, 2))
     few = build_instance(RoutingProblem.of_points(xy, closed=True), 3)
     assert choices(few, (0, 8, 4, 2, 1)).tolist() == [0, 3, 3, 2, 1]
+
+
+@pytest.mark.parametrize(
+    ("n", "options", "iterations"),
+    [
+        (60, {"preset": "fast"}, 3),
+        (90, {"preset": "fast"}, 5),
+        (15, {"preset": "default"}, 8),
+        (40, {"iterations": 4}, 4),
+    ],
+)
+def test_a_preset_has_a_number_of_kicks_per_node_and_the_result_counts_them(
+    n: int, options: dict[str, object], iterations: int
+) -> None:
+    """200 kicks an iteration; 10 per node if fast, 100 by default."""
+    instance = field(n, 3)
+    best = Best(Stop())
+    run = AlgorithmRun(SolveOptions(algorithm="kicks", **options), AcoOptions(), FireflyOptions(), best)  # type: ignore[arg-type]
+    found = run_kicks(instance, run)
+    assert found.iterations == best.stop.iterations == iterations
+    assert np.array_equal(found.tour, best.tour)
+    check_best(instance, best)
+    (worker,) = found.workers
+    assert (worker.worker, worker.ants, worker.best) == (0, 200 * iterations, best.cost)
+    assert worker.seconds > 0.0

@@ -12,7 +12,8 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import stop
-from leafcut.order.observing import FAINT, on_lists
+from leafcut.order.instance import build_instance
+from leafcut.order.observing import FAINT, of_tours, on_lists
 from leafcut.order.solve import solve
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
@@ -191,3 +192,44 @@ def test_what_an_observer_raises_ends_the_search() -> None:
 
     with pytest.raises(threading.BrokenBarrierError):
         solve(points(40), options("mmas"), observe=broken)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_edges_of_a_colony_have_the_share_of_ants_that_use_them(closed: bool) -> None:
+    """Strongest first; edges of the free end are left out; of 40 ants 32 count, evenly spaced."""
+    rng, n = np.random.default_rng(3), 9
+    instance = build_instance(RoutingProblem.of_points(rng.uniform(0, 9, (n, 2)), closed=closed), 5)
+    for ants in (4, 40):
+        tours = np.array([rng.permutation(instance.n) for _ in range(ants)], dtype=np.int32)
+        shown = tours if ants == 4 else tours[[int(k * 39 / 31) for k in range(32)]]
+        used: dict[tuple[int, int], float] = {}
+        for tour in shown:
+            clusters = instance.label[tour].tolist()
+            for a, b in zip(clusters, [*clusters[1:], clusters[0]], strict=True):
+                if max(a, b) < n:
+                    edge = (min(a, b), max(a, b))
+                    used[edge] = used.get(edge, 0.0) + 1.0 / len(shown)
+        laid = of_tours(instance, tours)
+        assert laid.strength.tolist() == sorted(laid.strength.tolist(), reverse=True)
+        found = dict(zip(map(tuple, laid.edges.tolist()), laid.strength.tolist(), strict=True))
+        assert found == pytest.approx(used, abs=1e-6)
+
+
+def test_an_edge_is_as_strong_as_twice_its_larger_share_of_the_pheromone_at_an_end() -> None:
+    """Trails to the cluster itself, to none, and to nodes that are no cluster do not count; nor do faint edges."""
+    xy = np.random.default_rng(1).uniform(0, 9, (5, 2))
+    owner = np.array([2, 0, 1, 4, 3], dtype=np.int32)
+    lists = np.array([[0, 1, 2, -1], [1, 2, 3, 9], [0, 3, 4, 2], [0, 1, 5, 3], [4, 1, -1, -1]], dtype=np.int32)
+    trails = np.random.default_rng(2).uniform(0.1, 1.0, lists.shape)
+    trails[2, 2] = 0.001
+    wanted: dict[tuple[int, int], float] = {}
+    for own, row, amounts in zip(owner.tolist(), lists.tolist(), trails.tolist(), strict=True):
+        counted = {j: a for j, a in zip(row, amounts, strict=True) if 0 <= j < 5 and j != own}
+        for j, amount in counted.items():
+            share = 2.0 * amount / sum(counted.values())
+            edge = (min(own, j), max(own, j))
+            if share > 0.02:
+                wanted[edge] = max(wanted.get(edge, 0.0), min(share, 1.0))
+    laid = on_lists(xy, owner, lists, trails)
+    found = dict(zip(map(tuple, laid.edges.tolist()), laid.strength.tolist(), strict=True))
+    assert found == pytest.approx(wanted, abs=1e-6)
