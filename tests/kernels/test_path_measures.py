@@ -9,12 +9,14 @@ import pytest
 import shapely
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
 from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.material.bands import bands_of
 from leafcut.material.engagement import engagement
 from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
+from plain_python import plain_python
 
 
 @pytest.mark.parametrize("spread", [(10.0, 10.0), (40.0, 0.0), (0.0, 40.0), (1e-3, 60.0)])
@@ -101,3 +103,62 @@ def test_the_places_near_a_piece_of_a_way_are_all_that_it_is_no_further_from_tha
     expected = {(int(pieces[i]), int(k)) for i, k in np.argwhere(away <= limits)}
     assert set(zip(piece.tolist(), place.tolist(), strict=True)) == expected and len(piece) == len(expected)
     assert [len(part) for part in CoveragePoints(places[:0], limits[:0], pieces).near(way)] == [0, 0]
+
+
+def merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the parts of −π/2 … π/2 that no interval covers."""
+    left, to = [], -0.5 * math.pi
+    for low, high in sorted(intervals):
+        if low > to:
+            left.append((to, min(low, 0.5 * math.pi)))
+        to = max(to, high)
+    return [(a, b) for a, b in [*left, (to, 0.5 * math.pi)] if b > a]
+
+
+def test_the_engaged_edge_is_that_of_all_intervals_of_all_earlier_discs() -> None:
+    """Two runs over each other: discs of the same run within 1.5 mm are a little smaller, and one at the same place
+    covers nothing; of the other run, it covers all.
+    """
+    rng, n = np.random.default_rng(6), 90
+    turn = np.cumsum(rng.uniform(-0.6, 0.6, n))
+    step = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    xy = np.cumsum(0.5 * step, axis=0) % 6.0
+    xy[30], xy[70] = xy[29], xy[20]
+    ahead, back = step, np.concatenate([[(math.nan, math.nan)], step[:-1]])
+    back[50] = math.nan
+    run, station = np.repeat([0, 1], [50, 40]), 0.5 * np.arange(n)
+    tool = ToolEdge(radius=1.6, edge=1.55, near=1.5, nothing=1e-6)
+    columns = [np.ascontiguousarray(c) for c in (*xy.T, *ahead.T, *back.T)]
+    angle, width, nearest = (np.zeros(n) for _ in range(3))
+    scratch = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
+    path = EdgePath(*columns, run, station)
+    with plain_python():
+        engaged_edges(bands_of(xy, 1.0), path, tool, *scratch, angle, width, nearest)
+    for i in range(n):
+        intervals = []
+        direction = math.atan2(ahead[i, 1], ahead[i, 0])
+
+        def cover(dx: float, dy: float, half: float, intervals: list = intervals, direction: float = direction) -> None:
+            middle = math.atan2(dy, dx) - direction
+            intervals += [(middle - half + k * math.tau, middle + half + k * math.tau) for k in (-2, -1, 0, 1, 2)]
+
+        if math.isfinite(back[i, 0]):
+            cover(-back[i, 0], -back[i, 1], 0.5 * math.pi)
+        for j in range(i):
+            away = xy[j] - xy[i]
+            distance = float(np.hypot(*away))
+            recent = run[i] == run[j] and station[i] - station[j] < 1.5
+            if distance == 0.0:
+                intervals += [] if recent else [(-4.0, 4.0)]
+            elif distance < 3.2:
+                disc = 1.55 if recent else 1.6
+                cosine = (1.55**2 + distance**2 - disc**2) / (2.0 * 1.55 * distance)
+                if cosine < 1.0:
+                    cover(*away, math.acos(max(cosine, -1.0)))
+        left = [(a, b) for a, b in merged(intervals) if b - a > 1e-9]
+        assert angle[i] == pytest.approx(sum(b - a for a, b in left), abs=1e-6)
+        assert width[i] == pytest.approx(sum(math.sin(b) - math.sin(a) for a, b in left), abs=1e-6)
+        smallest = min((max(a, -b, 0.0) for a, b in left), default=0.5 * math.pi)
+        assert nearest[i] == pytest.approx(smallest, abs=1e-6)
+    assert (angle > 0.0).sum() > 20
+    assert (angle == 0.0).sum() > 5
