@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import exchange, improve
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.instance import build_instance
+from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import work_tour
 from leafcut.order.literature.places import improve_locally
 from leafcut.order.stop import Stop
@@ -160,3 +160,70 @@ def test_a_crossing_is_taken_out() -> None:
     tour = np.array([0, 1, 2, 3, 4], dtype=np.int32)
     improve_locally(instance, tour, Stop())
     assert tour_cost(instance.cost, tour) == 40.0
+
+
+def plain_move(instance: Instance, tour: list[int], a: int) -> tuple[list[int], list[int]] | None:
+    """Return the tour after the first improving move at a node, and the nodes at its ends: an exchange of two edges,
+    otherwise a run of up to three nodes that starts at the node; each is tried in the direction of the tour first.
+    """
+
+    def way(u: int, v: int) -> float:
+        return float(instance.costs(u, v)[0])
+
+    near = [c for c in instance.candidates[a].tolist() if c >= 0]
+    at = tour.index(a)
+    onward = tour[at:] + tour[:at]
+    directions = onward, [a, *onward[:0:-1]]
+    for path in directions:
+        b = path[1]
+        for c in near:
+            gain = way(a, b) - way(a, c)
+            if gain <= 1e-9:
+                break
+            k = path.index(c)
+            d = path[(k + 1) % len(path)]
+            if c != b and d != a and gain + way(c, d) - way(b, d) > 1e-9:
+                return [a, *path[1 : k + 1][::-1], *path[k + 1 :]], [a, b, c, d]
+    for path in directions:
+        for size in (1, 2, 3):
+            run, rest = path[:size], path[size:]
+            p, e, q = rest[-1], run[-1], rest[0]
+            removed = way(p, a) + way(e, q) - way(p, q)
+            for c in near:
+                gain = removed - way(a, c)
+                if gain <= 1e-9:
+                    break
+                if c in run:
+                    continue
+                k = rest.index(c)
+                for d, new in (
+                    (path[(size + k + 1) % len(path)], [*rest[: k + 1], *run, *rest[k + 1 :]]),
+                    (path[size + k - 1], [*rest[:k], *run[::-1], *rest[k:]]),
+                ):
+                    if d not in run and gain + way(c, d) - way(e, d) > 1e-9:
+                        return new, [p, a, e, q, c, d]
+    return None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_move_is_that_of_a_plain_implementation(seed: int) -> None:
+    """One at a time, with the nodes that wait to be examined."""
+    rng, n, kinds = np.random.default_rng(seed), 24, set()
+    instance = build_instance(RoutingProblem.of_points(rng.uniform(0, 30, (n, 2)), closed=True), 7)
+    work = work_tour(rng.permutation(n).astype(np.int32))
+    queue = work.node.tolist()
+    while queue:
+        tour, moved = work.node.tolist(), None
+        while queue and moved is None:
+            moved = plain_move(instance, tour, queue.pop(0))
+        with plain_python():
+            assert improve(instance.cost, work, instance.candidates, 1) == (moved is not None)
+        if moved is not None:
+            tour, touched = moved
+            queue += [v for k, v in enumerate(touched) if v not in queue and v not in touched[:k]]
+            kinds.add(len(touched))
+        at = tour.index(int(work.node[0]))
+        wanted = tour[at:] + tour[:at]
+        assert work.node.tolist() in (wanted, [wanted[0], *wanted[:0:-1]])
+        assert [int(work.queue[(work.counts[0] + k) % n]) for k in range(work.counts[1])] == queue
+    assert kinds == {4, 6}
