@@ -310,12 +310,12 @@ def drilled(**values: float | str) -> Rows:
         (
             lambda b: b.blending(640, 0.1, line=3), lambda b: b.blending(640, 0.1006, line=3),
             lambda b: b.blending(640, 0.2, line=3),
-            "switch", "planned blending G64, written blending G64",
+            "switch", "planned blending G64 P0.1, written blending G64 P0.2",
         ),
         (
             lambda b: b.blending(640, 0.1, line=3), lambda b: b.blending(640, 0.1, line=3),
             lambda b: b.blending(610, 0.1, line=3),
-            "command", "planned blending G64, written blending G61",
+            "command", "planned blending G64 P0.1, written blending G61 P0.1",
         ),
         (
             lambda b: b.torch(True, 3), lambda b: b.torch(True, 3), lambda b: b.torch(False, 3),

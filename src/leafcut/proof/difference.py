@@ -52,7 +52,8 @@ def describe(motion: Motion) -> str:
     if motion.kind is Kind.RADIUS:
         return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
-        return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
+        tolerance = f" P{motion.value:g}" if motion.kind is Kind.BLENDING and motion.value else ""
+        return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}{tolerance}"
     if motion.kind in (Kind.TORCH, Kind.HEIGHT):
         return f"{_WORDS[motion.kind]} {'on' if motion.value else 'off'}"
     return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
