@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Mask
@@ -69,6 +68,8 @@ DangerCheck = tuple[str, Mask, str]
 
 def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
     """Return the height of the hole there, otherwise the highest, mm, float64[n]."""
+    import shapely  # heavy, and needed for holes at drawn heights only
+
     result = np.full(len(path), highest)
     with_position = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
     holes: Any = shapely.points(tops[:, :2])

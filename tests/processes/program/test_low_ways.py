@@ -220,7 +220,7 @@ def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
     monkeypatch.setattr(
         pace._Pacing, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW)
     )
-    for program, options, words in ((text, {}, "too near to the material"), (over, clamp, "speeds stay")):
+    for program, options, words in ((text, {}, "too near to the material"), (over, clamp, "the speeds are unchanged")):
         found = reordered(tmp_path, program, air=True, workpiece=BLOCK, **options)
         assert "G3" in found.text
         assert [words in line for line in told(found)] == [True]

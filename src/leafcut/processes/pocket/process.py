@@ -86,7 +86,7 @@ class Pocketing(Process):
         "start_point": ("start point of the tool, x,y, or free", ""),
         "end_point": ("", "where the last cut ends"),
         "feeds": (
-            "adapt the feed to the load: faster where chips are thinner than in a full slot, slower where a cut needs "
+            "adapt the feed to the load: faster where chips are thin, slower where a cut needs "
             "more power than the spindle has",
             "",
         ),
