@@ -14,7 +14,7 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from benchmarks import page
@@ -84,24 +84,34 @@ Processor time and peak resident memory of each process, interpreter and librari
     return 0
 
 
-#: Starts a program, waits for it, and prints its processor seconds, its peak memory in bytes and its exit status.
+#: Starts a program, waits for it, and prints its processor seconds, its peak memory in bytes and its exit status. First
+#: argument: most processor seconds, 0 for no limit. The output of the program goes to files of the working folder.
 _LAUNCHER = """
-import json, os, subprocess, sys
-child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+import json, os, resource, subprocess, sys
+most, *command = sys.argv[1:]
+if int(most):
+    resource.setrlimit(resource.RLIMIT_CPU, (int(most), int(most)))
+with open("stdout", "wb") as stdout, open("stderr", "wb") as stderr:
+    child = subprocess.Popen(command, stdout=stdout, stderr=stderr)
 _, status, used = os.wait4(child.pid, 0)
 child.returncode = os.waitstatus_to_exitcode(status)
 print(json.dumps([used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, child.returncode]))
 """
 
 
-def run(words: list[str], folder: str) -> tuple[float, float, int]:
-    """Return processor seconds, peak memory in bytes and exit status of a leafcut command.
+def launch(
+    command: Sequence[str], folder: str, most: int = 0, environment: Mapping[str, str] | None = None
+) -> tuple[float, float, int]:
+    """Return processor seconds, peak memory in bytes and exit status of a program, killed after `most` seconds of them.
 
-    A small process starts the command: on Linux a process inherits the peak memory of its parent.
+    A small process starts the program: on Linux a process inherits the peak memory of its parent.
     """
-    leafcut = [sys.executable, "-c", "from leafcut.cli.app import main; main()", *words]
-    done = subprocess.run(
-        [sys.executable, "-S", "-c", _LAUNCHER, *leafcut], cwd=folder, stdout=subprocess.PIPE, check=True
-    )
+    launcher = [sys.executable, "-S", "-c", _LAUNCHER, str(most), *command]
+    done = subprocess.run(launcher, cwd=folder, stdout=subprocess.PIPE, env=environment, check=True)
     seconds, peak, status = json.loads(done.stdout)
     return seconds, peak, status
+
+
+def run(words: Sequence[str], folder: str) -> tuple[float, float, int]:
+    """Return processor seconds, peak memory in bytes and exit status of a leafcut command."""
+    return launch([sys.executable, "-c", "from leafcut.cli.app import main; main()", *words], folder)
