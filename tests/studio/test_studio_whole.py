@@ -45,6 +45,27 @@ def test_a_drawing_opens_as_what_it_suits(name: str, work: str) -> None:
     assert (seen.work, seen.error) == (work, "") and seen.works == ("drill", "cut", "nest", "pocket")
 
 
+@pytest.mark.parametrize("count", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])
+def test_a_preview_shows_every_line_of_a_drawing_and_thumbnails_of_bounded_size(count: int, tmp_path: Path) -> None:
+    """The lines are apart, so that none can be joined; positions in the scene are float32."""
+    drawn = [(5.0 * (k % 400), 5.0 * (k // 400), 1.0 + k % 3, k % 2 + 0.25) for k in range(count)]
+    lines = "".join(f"0\nLINE\n8\n0\n10\n{x}\n20\n{y}\n11\n{x + u}\n21\n{y + v}\n" for x, y, u, v in drawn)
+    file = tmp_path / "lines.dxf"
+    header = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n"
+    file.write_text(f"{header}0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n")
+    seen = read_preview(str(file))
+    assert (seen.error, dict(seen.facts)["contours"]) == ("", f"{count:,}")
+    for scene in seen.scenes.values():
+        header, blocks = unpacked(scene)
+        shown = np.array(blocks["vertex"])[:, :2] + header["origin"]
+        expected = [((x, y), (x + u, y + v)) for x, y, u, v in drawn]
+        assert [row[1] for row in blocks["outline"]] == [2] * count
+        assert np.allclose(shown.reshape(-1, 2, 2), expected, atol=1e-3)
+    assert seen.whole.pictures
+    for picture in seen.whole.pictures.values():
+        assert 0 < (picture["strong"] + picture["faint"]).count("M") <= 1_500
+
+
 def test_what_is_not_worked_is_beneath() -> None:
     """The edge of a plate that is drilled, and what options leave out."""
     seen = read_preview(PLATE, "drill", {"layers": "HOLES"})
