@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -131,21 +131,11 @@ class Polyline:
 
     @cached_property
     def _segments(self) -> tuple[Segment, ...]:
-        return tuple(self._segment(i) for i in range(self.n_segments))
-
-    def _segment(self, index: int) -> Segment:
-        x0, y0, x1, y1 = self._ends[index].tolist()
-        bulge = float(self.bulges[index])
-        if bulge == 0.0:
-            return Segment((x0, y0), (x1, y1), 0.0, (math.nan, math.nan), math.nan)
-        # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left.
-        off = (1.0 - bulge * bulge) / (4.0 * bulge)
-        center = (0.5 * (x0 + x1) - off * (y1 - y0), 0.5 * (y0 + y1) + off * (x1 - x0))
-        return Segment((x0, y0), (x1, y1), bulge, center, math.hypot(x0 - center[0], y0 - center[1]))
+        return tuple(map(_segment, self._ends.tolist(), self.bulges.tolist()))
 
     def segments(self) -> Iterator[Segment]:
         """Yield every segment in order."""
-        return (self.segment(i) for i in range(self.n_segments))
+        return iter(self._segments)
 
     @property
     def start(self) -> tuple[float, float]:
@@ -162,7 +152,7 @@ class Polyline:
         """Minimum x and y, maximum x and y, arcs included, mm."""
         blocks = [self.vertices[:, :2]]
         arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
-        for s in map(self._segment, arcs):
+        for s in map(self.segment, arcs):
             start = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
             turn = 4.0 * math.atan(s.bulge)
             for quarter in range(4):
@@ -208,17 +198,17 @@ class Polyline:
         return Polyline(np.column_stack([cos * x - sin * y, sin * x + cos * y, bulge]), self.closed)
 
     @cached_property
-    def _segment_ends(self) -> list[float]:
-        ends: list[float] = np.cumsum(self.lengths).tolist()
-        return ends
+    def _distances(self) -> tuple[list[float], list[float]]:
+        """Distance from the start to the end of every segment, and length of every segment, mm."""
+        return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:
         """Return the index of the segment at a distance from the start, and the share of the segment before it."""
         if self.closed and self.length > 0.0:
             distance %= self.length
-        ends = self._segment_ends
+        ends, lengths = self._distances
         index = min(bisect_right(ends, distance), self.n_segments - 1)
-        length = float(self.lengths[index])
+        length = lengths[index]
         before = ends[index] - length
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
@@ -252,11 +242,9 @@ class Polyline:
         last = self.point_at(start)
         travelled = 0.0
         for _ in range(3 if self.closed else 1):
-            for i in range(self.n_segments):
-                length = float(self.lengths[i])
+            for s, length in zip(self._segments, self._distances[1], strict=True):
                 low, high = max(start - travelled, 0.0), min(end - travelled, length)
                 if length > 0.0 and high > low:
-                    s = self.segment(i)
                     share = (high - low) / length
                     bulge = math.tan(share * math.atan(s.bulge)) if share < 1.0 else s.bulge
                     rows.append((*_along(s, low / length), bulge))
@@ -275,6 +263,16 @@ def joined(*pieces: Polyline) -> Polyline:
         return pieces[0]
     last = np.array([[*ends[-1].end, 0.0]])
     return Polyline(np.concatenate([*rows, last]), closed=False)
+
+
+def _segment(ends: Sequence[float], bulge: float) -> Segment:
+    x0, y0, x1, y1 = ends
+    if bulge == 0.0:
+        return Segment((x0, y0), (x1, y1), 0.0, (math.nan, math.nan), math.nan)
+    # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left.
+    off = (1.0 - bulge * bulge) / (4.0 * bulge)
+    center = (0.5 * (x0 + x1) - off * (y1 - y0), 0.5 * (y0 + y1) + off * (x1 - x0))
+    return Segment((x0, y0), (x1, y1), bulge, center, math.hypot(x0 - center[0], y0 - center[1]))
 
 
 def _along(s: Segment, share: float) -> tuple[float, float]:

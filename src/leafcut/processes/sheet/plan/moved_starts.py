@@ -102,7 +102,7 @@ def clear_pierces(cuts: CutSequence, head: HeadTravel) -> CutSequence:
     burnt = _CutPaths(cuts)
     for _ in range(PIERCE_PASSES):
         burnt.build()
-        wrong = [k for k, start in enumerate(burnt.order) if any(burnt.conflicts(k, start))]
+        wrong = burnt.near_earlier_kerfs()
         moved = False
         for k in wrong:
             better = _clear_start(burnt, k, head)
@@ -138,11 +138,18 @@ class _CutPaths:
         burns = [self._burns(s) for s in self.order]
         self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
         places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(self.order, burns, strict=True)]
-        points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
-        self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(points)
+        self._points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
+        self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(self._points)
 
     def _burns(self, start: CutStart) -> bool:
         return self.cutting.contours[start.contour].kind == "cut"
+
+    def near_earlier_kerfs(self) -> list[int]:
+        """Return the cuts, by position, whose pierce is in the kerf of an earlier cut or close to it."""
+        reach = max(0.5 * self.cutting.rules.kerf + ROOM, self.cutting.rules.kerf)
+        pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=reach)
+        wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
+        return wrong
 
     def conflicts(self, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
         """Return the number of conflicts of a start of cut `k` with other cuts, for two distances.

@@ -210,10 +210,10 @@ def starts_with_leads(
     starts: list[CutStart] = []
     for wanted in leads:
         tried = [wanted] * len(places) if wanted else leads_from_centre(contour, places)
-        fits = lead_ins_fit(contour, scrap, tried, places, splash)
+        fits, entries = lead_ins_fit(contour, scrap, tried, places, splash)
         starts += [
-            _start_with_lead(number, contour, scrap, place, lead)
-            for place, lead, fit in zip(places, tried, fits, strict=True)
+            _start_with_lead(number, contour, scrap, place, lead, (x, y))
+            for place, lead, fit, (x, y) in zip(places, tried, fits, entries.tolist(), strict=True)
             if fit
         ]
         places = [place for place, fit in zip(places, fits, strict=True) if not fit]
@@ -242,12 +242,12 @@ def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> floa
 
 def lead_ins_fit(
     contour: CutContour, scrap: Scrap, leads: list[Lead], places: list[Place], splash: bool
-) -> NDArray[np.bool_]:
-    """Return whether each lead-in fits at its place, bool[n].
+) -> tuple[NDArray[np.bool_], Points]:
+    """Return which lead-ins fit, bool[n], and their first points, float64[n, 2].
 
-    With `splash`, no part may lie in the area around the pierce.
+    With `splash`, the area around the pierce must be free too.
     """
-    fits = np.zeros(len(leads), dtype=bool)
+    fits, entries = np.zeros(len(leads), dtype=bool), np.full((len(leads), 2), math.nan)
     at = np.array([contour.path.point_at(a) for a, _ in places])
     travel = np.array([contour.travel_at(a, clockwise) for a, clockwise in places])
     groups: dict[tuple[Lead, bool], list[int]] = {}
@@ -265,15 +265,16 @@ def lead_ins_fit(
         ok &= scrap.leave_own_kerf(points, contour)
         if splash:
             ok &= scrap.is_clear(points[:, 0], scrap.rules.kerf)
-        fits[row] = ok
-    return fits
+        fits[row], entries[row] = ok, points[:, 0]
+    return fits, entries
 
 
-def _start_with_lead(number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead) -> CutStart:
-    """Return the start with the given lead-in, and with the longest lead-out that fits."""
-    x, y = contour.lead_points(lead, *place)[0].tolist()
+def _start_with_lead(
+    number: int, contour: CutContour, scrap: Scrap, place: Place, lead: Lead, entry: Point
+) -> CutStart:
+    """Return the start with this lead-in and the longest lead-out that fits."""
     out, leave = fitting_lead_out(contour, scrap, place)
-    return CutStart(number, *place, (x, y), leave, lead, out)
+    return CutStart(number, *place, entry, leave, lead, out)
 
 
 def fitting_lead_out(contour: CutContour, scrap: Scrap, place: Place, wanted: Lead | None = None) -> tuple[Lead, Point]:
@@ -355,7 +356,7 @@ def start_at(
         return None
     if like.lead_in.style != "none" and contour.has_leads:
         clear = bool(rules.kerf > 0.0 and scrap.is_clear(np.array([like.entry]), rules.kerf)[0])
-        if not lead_ins_fit(contour, scrap, [lead], [place], clear)[0]:
+        if not lead_ins_fit(contour, scrap, [lead], [place], clear)[0].all():
             return None
     if like.lead_out.style == "none":
         return moved
