@@ -14,6 +14,7 @@ import json
 import math
 import os
 import random
+import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -96,9 +97,9 @@ class Checkout:
             text, errors = ((folder / name).read_text(errors="replace") for name in ("stdout", "stderr"))
             if "compiling" not in errors:
                 break
-        stopped = most if status < 0 and most and seconds > 0.98 * most else 0
-        if status and not stopped and "Traceback" in errors:
-            raise AssertionError(errors)
+        stopped = most if status == -signal.SIGKILL else 0
+        if not stopped and (status < 0 or "Traceback" in errors):
+            raise AssertionError(f"status {status}: {errors}")
         answer = json.loads(text) if text.startswith("{") else {}
         return Run(seconds, peak, status, answer, stopped)
 

@@ -138,8 +138,9 @@ class _CutPaths:
         burns = [self._burns(s) for s in self.order]
         self.lines = [self.line(s) if b else nothing for s, b in zip(self.order, burns, strict=True)]
         places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(self.order, burns, strict=True)]
-        self._points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
-        self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(self._points)
+        points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
+        self._tree, self._pierces = shapely.STRtree(self.lines), shapely.STRtree(points)
+        self._points = points
 
     def _burns(self, start: CutStart) -> bool:
         return self.cutting.contours[start.contour].kind == "cut"
