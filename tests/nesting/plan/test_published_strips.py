@@ -12,9 +12,9 @@ import pytest
 
 pytest.importorskip("spyrrow")
 
-from leafcut.options import SolveOptions
 from leafcut.nesting.options import NestOptions
 from leafcut.nesting.run import nest
+from leafcut.options import SolveOptions
 from leafcut.read.format import Source
 from leafcut.read.strip_instance import read_strip_instance
 from shared_data import DATA
