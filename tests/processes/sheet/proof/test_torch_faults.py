@@ -139,13 +139,13 @@ def test_each_pierce_is_probed_at_its_place() -> None:
     ("given", "text"),
     [
         ({"depth": -20.0019}, ""),
-        ({"depth": -20.0021}, "it probes down to Z-20.002, not to Z-20.000"),
-        ({"depth": FREE}, "it probes down to Znan, not to Z-20.000"),
+        ({"depth": -20.0021}, "the probe goes down to Z-20.002, not to Z-20.000"),
+        ({"depth": FREE}, "the probe goes down to Znan, not to Z-20.000"),
         ({"feed": 10.049}, ""),
-        ({"feed": 10.051}, "it probes with 603.06 mm/min"),
+        ({"feed": 10.051}, "the probing feed is 603.06 mm/min"),
         ({"shift": -1.4981}, ""),
         ({"shift": -1.4979}, "the trip height of the switch is not set to Z-1.500"),
-        ({"lit": True}, "it probes with the torch on"),
+        ({"lit": True}, "the torch is on during probing"),
     ],
 )
 def test_a_probing_move_has_its_depth_feed_and_height(given: dict[str, float], text: str) -> None:
@@ -210,8 +210,8 @@ def test_feeds_are_those_of_the_plan_along_the_cut() -> None:
     for feeds, fault in (
         ([20.0, 99.0, 40.0], None),
         ([20.09, 99.0, 40.19], None),
-        ([20.11, 99.0, 40.0], (10, "it cuts with 1206.6 mm/min at X10.000 Y0.000; 1200 mm/min are planned")),
-        ([20.0, 99.0, 20.0], (12, "it cuts with 1200 mm/min at X30.000 Y0.000; 2400 mm/min are planned")),
+        ([20.11, 99.0, 40.0], (10, "the feed is 1206.6 mm/min at X10.000 Y0.000, instead of 1200 mm/min")),
+        ([20.0, 99.0, 20.0], (12, "the feed is 1200 mm/min at X30.000 Y0.000, instead of 2400 mm/min")),
     ):
         found = _feed_faults(run_of(feeds, [1.5] * 3), cut)
         assert found == ([] if fault is None else [Difference("feed", 0, *fault)])
@@ -230,7 +230,10 @@ def test_feeds_are_those_of_the_plan_along_the_cut() -> None:
         ({"waited": 0.9}, None),
         ({"waited": 0.4989}, ("pierce delay", 4, "the torch waits 0.4989 s for the pierce; the chart asks for 0.5 s")),
         ({"heights": [1.5, 9.0, 1.5019]}, None),
-        ({"heights": [1.5, 9.0, 1.5021]}, ("cut height", 12, "it cuts at Z1.502, not at the cut height, Z1.500")),
+        (
+            {"heights": [1.5, 9.0, 1.5021]},
+            ("cut height", 12, "the torch cuts at Z1.502, not at the cut height, Z1.500"),
+        ),
     ],
 )
 def test_a_cut_starts_as_the_chart_asks(given: dict[str, object], fault: tuple[str, int, str] | None) -> None:
@@ -267,7 +270,7 @@ def stated(*lines: str, number: int | None = None, words: str = "qtplasmac", lit
         ("pd=0.5", "pd=0.502", "pd=0.502 in the material's comment, not 0.5"),
         ("ch=1.5", "ch=-1.5", "ch=-1.5 in the material's comment, not 1.5"),
         ("fr=1500", "fr=1507", ""), ("fr=1500", "fr=1508", "fr=1508.0 in the material's comment, not 1500"),
-        (" ph=3.8,", "", "ph=None in the material's comment, not 3.8"),
+        (" ph=3.8,", "", "ph is missing in the material's comment; it must be 3.8"),
     ],
 )  # fmt: skip
 def test_the_figures_of_the_material_are_those_of_the_chart(old: str, new: str, text: str) -> None:

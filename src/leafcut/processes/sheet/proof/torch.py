@@ -256,11 +256,15 @@ def _material_faults(
         "ch": (data.cut_height / unit, 0.001),
         "fr": (data.feed * SECONDS_PER_MINUTE / unit, 0.005 * data.feed * SECONDS_PER_MINUTE / unit),
     }
-    return [
-        Difference("material", 0, line, f"{name}={figures.get(name)} in the material's comment, not {value:g}")
-        for name, (value, room) in wanted.items()
-        if not abs(figures.get(name, math.nan) - value) <= room
-    ]
+    faults = []
+    for name, (value, room) in wanted.items():
+        if name not in figures:
+            text = f"{name} is missing in the material's comment; it must be {value:g}"
+            faults.append(Difference("material", 0, line, text))
+        elif abs(figures[name] - value) > room:
+            text = f"{name}={figures[name]} in the material's comment, not {value:g}"
+            faults.append(Difference("material", 0, line, text))
+    return faults
 
 
 _SELECTED = re.compile(r"M190P([0-9]+)")
