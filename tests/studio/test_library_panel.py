@@ -102,7 +102,7 @@ def test_tools_are_added_to_no_array_of_another_form_and_that_is_told(studio: St
     studio.folder.save_own("tools", "mine", 'tool = [{number = 1, diameter = "6 mm"}]')
     panel, said = panel_of(studio, "tools", "form")
     panel._add("tool")
-    assert said == ["'tool' must be written as [[tool]], once for each"]
+    assert said == ["'tool' must be written as [[tool]], once for each entry"]
     panel._remove()
     panel._remove()
     assert said[1:] == ["'tool' has no entry 1"]

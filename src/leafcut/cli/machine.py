@@ -274,7 +274,7 @@ def import_tools(
         str,
         Parameter(
             name="FILE",
-            help="a tool library: LinuxCNC .tbl, Fusion .json, .tools or .csv, FreeCAD .fctl or .fctb, a table .csv",
+            help="a tool library: LinuxCNC .tbl, Fusion .json, .tools or .csv, FreeCAD .fctl or .fctb, or a .csv table",
         ),
     ],
     /,

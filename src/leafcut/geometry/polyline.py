@@ -199,7 +199,7 @@ class Polyline:
 
     @cached_property
     def _distances(self) -> tuple[list[float], list[float]]:
-        """Distance from the start to the end of every segment, and length of every segment, mm."""
+        """Distance along the path from its start to the end of each segment, and length of each segment, mm."""
         return np.cumsum(self.lengths).tolist(), self.lengths.tolist()
 
     def _locate(self, distance: float) -> tuple[int, float]:

@@ -32,7 +32,7 @@ class StockBlock:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(n) for n in (*self.low, *self.high)):
-            raise PlanError("a corner is not a number; give six of them, in mm")
+            raise PlanError("a coordinate is not a number; give two corners with three coordinates each, in mm")
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             sizes = " × ".join(f"{b - a:g}" for a, b in zip(self.low, self.high, strict=True))
             raise PlanError(f"a block of {sizes} mm has no volume; give the lower corner first")

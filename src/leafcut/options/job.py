@@ -50,7 +50,7 @@ class JobOptions(OptionGroup):
     tools: Path | None = option(
         "path",
         None,
-        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv",
+        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table",
         default_words="one assumed drill per diameter",
     )
     depth: float | str | None = option(

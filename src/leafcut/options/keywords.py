@@ -141,8 +141,8 @@ class _MachineOptions2(TypedDict, total=False):
 class _JobOptions1(TypedDict, total=False):
     # Of optimize, drill, pocket, reorder, stock, tool_speeds.
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
-    drill per diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table (default: one
+    assumed drill per diameter).
     """
 
 

@@ -207,7 +207,7 @@ def _other_work(name: str) -> Work:
 
 
 def command(name: str) -> Any:
-    """Return the function of a command."""
+    """Return the Python function that runs a command."""
     return resolve_name(COMMANDS[name])
 
 

@@ -191,7 +191,7 @@ def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
 
 
 def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
-    """Return the omissions of a walk: damaged entities, hidden layers, unusable blocks."""
+    """Return issues for what was skipped in a drawing: damaged entities, hidden layers, unusable blocks."""
     issues = []
     reasons: dict[tuple[str, str], list[str]] = {}
     for kind, handle, reason in walk.broken:

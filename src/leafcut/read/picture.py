@@ -196,7 +196,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 
 
 def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
-    """Return the brightness of the wall: the user's threshold, else the middle between dark and bright."""
+    """Return the brightness at which outlines are traced: the user's threshold, else midway between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if not np.isfinite(high - low):
         raise ReadError(source.path, "the picture has a pixel whose brightness is not a number")

@@ -117,7 +117,7 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
 def _tables(top: TomlTable, key: str) -> list[Any]:
     tables = top.values.get(key, [])
     if not isinstance(tables, list):
-        raise DataError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
+        raise DataError(f"{top.place}: '{key}' must be written as [[{key}]], once for each entry")
     return tables
 
 

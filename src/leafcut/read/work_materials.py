@@ -152,7 +152,7 @@ def _exponent(table: TomlTable, key: str, default: float | None = None) -> float
 def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
     tables = top.values.get("life", [])
     if not isinstance(tables, list):
-        raise DataError(f"{top.place}: 'life' must be written as [[life]], once for each")
+        raise DataError(f"{top.place}: 'life' must be written as [[life]], once for each entry")
     lives: list[ToolLife] = []
     for count, values in enumerate(tables, start=1):
         table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])

@@ -14,7 +14,10 @@ from leafcut.units import format_time
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ProgramResult(Result, Outcome[Any]):
-    """A program with its measures before and after. `save` writes the program, or ``.html``, ``.svg`` or ``.json``."""
+    """A program, with its measures before and after the search.
+
+    `save` writes the program, or a report as ``.html``, ``.svg`` or ``.json``.
+    """
 
     def _line(self) -> str:
         before, after = format_time(self.before.time_s), format_time(self.after.time_s)

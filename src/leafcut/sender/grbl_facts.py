@@ -145,7 +145,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
 
 
 def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
-    """Return the facts completed by FluidNC's configuration. Without ``must_home``, `homed` may be unknown."""
+    """Return the facts, completed from FluidNC's configuration. Without ``must_home``, `homed` may stay unknown."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
     except ReadError as problem:

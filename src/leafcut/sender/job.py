@@ -184,7 +184,7 @@ def job_of(
 def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the modes with which the program was read, whatever modes the controller is in."""
     if not in_dialect(controller_dialect, _UNITS[units]):
-        raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}: a program for it must be in millimetres")
+        raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}; write the program in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # A program that never starts the spindle relies on a spindle started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():

@@ -48,7 +48,7 @@ def test_the_program_is_proved_and_quicker(outcome, tmp_path: Path) -> None:
     assert outcome.verified
     assert outcome.after.time_s < single.after.time_s
     assert [i.message for i in outcome.issues if i.code == "L616"] == [
-        "240 mm of edges of 4 parts are cut once for both parts, in 3 lines"
+        "240 mm of edges shared by 4 parts are cut only once, in 3 lines"
     ]
 
 
@@ -102,7 +102,7 @@ def test_a_single_common_line_is_counted_in_the_singular(tmp_path: Path) -> None
     pair = ([(40, 40), (100, 40), (100, 100), (40, 100)], [(100, 40), (160, 40), (160, 100), (100, 100)])
     done = api.optimize(plates(tmp_path, *pair), compensation="none", **FAST)
     (issue,) = [i for i in done.issues if i.code == "L616"]
-    assert issue.message == "60 mm of edges of 2 parts are cut once for both parts, in 1 line"
+    assert issue.message == "60 mm of edges shared by 2 parts are cut only once, in 1 line"
 
 
 def test_edges_drawn_once_for_two_parts_are_refused(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ class Choices:
         return order, self.length(order)
 
     def start(self, best: Best) -> float:
-        """Offer the first order and return C_nn."""
+        """Offer the nearest-neighbour order as the first solution, and return its cost C_nn."""
         order, length = self.nearest_neighbour()
         best.offer(order, length, 0)
         return max(length, 1e-9)

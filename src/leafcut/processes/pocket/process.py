@@ -90,7 +90,7 @@ class Pocketing(Process):
             "more power than the spindle has",
             "",
         ),
-        "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv", "none"),
+        "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, or a .csv table", "none"),
     }
     command = "pocket"
     help = "Mill the pockets of a drawing or a picture."

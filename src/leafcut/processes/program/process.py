@@ -206,7 +206,7 @@ class ForeignProgram(Process):
         return issues_of(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> ProgramDetail:
-        """Return the proof, the work that keeps its place, and the stock."""
+        """Return the proof of the order, the work that was not moved, and the remaining stock."""
         from leafcut.processes.program.finishing import detail_of
 
         return detail_of(plan, best)

@@ -200,7 +200,7 @@ def boxes_style(algorithms: Sequence[Any]) -> str:
 
 
 def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
-    """Return a bar chart of the brightness of each firefly, with the brightest marked, and its label."""
+    """Return a bar chart of the brightness of each firefly, with the brightest marked, and the label of the chart."""
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
     columns = [{"value": v, "itemStyle": {"color": colour}} for v, colour in zip(values, colours, strict=True)]

@@ -113,7 +113,7 @@ class Memory:
         self._address = _address({key: str(address.get(key, "")) for key in ("page", "view", "job")})
 
     def replace(self) -> None:
-        """Replace the browser's address if it has changed."""
+        """Replace the URL that the browser shows if the new one differs."""
         if self.address != self._address:
             self._put("replaceState")
 

@@ -79,7 +79,7 @@ def _typed(value: Any) -> str:
 def without_idle(
     options: Mapping[str, Any], usual: Mapping[str, str], work: str, input_kind: str = ""
 ) -> dict[str, Any]:
-    """Return the options without user defaults that the kind of work does not use. Typed options always remain."""
+    """Remove the user's defaults that a kind of work does not use. Options that the user typed always remain."""
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)

@@ -213,7 +213,7 @@ def added(text: str, array: str) -> str:
         document[array] = tomlkit.aot()
     listed = document[array]
     if not isinstance(listed, AoT):
-        raise OptionError(f"'{array}' must be written as [[{array}]], once for each")
+        raise OptionError(f"'{array}' must be written as [[{array}]], once for each entry")
     listed.append(entry_table)
     return tomlkit.dumps(document)
 

@@ -79,8 +79,8 @@ STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sa
 class Guard:
     """An ASGI application that guards another application.
 
-    `port` is the port of this server; hosts and origins are checked against it. `on_entry` is called with the key of
-    an address after a browser has used it.
+    `port` is the port of this server; hosts and origins are checked against it. `on_entry` is called with the access
+    key of a URL once a browser has used that URL.
     """
 
     def __init__(

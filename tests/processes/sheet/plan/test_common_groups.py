@@ -125,7 +125,7 @@ def test_of_a_group_the_lines_come_first_and_what_is_around_it_last() -> None:
     assert [line.covers for line in lines] == [(0, 1), (1, 2)]
     assert around.covers == (0, 1, 2)
     assert len({c.index for c in made}) == 3
-    assert [i.message for i in issues] == ["80 mm of edges of 3 parts are cut once for both parts, in 2 lines"]
+    assert [i.message for i in issues] == ["80 mm of edges shared by 3 parts are cut only once, in 2 lines"]
 
 
 def test_two_groups_have_numbers_and_indices_of_their_own() -> None:

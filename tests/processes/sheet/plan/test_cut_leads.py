@@ -195,7 +195,7 @@ def test_a_hole_narrower_than_two_kerfs_is_reported_and_not_cut(radius, lead_in)
 
 
 def test_holes_of_which_the_same_is_told_are_told_in_one_line_with_the_first_places() -> None:
-    """Five holes too narrow for the kerf of 1.5 mm, and four below 9 mm, 1.5 thicknesses, which will be conical."""
+    """Five holes too narrow for the kerf of 1.5 mm, and four below 9 mm, 1.5 times the thickness, which will be tapered."""
     holes = [(Polyline.circle(20 + 20 * k, 20, 1.0), 1, 0, 1) for k in range(5)]
     holes += [(Polyline.circle(20 + 20 * k, 60, 4.0 + 0.1 * k), 1, 0, 1) for k in range(4)]
     issues = {
@@ -203,7 +203,7 @@ def test_holes_of_which_the_same_is_told_are_told_in_one_line_with_the_first_pla
     }
     assert issues["L611"].message.startswith("5 holes are narrower than two kerfs of 1.5 mm")
     assert issues["L611"].place == "contour 2 at (21, 20); contour 3 at (41, 20); contour 4 at (61, 20) …"
-    assert issues["L615"].message == "4 holes below 9 mm, 1.5 thicknesses, will be conical"
+    assert issues["L615"].message == "4 holes below 9 mm, 1.5 times the thickness, will be tapered"
 
 
 def test_a_hole_wider_than_two_kerfs_is_cut_and_a_neck_in_one_is_told() -> None:

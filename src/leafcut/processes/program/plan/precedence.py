@@ -226,7 +226,7 @@ def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
 
 
 def no_ties(n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of n pieces of work without precedence."""
+    """Return `Section.ties` for n pieces of work that may be done in any order."""
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 

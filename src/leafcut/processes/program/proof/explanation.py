@@ -53,9 +53,7 @@ class Explanation(NamedTuple):
 
 
 class _Changed(NamedTuple):
-    """A feature, its counterpart in the new program, and their differences in words: in the start point, and all
-    others.
-    """
+    """A feature, its counterpart in the new program, and their differences in words: at the start point, and others."""
 
     one: Feature
     other: Feature

@@ -196,7 +196,7 @@ class AllowedHeights:
 
 
 def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
-    """Return the lowest heights that the original permits at each feature."""
+    """Return, for each feature, the lowest heights of travel that the original program permits."""
     before, after = gaps.gap_of, gaps.gap_of + 1
     # If a barrier follows, the tool departs in the next gap with rapids before any work.
     n = len(gaps.rows)
@@ -457,7 +457,7 @@ def _said(height: float) -> str:
 
 
 def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
-    """Yield the checks of rapids to and from barriers, and of parking positions."""
+    """Yield the checks of rapids to and from blocks that no task may cross (barriers), and of parking positions."""
     original, old_gaps, new, gaps = both
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (

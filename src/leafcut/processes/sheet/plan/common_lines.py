@@ -223,7 +223,7 @@ def _line_issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rul
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
-    words = f"{length:.6g} mm of edges of {parts} parts are cut once for both parts, in {count_of(len(lines), 'line')}"
+    words = f"{length:.6g} mm of edges shared by {parts} parts are cut only once, in {count_of(len(lines), 'line')}"
     found = [Issue("L616", words, "", Severity.NOTE)]
     of = {k: n for n, g in enumerate(groups) for k in g.members}
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]

@@ -418,7 +418,7 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
             found.append(_remark("L612", words, several, _contour_place(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
-        words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
-        several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} thicknesses, will be conical"
+        words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} times the thickness, will be tapered"
+        several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} times the thickness, will be tapered"
         found.append(_remark("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
     return found
