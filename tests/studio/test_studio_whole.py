@@ -18,7 +18,7 @@ from leafcut.processes.settings import collect
 from leafcut.studio.drawing.scene import part_scene
 from leafcut.studio.drawing.thumbnail import HEIGHT, WIDTH, Thumbnails
 from leafcut.studio.jobs.preview import READY, read_preview
-from leafcut.studio.jobs.whole import travel_of
+from leafcut.studio.jobs.whole import machine_travel_around
 from leafcut.studio.page.fitting_machines import head_of, offered, why_not
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
@@ -178,20 +178,20 @@ def test_a_drill_file_is_for_a_machine_for_circuit_boards(tmp_path: Path) -> Non
 
 def test_travel_is_around_the_part_until_the_machine_knows_its_zero() -> None:
     """linuxcnc-mill goes 800 × 400 mm."""
-    free = travel_of(collect({}), (100.0, 100.0, 300.0, 200.0))
+    free = machine_travel_around(collect({}), (100.0, 100.0, 300.0, 200.0))
     assert free is not None and (free.known, free.fits) == (False, True)
     assert free.box == pytest.approx((-200.0, -50.0, 600.0, 350.0))
-    held = travel_of(collect({"work_offset": "-790,-390,0"}), (0.0, 0.0, 300.0, 200.0))
+    held = machine_travel_around(collect({"work_offset": "-790,-390,0"}), (0.0, 0.0, 300.0, 200.0))
     assert held is not None and held.known and held.fits
     assert held.box == pytest.approx((-5.0, -5.0, 795.0, 395.0))
-    wide = travel_of(collect({}), (0.0, 0.0, 300.0, 401.0))
+    wide = machine_travel_around(collect({}), (0.0, 0.0, 300.0, 401.0))
     assert wide is not None and not wide.fits
 
 
 def test_no_travel_is_outlined_of_a_machine_whose_travel_is_unknown(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text('controller = "grbl"\nrapid.velocity = "3 m/min"\n')
-    assert travel_of(collect({"machine": str(file)}), (0.0, 0.0, 300.0, 200.0)) is None
+    assert machine_travel_around(collect({"machine": str(file)}), (0.0, 0.0, 300.0, 200.0)) is None
 
 
 def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:

@@ -50,7 +50,7 @@ def from_left(bands: Bands, band: int, x: float) -> int:
 
 
 @part
-def distance_from(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Return the distance of a point from the segment a–b."""
     length2 = (bx - ax) * (bx - ax) + (by - ay) * (by - ay)
     share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length2 if length2 > 0.0 else 0.0
@@ -84,7 +84,7 @@ def near_places(
         for band in range(band_at(points, min(ay, by) - max_limit), band_at(points, max(ay, by) + max_limit) + 1):
             at = from_left(points, band, min(ax, bx) - max_limit)
             while at < points.first[band + 1] and points.x[at] <= max(ax, bx) + max_limit:
-                if distance_from(points.x[at], points.y[at], ax, ay, bx, by) <= limit[points.row[at]]:
+                if distance_to_segment(points.x[at], points.y[at], ax, ay, bx, by) <= limit[points.row[at]]:
                     if total < len(rows):
                         rows[total] = points.row[at]
                     total += 1

@@ -16,7 +16,7 @@ from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import Plan
 from leafcut.processes.settings import collect
-from leafcut.processes.sheet.passes import PASSES, cuts_of, keep_given, motion
+from leafcut.processes.sheet.passes import PASSES, cuts_in_order, keep_given, motion
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
 from leafcut.processes.sheet.spec import plan_sheet
 from leafcut.read.format import load
@@ -51,12 +51,12 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
 def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_order(plan: Plan) -> None:
     order = find_order(plan.job, plan.stages)
     check_order(plan.stages, order)
-    contours = sorted(s.contour for s in cuts_of(plan, order).starts)
+    contours = sorted(s.contour for s in cuts_in_order(plan, order).starts)
     for improve in PASSES:
         order = improve(plan, order)
-        assert sorted(s.contour for s in cuts_of(plan, order).starts) == contours, improve.__name__
+        assert sorted(s.contour for s in cuts_in_order(plan, order).starts) == contours, improve.__name__
     made = motion(plan, order)
-    assert [cut.path.start for cut in made.detail[0].cuts] == [s.entry for s in cuts_of(plan, order).starts]
+    assert [cut.path.start for cut in made.detail[0].cuts] == [s.entry for s in cuts_in_order(plan, order).starts]
     assert motion(plan, order).path is made.path  # a path that a pass has measured is not generated again
 
 

@@ -74,7 +74,7 @@ class SheetWork:
 
 def slide(plan: Plan, order: Order) -> Order:
     """Slide the starts along their contours to shorten travel."""
-    cuts = cuts_of(plan, order)
+    cuts = cuts_in_order(plan, order)
     plan.job.report("refining the starts")
     share = 0.5 if plan.job.settings.of(CutOptions).heat_distance > 0.0 else 1.0
     with plan.job.deadline.part(share).running(plan.job.cancelled) as late:
@@ -83,7 +83,7 @@ def slide(plan: Plan, order: Order) -> Order:
 
 def keep_off_heat(plan: Plan, order: Order) -> Order:
     """Change the start or the position of cuts that would start in hot metal, close to the previous start."""
-    cuts, options = cuts_of(plan, order), plan.job.settings.of(CutOptions)
+    cuts, options = cuts_in_order(plan, order), plan.job.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return order
     with plan.job.deadline.part(1.0).running(plan.job.cancelled) as late:
@@ -93,12 +93,12 @@ def keep_off_heat(plan: Plan, order: Order) -> Order:
 
 def pierce_in_metal(plan: Plan, order: Order) -> Order:
     """Move starts whose pierce lies in the kerf of an earlier cut."""
-    return _with_cuts(order, clear_pierces(cuts_of(plan, order), plan.work.head))
+    return _with_cuts(order, clear_pierces(cuts_in_order(plan, order), plan.work.head))
 
 
 def keep_leads_apart(plan: Plan, order: Order) -> Order:
     """Move starts whose leads meet, or search again without such starts. Return the faster order."""
-    before, best = cuts_of(plan, order).starts, _move_leads_apart(plan, order)
+    before, best = cuts_in_order(plan, order).starts, _move_leads_apart(plan, order)
     met = any(a is not b for a, b in zip(before, best.choices[0].starts, strict=True))
     best = keep_nearest(plan, best)
     if not met or len(before) > MAX_CUTS_OF_SEARCH or plan.job.settings.solve.algorithm != "auto":
@@ -122,7 +122,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def _move_leads_apart(plan: Plan, order: Order) -> Order:
-    return _with_cuts(order, leads_apart(cuts_of(plan, order), plan.work.head))
+    return _with_cuts(order, leads_apart(cuts_in_order(plan, order), plan.work.head))
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
@@ -130,7 +130,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
 
     Orders are compared by the number of moves across detached parts, then of moves close to them, then by time.
     """
-    work, cuts, objective = plan.work, cuts_of(plan, order), plan.job.settings.solve.objective
+    work, cuts, objective = plan.work, cuts_in_order(plan, order), plan.job.settings.solve.objective
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
     before = motion(plan, order)
@@ -200,7 +200,7 @@ def stages_of(job: Job, cutting: Cutting, head: HeadTravel, known: Sequence[CutS
     return tuple(stages)
 
 
-def cuts_of(plan: Plan, order: Order) -> CutSequence:
+def cuts_in_order(plan: Plan, order: Order) -> CutSequence:
     """Return the cuts of an order, which may come from the search or from a pass."""
     if len(order.choices) == 1 and isinstance(order.choices[0], CutSequence):
         return order.choices[0]
@@ -228,7 +228,7 @@ def motion(plan: Plan, order: Order) -> Candidate:
 
     The routes are None for a head that retracts.
     """
-    cuts, known = cuts_of(plan, order), plan.work.motions
+    cuts, known = cuts_in_order(plan, order), plan.work.motions
     made: Candidate = known.pop(cuts, None) or _generate_motion(plan, cuts)
     known[cuts] = made
     while len(known) > MAX_CACHED_MOTIONS:
@@ -267,7 +267,7 @@ def order_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """Return issues about starts in hot metal, starts beyond the sheet, and parts that the head may hit."""
     (cut_plan, routes), apart, issues = best.detail, plan.job.settings.of(CutOptions).heat_distance, list[Issue]()
     if apart > 0.0:
-        issues.append(heat_issue(cuts_of(plan, best.order).starts, apart))
+        issues.append(heat_issue(cuts_in_order(plan, best.order).starts, apart))
     # Probing before a cut beyond the sheet would touch a slat, or nothing.
     torch, beyond = plan.dialect.torch, [c.path.start for c in cut_plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is not None and torch.heights == "controller" and beyond:

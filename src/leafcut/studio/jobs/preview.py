@@ -15,7 +15,7 @@ from leafcut.processes import registry
 from leafcut.processes.settings import collect
 from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
-from leafcut.studio.jobs.whole import MachineTravel, Whole, Zero, travel_of, whole_of
+from leafcut.studio.jobs.whole import MachineTravel, Whole, Zero, machine_travel_around, whole_of
 
 if TYPE_CHECKING:
     from leafcut.studio.jobs.link import Link
@@ -122,7 +122,7 @@ def _drawing(
     background, zero = whole.background(work, source, part, settings)
     if background is not None:
         scenes["whole"] = part_scene(background)
-    travel = travel_of(registry.work(work).usual(settings), part.extents)
+    travel = machine_travel_around(registry.work(work).usual(settings), part.extents)
     return Preview(name, (work,), _facts(part), issues, scenes, work=work, whole=whole, zero=zero, travel=travel)
 
 

@@ -105,7 +105,7 @@ class MachineTravel:
         return {"box": list(self.box), "known": self.known, "fits": self.fits, "machine": self.machine}
 
 
-def travel_of(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
+def machine_travel_around(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
     """Return the travel of the machine around a part with these extents; None if the machine's travel is unknown."""
     try:
         machine = load_machine(settings.machine.machine, settings.machine.work_offset)

@@ -89,7 +89,7 @@ class EditPanel:
                     ("free", lambda e: e.free_after(self._stop)),
                 ):
                     button(w(f"edit.{name}"), lambda act=act: self._change_chosen(act), "")
-                button(w("edit.write"), self.write, "primary")
+                button(w("edit.write"), self.run_edited_order, "primary")
                 self.close = button(w("edit.close"), self._close, "plain")
         self.place.set_visibility(False)
 
@@ -250,7 +250,7 @@ class EditPanel:
         self.close.update()
         self.page.changed()
 
-    def write(self) -> None:
+    def run_edited_order(self) -> None:
         """Start a run with the edited order. The result is measured and verified as usual."""
         view, edited = self.view, self.edited
         if edited is None:

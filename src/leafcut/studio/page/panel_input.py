@@ -523,7 +523,7 @@ class InputPanel:
         elif not view.ready:
             self.page.show_message(w(self._missing()))
         elif view.edited:  # run the visible order
-            self.page.run.edit.write()
+            self.page.run.edit.run_edited_order()
         else:
             self.page.run.start()
 

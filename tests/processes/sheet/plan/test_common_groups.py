@@ -14,7 +14,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.common_edges import EdgeGap, facing_edges
-from leafcut.processes.sheet.plan.common_lines import CommonCutGroup, Grouper, with_common_lines, with_lead_obstacles
+from leafcut.processes.sheet.plan.common_lines import CommonCutGroup, Grouper, scrap_with_lead_ins, with_common_lines
 from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.scrap import Scrap
@@ -162,6 +162,6 @@ def test_leads_of_common_lines_are_kept_clear_of_others() -> None:
     lead = shapely.LineString([(80.0, 36.0), (120.0, 36.0)])
     assert shapely.Point(line.path.start).distance(lead) < 8.0
     assert bare.allows([lead], line)[0]
-    assert not with_lead_obstacles(bare, made).allows([lead], line)[0]
+    assert not scrap_with_lead_ins(bare, made).allows([lead], line)[0]
     far = shapely.LineString([(80.0, 15.0), (120.0, 15.0)])
-    assert np.all(with_lead_obstacles(bare, made).allows([far], line))
+    assert np.all(scrap_with_lead_ins(bare, made).allows([far], line))

@@ -195,7 +195,7 @@ def test_a_hole_narrower_than_two_kerfs_is_reported_and_not_cut(radius, lead_in)
 
 
 def test_holes_of_which_the_same_is_told_are_told_in_one_line_with_the_first_places() -> None:
-    """Five holes too narrow for the kerf of 1.5 mm, and four below 9 mm, 1.5 times the thickness, which will be tapered."""
+    """Five holes too narrow for the kerf of 1.5 mm; four below 9 mm, 1.5 times the thickness, which will be tapered."""
     holes = [(Polyline.circle(20 + 20 * k, 20, 1.0), 1, 0, 1) for k in range(5)]
     holes += [(Polyline.circle(20 + 20 * k, 60, 4.0 + 0.1 * k), 1, 0, 1) for k in range(4)]
     issues = {

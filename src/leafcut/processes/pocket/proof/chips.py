@@ -21,7 +21,7 @@ from leafcut.processes.pocket.proof.pocket import (
     HEIGHT_TOLERANCE,
     EarlierCuts,
     PocketCut,
-    cuts_of,
+    cutting_moves,
     engaged_levels,
     thinnest,
 )
@@ -76,7 +76,7 @@ def measured_chips(
 
     Films thinner than `thinnest` are ignored. `levels` are the heights of cuts, mm; all other moves are descents.
     """
-    cuts = list(cuts_of(written, rules.tolerance))
+    cuts = list(cutting_moves(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
     # A short move of a ramp may be horizontal after rounding, but it is not at the height of a level.
     flat = {

@@ -72,7 +72,7 @@ def check_pockets(
     `depths` are the depths of the pockets from the surface, mm, positive. `tops` are the heights of the material over
     the pockets before milling, mm; if empty, all are 0.
     """
-    cuts = list(cuts_of(written, rules.tolerance))
+    cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
     wrong = [*_unknown_places(written), *_rapids(written, cuts, rules, retract, low)]
     return shorten([*wrong, *_beyond_walls(cuts, pockets, rules, depths)])
@@ -100,7 +100,7 @@ def simulated_levels(
     The step-over of a finishing pass is measured to the passes of the next lower level. Levels with equal paths are
     simulated once.
     """
-    cuts = list(cuts_of(written, rules.tolerance))
+    cuts = list(cutting_moves(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
     opened = _opened(written, cuts, rules)
     known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
@@ -135,7 +135,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     (`material.engagement`). Films up to a hundredth of the diameter are ignored: passes within the tolerance may leave
     them, and their chips are only a fifth as thick as usual at the same feed.
     """
-    cuts = list(cuts_of(written, rules.tolerance))
+    cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
     wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.path[:, 2])) > HEIGHT_TOLERANCE]
@@ -244,7 +244,7 @@ def depth_differences(
     `tops` are the heights of the material over the pockets before milling, mm; if empty, all are 0.
     """
     lower = _lower_tops(pockets, tops, rules)
-    wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
+    wrong, levels = [], _levels(list(cutting_moves(written, rules.tolerance)))
     for number, level in enumerate(levels):
         if level.z >= -step - HEIGHT_TOLERANCE:
             continue
@@ -312,7 +312,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 # -- moves -----------------------------------------------------------------------------------------------------------
 
 
-def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
+def cutting_moves(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface; chords replace arcs."""
     moves = straight_moves(replace(path, line=np.arange(len(path), dtype=np.int32)), FINE * tolerance, np.inf)
     turns = turns_of(path)

@@ -84,7 +84,7 @@ def with_common_lines(
     return made, pairs, _line_issues(slots, groups, rules)
 
 
-def with_lead_obstacles(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
+def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     """Return the scrap with the lead-ins of common lines as obstacles for other leads."""
     leads = []
     for c in contours:
@@ -306,7 +306,7 @@ class Grouper:
         if order is None:
             return None
         every = shapely.multilinestrings([around, *(shapely.LineString(x.points) for x in lines)])
-        if not self._covers(every, members):
+        if not self._follows_torch_paths(every, members):
             return None
         numbers = frozenset(self.contours[k].source.part for k in members)
         return CommonCutGroup(members, numbers, shape, path, tuple(lines), order)
@@ -339,7 +339,7 @@ class Grouper:
             return None
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
-    def _covers(self, lines: Any, members: frozenset[int]) -> bool:
+    def _follows_torch_paths(self, lines: Any, members: frozenset[int]) -> bool:
         """Return whether the lines follow the torch path of each part, except at sharp corners, and gouge no part."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)

@@ -23,7 +23,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.common_edges import doubled_edges, pierced_first
-from leafcut.processes.sheet.plan.common_lines import with_common_lines, with_lead_obstacles
+from leafcut.processes.sheet.plan.common_lines import scrap_with_lead_ins, with_common_lines
 from leafcut.processes.sheet.plan.contours import ROUNDING, CutContour, names_of, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.corner_loops import with_loops
 from leafcut.processes.sheet.plan.cut_path import chain_length, compensate_where_needed, make_chain, make_cut
@@ -177,7 +177,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     order: list[tuple[int, int]] = []
     if rules.common_lines or rules.once:
         contours, order, found = with_common_lines(contours, scrap)
-        scrap, issues = with_lead_obstacles(Scrap(sheet, contours, rules), contours), [*issues, *found]
+        scrap, issues = scrap_with_lead_ins(Scrap(sheet, contours, rules), contours), [*issues, *found]
     contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap)
     issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
