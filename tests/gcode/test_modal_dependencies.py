@@ -67,6 +67,7 @@ def test_the_height_before_matters_until_a_block_says_its_own(blocks: str, matte
         ("M8 / G4 P1", "", ""),
         ("G53 G0 Z0", "", "motion"),
         ("M62 P1", "", ""),
+        ("M72", " ".join(sorted(GROUPS)), " ".join(sorted(GROUPS))),
         ("G1 X5 F100 / (a remark) / X6", "distance feed_mode speed", "distance feed feed_mode motion speed"),
         ("G95", "", "feed_mode"),
         ("G93", "", "feed_mode"),

@@ -29,6 +29,8 @@ _STATES = {
 }
 #: Letters of M words for outputs and inputs; their values are not lengths.
 _OF_OUTPUTS = frozenset("PQEL$")
+#: M words that store modes (M70), forget them (M71), or restore them, now (M72) or at the end of a call (M73).
+_RESTORE = (70, 71, 72, 73)
 _STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
 _ARCS = frozenset({int(Kind.ARC_CW), int(Kind.ARC_CCW)})
@@ -117,7 +119,8 @@ class BlockReader:
         states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
         letters = {w.letter: w.text for w in words if w.letter not in "GMN"}
         spindle = any(w.letter == "M" and w.value in (3, 4) for w in words)
-        outputs = {w.letter for w in words} <= {"M", "N"} | _OF_OUTPUTS
+        restores = any(w.letter == "M" and w.value in _RESTORE for w in words)
+        outputs = not restores and {w.letter for w in words} <= {"M", "N"} | _OF_OUTPUTS
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def reliance(self, begin: int, end: int) -> Reliance:
