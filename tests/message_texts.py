@@ -105,9 +105,9 @@ observed(Difference, "__init__", lambda difference: difference.what)
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Check the messages of a case."""
+    """Check the messages of a case. Random values of Hypothesis may hold anything, also parts of other messages."""
     unknown.clear()
     result = yield
-    if unknown and str(item.path).startswith(FOLDERS):
+    if unknown and str(item.path).startswith(FOLDERS) and not item.get_closest_marker("hypothesis"):
         pytest.fail("no template covers, or a value is missing: " + "\n".join(unknown[:5]), pytrace=False)
     return result

@@ -58,8 +58,11 @@ leafcut reorder program.nc -o shorter.nc"""
 _EVERY_INPUT = (
     "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
 )
-#: Main options of `leafcut tools speeds`, which has no form in the studio.
-_MAIN_OF_SPEEDS = ("material", "tools", "depth", "thickness", "machine", "shop_rate")
+#: Main options of commands whose help does not follow a form of the studio.
+_MAIN = {
+    "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
+    "tools speeds": ("material", "tools", "depth", "thickness", "machine", "shop_rate"),
+}
 
 #: The flag --report of processes that have no table of parts.
 _PAGE = Annotated[
@@ -93,9 +96,9 @@ _WORKING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "simulate": ("leafcut.cli.checks:simulate", "simulate", {}),
     "stock": ("leafcut.cli.checks:stock", "stock", {}),
     "verify": ("leafcut.cli.checks:verify", "verify", {}),
-    "solve": ("leafcut.cli.study:solve", "solve", {}),
+    "solve": ("leafcut.cli.study:solve", "solve", {"first": _MAIN["solve"]}),
     "tools speeds": (
-        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN_OF_SPEEDS},
+        GROUPS["tools"][1]["speeds"], "cutting-data", {"first": _MAIN["tools speeds"]},
     ),
 }  # fmt: skip
 
@@ -259,7 +262,7 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
     if name in _WORKING:
         place, name_of_work, special = _WORKING[name]
         work = registry.work(name_of_work)
-        main = {"first": work.form[0][1]} if name in ("nest", "solve") else {}
+        main = {"first": work.form[0][1]} if name == "nest" else {}
         special = {**main, **special, "help": work.help or None, "helps": partial(_helps_of, work)}
         return resolve_name(place), [work], special
     process = registry.of_command(name)

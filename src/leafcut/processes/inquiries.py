@@ -34,8 +34,8 @@ class Solving(Work):
         ReadOptions, but=(*PLACE, "up", "z_zero")
     )
     form = (
-        ("search", ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads")),
-        ("solve", ("iterations", "bound", "candidates", "local_search")),
+        ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
+        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
         ("read", ("units", "layers", "strict")),
     )
 
