@@ -142,7 +142,10 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         ),
         ("nest bracket.dxf 20", "20: file not found; write a quantity after its drawing, bracket.dxf:20$"),
         ("nest bracket.dxf x20", "x20: file not found; write a quantity after its drawing, bracket.dxf:20$"),
-        ("nest bracket.dxf --quantity 2", "--quantity: .*; written after the drawing, such as bracket.dxf:20$"),
+        (
+            "nest bracket.dxf --quantity 2",
+            "--quantity: .*; write the number after the drawing, such as .*:20$",
+        ),
         ("simulate plate_10.dxf", r"plate_10\.dxf: a drawing \(dxf\), not a program; make its program first: leafcut"),
         ("send part.nc", r"send needs --machine \(see leafcut send --help\)$"),
         ("send part.nc --machine", r"--machine needs a value \(see leafcut send --help\)$"),

@@ -115,8 +115,10 @@ def test_a_built_in_input_is_written_into_the_working_folder(shop: Path) -> None
 
 def test_an_own_program_is_replaced_and_an_edited_one_is_not(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["jobs/plate.dxf", *FAST, "--thickness"]
-    assert run([*words, "6"]) == 0
-    assert run([*words, "8"]) == 0
+    replaced = "jobs/plate.ngc: replaced leafcut's earlier program; name another file with -o to keep both"
+    for thickness, said in (("6", False), ("6", False), ("8", True)):
+        assert run([*words, thickness]) == 0
+        assert (replaced in capsys.readouterr().err) is said
     program = shop / "plate.ngc"
     assert "--thickness 8mm" in program.read_text() and is_unchanged(program.read_text())
     edited = program.read_text().replace("G21", "G21 (checked)", 1)

@@ -128,13 +128,15 @@ def optimize(
     from leafcut import api
 
     source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
-    file = None if output == DASH else output
+    file, replaced = None if output == DASH else output, None
     if output is None and not dry_run and inputs != [DASH]:
         file = places_beside(inputs[:1], [api.output_name(inputs[0], **given)], inputs)[0]
         check_own(file, inputs)
+        replaced = Path(file).read_bytes() if Path(file).is_file() else None
     check_no_drawing(file)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(source, file, report=report, progress=reporter, **given)
+    _report_replaced(file, replaced)
     if output == DASH:
         write_program(outcome.text.encode(outcome.encoding))
         outcome = replace(outcome, output="standard output")
@@ -153,6 +155,12 @@ def optimize(
 
         print_summary(report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
     return _status_of(outcome)
+
+
+def _report_replaced(file: str | None, before: bytes | None) -> None:
+    """Report that a program replaced an earlier one with other contents, `before`."""
+    if file is not None and before is not None and Path(file).read_bytes() != before:
+        print_line(f"{file}: replaced leafcut's earlier program; name another file with -o to keep both", DONE)
 
 
 def _status_of(outcome: Outcome) -> int:

@@ -28,7 +28,7 @@ class Nesting(Work):
     )
     uses |= use(CutDataOptions, "cut_process", "kerf")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
-    otherwise = {"quantity": "written after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Work` declares it as a class variable
+    otherwise = {"quantity": "write the number after the drawing, such as bracket.dxf:20"}  # noqa: RUF012  # `Work` declares it as a class variable
     helps = {  # noqa: RUF012  # `Work` declares it as a class variable
         "concentric": ("which of several concentric circles to cut as a hole", ""),
         "kerf": ("", "2mm"),
