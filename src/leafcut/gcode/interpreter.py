@@ -409,12 +409,13 @@ class Interpreter:
                 continue
             code = round(word.value * 10)
             if code in ENDS_TRANSFORM and not any(named):
-                if state.transform:
-                    state.transform = 0
+                left = frozenset(active for active in state.transforms if TRANSFORMS[active] != code)
+                if left != state.transforms:
+                    state.transforms = left
                     state.move_origin(_ALL)
                 continue
             if code in TRANSFORMS:
-                state.transform = code
+                state.transforms |= {code}
             state.shift += 1
             if any(named) or code not in NO_MOTION:
                 state.unknown_motion = str(word)
@@ -780,8 +781,8 @@ class Interpreter:
             if other in "ABC" and state.rotary is None:
                 state.rotary = state.line, other
             raise UnclearBlock(f"the axis {other} is not understood")
-        if state.transform and moving:
-            raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
+        if state.transforms and moving:
+            raise UnclearBlock(f"G{max(state.transforms) / 10:g} is active, which is not understood")
         # G28 and G30 move at rapid, regardless of the active motion.
         home = special in (280, 300) and "motion" not in g
         if state.unknown_motion and not home and (moving or "motion" in g or g.get("cycle", 800) != 800):

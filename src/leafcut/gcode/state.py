@@ -72,8 +72,8 @@ class InterpreterState(Modal):
         Modes that may have changed invisibly: plane, distance, retract, feed, speed.
     unknown_motion
         The active motion or cycle if it is unsupported, otherwise ``""``.
-    transform
-        G code, in tenths, of an active rotation, scaling or mirroring; 0 without one.
+    transforms
+        G codes, in tenths, of the active rotations, scalings and mirrorings.
     surface
         G96 (constant surface speed) is active.
     rotary
@@ -107,7 +107,7 @@ class InterpreterState(Modal):
     assumed_units: bool = False
     unknown_modes: set[str] = field(default_factory=set)
     unknown_motion: str = ""
-    transform: int = 0
+    transforms: frozenset[int] = frozenset()
     surface: bool = False
     rotary: tuple[int, str] | None = None
     feed_forgotten: bool = False
@@ -137,7 +137,7 @@ class InterpreterState(Modal):
             and not self.unknown_motion
             and not self.unknown_modes
             and not self.feed_forgotten
-            and not self.transform
+            and not self.transforms
             and self.override == 1.0
         )
 
