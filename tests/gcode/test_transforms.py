@@ -31,6 +31,7 @@ def is_known_after(start: str, end: str, words: str) -> bool:
     return not np.isnan(end_of_move).any()
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("start", ENDED_BY)
 @pytest.mark.parametrize("words", ["fanuc", "linuxcnc"])
 def test_positions_are_unknown_until_the_word_that_ends_a_transformation(start: str, words: str) -> None:
@@ -38,6 +39,7 @@ def test_positions_are_unknown_until_the_word_that_ends_a_transformation(start: 
     assert known == {ENDED_BY[start]}
 
 
+@pytest.mark.hazard
 def test_the_end_of_a_scaling_leaves_a_rotation_active() -> None:
     both = "G68 X0. Y0. R30.\nG51 X0. Y0. P2"
     assert not is_known_after(both, "G50", "fanuc") and not is_known_after(both, "G69", "fanuc")
