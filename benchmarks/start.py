@@ -10,7 +10,6 @@ exists before both, as after an installation by pip. The import of three package
 from __future__ import annotations
 
 import compileall
-import os
 import resource
 import statistics
 import subprocess
@@ -20,20 +19,15 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks import ROOT, page
+from benchmarks import COMMAND, ROOT, environment_of, page
 
-#: Runs the command; an older checkout has it in another module.
-_CODE = """
+#: Runs the command, or imports three packages.
+_CODE = f"""
 import sys
 if sys.argv[1:] == ["imports"]:
     import numba, ezdxf, cyclopts
     sys.exit()
-try:
-    from leafcut.__main__ import main
-except ImportError:
-    from leafcut.cli.app import main
-main()
-"""
+{COMMAND}"""
 #: Measured commands: name → arguments.
 WORK = {
     "`import numba, ezdxf, cyclopts`": ("imports",),
@@ -53,8 +47,7 @@ WORK = {
 
 def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
     """Return processor seconds, clock seconds and output of a run."""
-    environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
-    environment |= {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(source / "src")}
+    environment = environment_of(source, cache)
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     command = [sys.executable, "-c", _CODE, *words]
     done = subprocess.run(command, env=environment, capture_output=True, check=True, cwd=cache)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import random
 import signal
 import sys
@@ -26,17 +25,9 @@ from typing import Any
 import ezdxf
 import ezdxf.units
 
-from benchmarks import ROOT, data_folder, growth, page
+from benchmarks import COMMAND, ROOT, data_folder, environment_of, growth, page
 from benchmarks.verify_large import launch, picture
 
-#: Runs a command; version 0.2.0 has it in another module.
-_COMMAND = """
-try:
-    from leafcut.__main__ import main
-except ImportError:
-    from leafcut.cli import main
-main()
-"""
 #: Reads a drawing as the studio does; version 0.2.0 has the function in another module.
 _PREVIEW = """
 import json, sys
@@ -89,8 +80,7 @@ class Checkout:
     def python(self, code: str, words: Sequence[str], folder: Path, most: int | None = None) -> Run:
         """Run code with the modules of this checkout; repeat it if it compiled kernels."""
         most = self.most if most is None else most
-        environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
-        environment |= {"NUMBA_CACHE_DIR": str(self.cache), "PYTHONPATH": str(self.source / "src")}
+        environment = environment_of(self.source, self.cache)
         for _ in range(2):
             command = [sys.executable, "-c", code, *words]
             seconds, peak, status = launch(command, str(folder), most, environment)
@@ -105,7 +95,7 @@ class Checkout:
 
     def command(self, words: str, folder: Path) -> Run:
         """Run a leafcut command."""
-        return self.python(_COMMAND, words.split(), folder)
+        return self.python(COMMAND, words.split(), folder)
 
 
 def pocket(folder: Path) -> None:
