@@ -109,7 +109,7 @@ def _process(file: str, machine: str) -> str:
 
 
 def check_file(words: Sequence[str]) -> str:
-    """Return the only file in the arguments of a filter. Raises OptionError or ReadError if there is no such file."""
+    """Return the only file in the arguments of a filter. Raises OptionError or ReadError if the file does not exist."""
     if len(words) != 1:
         raise OptionError(f"filter takes one file, as LinuxCNC calls it; {len(words)} were given")
     if not Path(words[0]).exists():

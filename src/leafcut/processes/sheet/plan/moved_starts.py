@@ -145,10 +145,15 @@ class _CutPaths:
     def _burns(self, start: CutStart) -> bool:
         return self.cutting.contours[start.contour].kind == "cut"
 
+    @property
+    def _reaches(self) -> tuple[float, float]:
+        """Distances of a pierce from a centreline, mm: in its kerf, and within a full kerf."""
+        kerf = self.cutting.rules.kerf
+        return 0.5 * kerf + ROOM, kerf
+
     def near_earlier_kerfs(self) -> list[int]:
         """Return the cuts, by position, whose pierce is in the kerf of an earlier cut or close to it."""
-        reach = max(0.5 * self.cutting.rules.kerf + ROOM, self.cutting.rules.kerf)
-        pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=reach)
+        pierce, kerf = self._tree.query(self._points, predicate="dwithin", distance=max(self._reaches))
         wrong: list[int] = np.unique(pierce[kerf < pierce]).tolist()
         return wrong
 
@@ -161,9 +166,8 @@ class _CutPaths:
         """
         if not start.pierce or not self._burns(start):
             return 0, 0
-        half = 0.5 * self.cutting.rules.kerf
         counts = []
-        for reach in (half + ROOM, 2.0 * half):
+        for reach in self._reaches:
             earlier = self._tree.query(shapely.Point(*start.entry), predicate="dwithin", distance=reach)
             count = int((earlier < k).sum())
             if line is not None:
