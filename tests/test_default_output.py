@@ -10,7 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.cli.app import run
-from leafcut.files.digests import is_unchanged
+from leafcut.files.digests import is_unchanged, signed
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 from leafcut.read.registry import read_source
@@ -130,6 +130,25 @@ def test_an_own_program_is_replaced_and_an_edited_one_is_not(shop: Path, capsys:
     assert program.read_text() == edited
     assert run([*words, "6", "-o", "jobs/plate.ngc"]) == 0
     assert is_unchanged(program.read_text())
+
+
+def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(EXAMPLES / "pocket.dxf", shop / "pocket.dxf")
+    drilled = ["drill", "jobs/pocket.dxf", "--depth", "3", *FAST]
+    milled = ["pocket", "jobs/pocket.dxf", "--depth", "3", "--tool-diameter", "6", *FAST]
+    assert run(drilled) == 3 and run(drilled) == 3  # its slot is missing
+    program = (shop / "pocket.ngc").read_bytes()
+    capsys.readouterr()
+    assert run(milled) == 1
+    assert "jobs/pocket.ngc: exists, and `leafcut drill` wrote it; name another file with -o to keep both" in (
+        capsys.readouterr().err
+    )
+    assert (shop / "pocket.ngc").read_bytes() == program
+    text = signed(program.decode().replace("command: drill", "command: pocket"))
+    (shop / "pocket.ngc").write_text(text)
+    assert run(drilled) == 1
+    assert "`leafcut pocket` wrote it" in capsys.readouterr().err
+    assert (shop / "pocket.ngc").read_text() == text
 
 
 def test_two_inputs_of_one_name_and_a_folder_as_output_are_refused(

@@ -570,10 +570,22 @@ def output_name(
     defaults_file: str | Path | None = None,
     **options: Any,
 ) -> str:
-    """Return the file name of the program for an input; the program of a foreign program has the name of the input.
+    """Return the file name of the program for an input, as `program_for` does."""
+    return program_for(source, process, options_file, defaults_file, **options)[0]
 
-    For a drawing, the extension is that of the dialect in which `optimize` would write. Raises OptionError if an option
-    or the machine is invalid for every input.
+
+def program_for(
+    source: str | Path,
+    process: str = "auto",
+    options_file: str | Path | None = None,
+    defaults_file: str | Path | None = None,
+    **options: Any,
+) -> tuple[str, str]:
+    """Return the file name of the program for an input, and the command that writes such a program.
+
+    The program of a foreign program has the name of the input, and its command is "reorder". For a drawing, the
+    extension is that of the dialect in which `optimize` would write. Raises OptionError if an option or the machine is
+    invalid for every input.
     """
     from leafcut.read.registry import format_name
 
@@ -583,8 +595,9 @@ def output_name(
     settings = _with_usual_options(settings, process)
     extension = program_extension(settings.post.dialect or machine_of(settings).controller)
     if format_name(source) == "gcode":
-        return Path(source).name
-    return Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
+        return Path(source).name, "reorder"
+    name = Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
+    return name, "drill" if process == "auto" else process
 
 
 def algorithms() -> dict[str, str]:

@@ -371,6 +371,7 @@ def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -
     machine = load_machine("linuxcnc-mill")
     head = header_lines(
         source="plate.dxf",
+        command="drill",
         version="9.9",
         machine=machine,
         tools=[Tool(3, 25.4, ToolKind.END_MILL, name="Cutter", spindle_rpm=1234.4, assumed=True)],
@@ -387,7 +388,7 @@ def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -
         "source: plate.dxf",
         "part: solid 1",
         f"machine: {machine.name}",
-        "seed 7 --depth 2 mm",
+        "command: drill --seed 7 --depth 2 mm",
         f"T3 end-mill Cutter {size}, 1234 rpm (assumed)",
         "the part reaches the negative side of the zero in Y",
         x,

@@ -222,6 +222,7 @@ def test_the_header_says_once_what_kind_a_tool_is() -> None:
     ]
     head = header_lines(
         source="a",
+        command="drill",
         version="1",
         machine=load_machine("linuxcnc-mill"),
         tools=tools,
@@ -246,6 +247,7 @@ def test_the_header_gives_the_extents_in_the_unit_of_the_program(units: str, wor
     b.end()
     head = header_lines(
         source="a",
+        command="drill",
         version="1",
         machine=load_machine("linuxcnc-mill"),
         tools=[],

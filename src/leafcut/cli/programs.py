@@ -130,8 +130,9 @@ def optimize(
     source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
     file, replaced = None if output == DASH else output, None
     if output is None and not dry_run and inputs != [DASH]:
-        file = places_beside(inputs[:1], [api.output_name(inputs[0], **given)], inputs)[0]
-        check_own(file, inputs)
+        name, work = api.program_for(inputs[0], **given)
+        file = places_beside(inputs[:1], [name], inputs)[0]
+        check_own(file, inputs, work)
         replaced = Path(file).read_bytes() if Path(file).is_file() else None
     check_no_drawing(file)
     with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
@@ -216,11 +217,11 @@ def _optimize_each(
             f"--origin {given['origin']}: each drill file would get its own zero, so the holes of the board would not "
             "match; name one program for all with -o, or a point, --origin x,y"
         )
-    names = [api.output_name(source, **given) for source in inputs]
+    names, works = zip(*(api.program_for(source, **given) for source in inputs), strict=True)
     if output is None and not dry_run:
         programs: Sequence[str | None] = places_beside(inputs, names, inputs)
-        for program in programs:
-            check_own(program, inputs)
+        for program, work in zip(programs, works, strict=True):
+            check_own(program, inputs, work)
     else:
         programs = targets_of(inputs, names, output, "-o")
         for program in programs:
@@ -354,7 +355,7 @@ def _sheets_beside(parts: Sequence[str]) -> str | None:
     numbered = re.compile(re.escape(file.stem) + r"(_v\d+)?(_\d+)?\.dxf", re.IGNORECASE)
     for sheet in sorted(file.parent.iterdir() if file.parent.is_dir() else ()):
         if numbered.fullmatch(sheet.name):
-            check_own(str(sheet), inputs)
+            check_own(str(sheet), inputs, "nest")
     return str(file)
 
 

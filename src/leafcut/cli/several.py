@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, count_of
-from leafcut.files.digests import is_unchanged
+from leafcut.files.digests import command_of, is_unchanged
 from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
 from leafcut.units import FACTORS
 
@@ -145,17 +145,21 @@ def check_no_drawing(target: str | None) -> None:
         raise OutputError(f"{target}: this is a drawing or a map, which leafcut did not write; choose another name")
 
 
-def check_own(target: str | None, inputs: Sequence[str]) -> None:
-    """Raise OutputError for an existing file, unless it is an unchanged program of leafcut or a copy of an input."""
+def check_own(target: str | None, inputs: Sequence[str], command: str) -> None:
+    """Raise OutputError for an existing file, unless it is a copy of an input or an unchanged file of this command."""
     path = Path(target or "")
     if target is None or not path.is_file():
         return
     data = path.read_bytes()
-    if _is_own(data) or any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
+    if any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
         return
-    raise OutputError(
-        f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"
-    )
+    if not _is_own(data):
+        raise OutputError(
+            f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"
+        )
+    other = command_of(decoded(data)[0])
+    if other and other != command:
+        raise OutputError(f"{target}: exists, and `leafcut {other}` wrote it; name another file with -o to keep both")
 
 
 def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""A digest in the header of a program or drawing shows whether the file was edited after leafcut wrote it."""
+"""Marks in the header of a file: the command that wrote it, and a digest that shows whether it was edited since."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 _DIGITS = 16
 #: Header line with a placeholder digest of zeros; `signed` replaces the zeros.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
+_COMMAND = re.compile(r"\bcommand: (\w+)", re.IGNORECASE)
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
 #: Search range for the digest line: the first characters of the file.
 _HEADER = 20_000
@@ -26,6 +27,17 @@ def signed(text: str) -> str:
 def is_unchanged(text: str) -> bool:
     """Return whether the text has a digest that matches its content."""
     return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
+
+
+def command_line(command: str) -> str:
+    """Return the start of the header line that names the command and its options."""
+    return f"command: {command}"
+
+
+def command_of(text: str) -> str:
+    """Return the command that the header names, in lower case; "" without one."""
+    place = _COMMAND.search(text, 0, _HEADER)
+    return place[1].lower() if place else ""
 
 
 def _digest(text: str) -> str:

@@ -64,6 +64,8 @@ CODES: dict[str, str] = {
     "L413": "cutting data are uncertain",
     "L414": "a height of the torch was assumed",
     "L415": "the sender transmits lines too slowly for their moves",
+    "L417": "the machine was assumed",
+    "L418": "holes are on a layer that is named for other work",
     "L421": "a layer's kind was taken from its name",
     "L422": "an outline around everything may be the sheet",
     "L423": "parts touch each other",
@@ -143,7 +145,7 @@ CODES: dict[str, str] = {
 #: Codes of issues shown next to the word "verified", with the heading of their line: assumed values, areas that the
 #: tool does not reach, and deep holes without pecks.
 LIMITS = {
-    **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L510"), "assumed"),
+    **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L417", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
     "L446": "deep hole",
 }

@@ -176,8 +176,9 @@ def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if isinstance(value, str | tuple | bool | Path):
         return
     if spec.minimum is not None and value < spec.minimum:
+        advice = f"; write it without the minus sign, {_bound_text(spec, -value)}" if -value > spec.minimum >= 0 else ""
         raise OptionError(
-            f"{flag}: {_bound_text(spec, value)} is below the minimum of {_bound_text(spec, spec.minimum)}"
+            f"{flag}: {_bound_text(spec, value)} is below the minimum of {_bound_text(spec, spec.minimum)}{advice}"
         )
     if spec.maximum is not None and value > spec.maximum:
         raise OptionError(

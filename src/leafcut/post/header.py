@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from leafcut.files.digests import DIGEST_LINE
+from leafcut.files.digests import DIGEST_LINE, command_line
 from leafcut.model.machine import Machine
 from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool
@@ -15,6 +15,7 @@ from leafcut.units import MM_PER_INCH, format_time
 def header_lines(
     *,
     source: str,
+    command: str,
     version: str,
     machine: Machine,
     tools: Iterable[Tool],
@@ -30,18 +31,18 @@ def header_lines(
 ) -> list[str]:
     """Return the lines of the header.
 
-    `seconds` are the machine times before and after the optimisation, and `beside` describes the order before. `part`
-    is the solid or surface for which the program is written, and its placing. `negative` names the axes on which the
-    part reaches the negative side of the zero. The header has no date or other changing data, so the same seed gives
-    the same file.
+    `command` is the leafcut command that writes such a program. `seconds` are the machine times before and after the
+    optimisation, and `beside` describes the order before. `part` is the solid or surface for which the program is
+    written, and its placing. `negative` names the axes on which the part reaches the negative side of the zero. The
+    header has no date or other changing data, so the same seed gives the same file.
     """
     lines = [f"leafcut {version}", f"source: {source}"]
     if part:
         lines.append(f"part: {part}")
     lines.append(f"machine: {machine.name}")
-    lines.append(
-        " ".join([f"seed {seed}", *(f"{flag} {value}" for flag, value in options.items() if flag != "--seed")])
-    )
+    changed = {"--seed": str(seed), **options}
+    words = (f"{flag} {value}" for flag, value in changed.items() if flag != "--process")
+    lines.append(" ".join([command_line(command), *words]))
     lines.extend(_tool_line(tool, units) for tool in tools)
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
     if zero is not None:

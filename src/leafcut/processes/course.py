@@ -9,7 +9,7 @@ from leafcut._version import __version__
 from leafcut.kernels.compiling import announced
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
-from leafcut.processes.job import Job, machine_issues, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, assumed_machine, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.ordering import check_order, find_order
 from leafcut.processes.plan import OrderRefused, Plan
 
@@ -94,6 +94,7 @@ def _build_outcome(
         issues=(
             *plan.issues,
             *process.issues(plan, best),
+            *assumed_machine(settings, machine, plan.issues),
             *machine_issues(plan.limits or machine, plan.box, settings.read.origin is not None),
         ),
         options=settings.changed(),

@@ -136,6 +136,13 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
         raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses an incomplete program")
 
 
+def assumed_machine(settings: Settings, machine: Machine, issues: Iterable[Issue]) -> list[Issue]:
+    """Return a note that the machine is the default, unless the user named one or a note names it already (L807)."""
+    if "machine" in settings.given or any(issue.code == "L807" for issue in issues):
+        return []
+    return [Issue("L417", f"machine {machine.name} assumed; name yours with --machine", severity=Severity.NOTE)]
+
+
 def machine_issues(
     machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
 ) -> list[Issue]:

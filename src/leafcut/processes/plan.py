@@ -103,6 +103,7 @@ def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
     settings, part = plan.job.settings, plan.part
     return header_lines(
         source=Path(part.source or part.name).name,
+        command=plan.kind,
         zero=part.zero,
         negative="" if plan.box is None else negative_axes(plan.box, plan.job.machine),
         version=__version__,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
-from leafcut.report.wording import MOTION, clean, group_issues, heading, limits, line, title_words
+from leafcut.report.wording import MOTION, IssueGroup, clean, group_issues, heading, limits, line, title_words
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -108,6 +109,12 @@ def _facts(report: PathReport[Any]) -> Table:
     return table
 
 
+def _row_of(group: IssueGroup) -> tuple[str, str]:
+    """Return the code of an issue, and the beginning of its message. Equal ones share a row."""
+    head, colon, _ = group.message.partition(": ")
+    return group.code, head + colon if group.severity is Severity.NOTE and colon else group.message
+
+
 def _issues(outcome: Outcome) -> Table:
     from rich.table import Table
     from rich.text import Text
@@ -117,14 +124,18 @@ def _issues(outcome: Outcome) -> Table:
     table.add_column(overflow="fold")
     groups = group_issues((i for i in _other_issues(outcome) if i.code not in LIMITS), by_message=True)
     folded = [g for g in groups[MAX_ISSUES:] if not g.code.startswith(MOTION)]
-    for group in (g for g in groups if g not in folded):
-        style = "yellow" if group.severity is Severity.WARNING else "dim"
-        number = f"{group.number:,} × " if group.number > 1 else ""
-        place = f" ({group.place})" if group.place else ""
-        words = Text.assemble((number, "dim"), group.message, (place, "dim"))
-        # The end of a message states the remedy, so only messages of more than three lines are truncated.
-        words.truncate(MAX_CHARACTERS, overflow="ellipsis")
-        table.add_row(Text(group.code, style), words)
+    for (code, head), row in groupby((g for g in groups if g not in folded), _row_of):
+        words = Text()
+        for group in row:
+            style = "yellow" if group.severity is Severity.WARNING else "dim"
+            number = f"{group.number:,} × " if group.number > 1 else ""
+            place = f" ({group.place})" if group.place else ""
+            message = f"; {group.message.removeprefix(head)}" if words else group.message
+            text = Text.assemble((number, "dim"), message, (place, "dim"))
+            # The end of a message states the remedy, so only messages of more than three lines are truncated.
+            text.truncate(MAX_CHARACTERS, overflow="ellipsis")
+            words.append_text(text)
+        table.add_row(Text(code, style), words)
     rest = sum(group.number for group in folded)
     if rest:
         table.add_row("", Text(f"+ {rest:,} more", "dim"))

@@ -61,7 +61,7 @@ class Drilling(Process):
         "start_point": ("start point of the tool, x,y, or free", ""),
     }
     command = "drill"
-    help = "Drill the holes and slots of a drawing, a drill file, or several drill files of a board."
+    help = "Drill the round holes of a drawing, or the holes and slots of the drill files of a board."
     takes = "a drawing, a drill file or a point map; several drill files make one program"
     asked_as = ("drill",)
     reads = "drawing"

@@ -10,13 +10,31 @@ from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import said
+from leafcut.units import fixed
 
 #: Smallest time saving with a sentence in the summary, s; a smaller saving would read 0.00 s.
 _LEAST_SAVED = 0.005
+#: Smallest depth below the plate that the summary states, mm.
+_LEAST_BELOW = 0.005
 
 
 class DrillingReport(PathReport[DrillingDetail]):
     """Facts and pictures of drilled holes."""
+
+    def own_facts(self) -> list[Fact]:
+        """Return how deep the holes of a plate are, and the saved time."""
+        thickness, lowest = self.outcome.detail.thickness, float(self.outcome.path_after.extents[0][2])
+        if self.outcome.detail.surface is not None or not self.outcome.operations:
+            return self.savings()
+        below = 0.0 if thickness is None else -thickness - lowest
+        z = fixed(lowest, 2)
+        if below < _LEAST_BELOW:
+            words = said("Z0 is the top; the lowest point is Z{z}", z=z)
+        else:
+            words = said(
+                "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=fixed(below, 2)
+            )
+        return [Fact("lowest_z_mm", lowest, "mm"), Fact(sentence=words, name=said("Depth")), *self.savings()]
 
     def savings(self) -> list[Fact]:
         """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""

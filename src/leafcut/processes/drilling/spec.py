@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,15 +10,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError, PlanError, count_of, shown
 from leafcut.geometry.arrays import Ints
+from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part, ProgramZero
 from leafcut.options import flag_name
+from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.processes.drilling.judge import DrillingRequest
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
+from leafcut.processes.layers import matcher
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -39,7 +43,23 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
 
         besides += work_besides_holes(source, job.settings.read)
     issues += besides if everything else [issue.as_note() for issue in besides]
+    if not job.settings.read.layers:
+        issues += _issues_of_layers(part)
     return replace(part, issues=tuple(issues), besides=())
+
+
+def _issues_of_layers(part: Part) -> list[Issue]:
+    """Return a warning for each layer of holes that is named for pockets."""
+    is_other = matcher((*POCKET_NAMES, *ISLAND_NAMES))
+    issues = []
+    for layer, number in Counter(hole.layer for hole in part.holes).items():
+        if is_other(layer):
+            message = (
+                f"{count_of(number, 'hole')} on layer '{shown(layer)}', which is named for other work; leave the layer "
+                "out with --ignore-layers if it is not drilled"
+            )
+            issues.append(Issue("L418", message))
+    return issues
 
 
 def _load_meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:

@@ -47,26 +47,30 @@ class AvoidedAreas:
     line
         Line of the first of these moves in the new program, or 0.
     below
-        Greatest height at which the original crosses these areas, mm, if all new moves are lower; otherwise None.
+        Greatest height of sideways rapids and cuts of the original, mm, if all new moves are lower; otherwise None.
+    lowest
+        Lowest height of these moves, mm, if `below` is known; otherwise None.
     """
 
     moves: int = 0
     line: int = 0
     below: float | None = None
+    lowest: float | None = None
 
     @property
     def crossings(self) -> str:
         """Message with the number of moves; "" without such moves."""
         if not self.moves:
             return ""
-        height = "" if self.below is None else f" below Z{self.below:g}"
-        words = f"1 new move{height} crosses" if self.moves == 1 else f"{self.moves} new moves{height} cross"
-        return f"{words} areas that the original avoided"
+        words = "1 new move crosses" if self.moves == 1 else f"{self.moves} new moves cross"
+        height = "" if self.lowest is None else f" at Z{self.lowest:g}" + (" or higher" if self.moves > 1 else "")
+        avoided = "" if self.below is None else f" below Z{self.below:g}"
+        return f"{words} areas{height} that the original avoided{avoided}"
 
     @property
     def text(self) -> str:
         """Message with the number of moves, the line of the first move, and the remedy."""
-        return f"{self.crossings}; name clamps with --keep-out (first: line {self.line})"
+        return f"{self.crossings}; name clamps with --keep-out (first: line {self.line} of the new program)"
 
 
 @dataclass(frozen=True)

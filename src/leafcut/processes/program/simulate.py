@@ -33,6 +33,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 
     An exception that `progress` raises cancels the simulation.
     """
+    from leafcut.processes.job import assumed_machine
     from leafcut.processes.program.reading import read_file, run_of_controller
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure
@@ -43,7 +44,8 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     # `optimize` starts at X0 Y0 by default too.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
-    issues = (*read.find_dangers(), *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
+    assumed = assumed_machine(settings, read.machine, read.issues)
+    issues = (*read.find_dangers(), *read.issues, *assumed, *unknown, *_starved(run, read.machine, lines, cost.time_s))
     path, told = read.program.path, settings.from_defaults()
     return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
 

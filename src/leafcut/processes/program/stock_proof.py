@@ -43,7 +43,8 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
     """Return a judge that compares the stock after new orders of a program with that of the original.
 
     Without ``--workpiece``, the stock is a block around the cuts below Z0. A tool with only a known diameter counts as
-    a flat end mill. Cuts of tools of unknown diameter are left out. A laser or torch program has no judge.
+    a flat end mill. Cuts of tools of unknown diameter are left out. A laser or torch program has no judge, and neither
+    has a program that only drills with tools of unknown diameter.
 
     Raises
     ------
@@ -59,6 +60,8 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
         return Judging()
     tools, unknown = known_tools(program, run.settings, run.machine, flat=True)
     left_out = tuple(unknown)
+    if not tools and process == "drill":
+        return Judging()
     if not tools:
         beam = dialect(run.settings.post.dialect or run.machine.controller).torch is not None
         why = "it is read as a milling program; if a beam cuts, give --process laser or plasma" if beam else _NO_SHAPES

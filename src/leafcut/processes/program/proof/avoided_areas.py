@@ -72,9 +72,11 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
     rows = np.unique(now.row[strange])
     across = np.hypot(*(was.ends[:, 3:5] - was.ends[:, :2]).T) > _ROOM
     top = float(was.ends[across][:, [2, 5]].max(initial=-np.inf))
-    highest = float(now.ends[strange][:, [2, 5]].min(axis=1).max())
-    below = top if not level and highest < top - _ROOM else None
-    return AvoidedAreas(len(rows), int(new.path.line[rows].min()), below)
+    heights = now.ends[strange][:, [2, 5]].min(axis=1)
+    line = int(new.path.line[rows].min())
+    if level or float(heights.max()) >= top - _ROOM:
+        return AvoidedAreas(len(rows), line)
+    return AvoidedAreas(len(rows), line, top, float(heights.min()))
 
 
 def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: float) -> _Moves:
