@@ -177,6 +177,8 @@ def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: P
         ("a.json", "{}", "is not a tool library of Fusion"),
         ("a.json", '{"data": [7]}', "no tool of this library can be used: tool 1: it is not a Fusion tool"),
         ("a.json", '{"data": [{"type": "saw"}]}', "tool 1: leafcut has no tool of type 'saw'"),
+        ("a.json", '{"data": [{"unit": "millimeters"}]}', "tool 1: it has no type"),
+        ("a.json", '{"data": [{"type": "drill"}]}', "tool 1: it has no unit"),
         (
             "a.json",
             '{"data": [{"type": "drill", "unit": "ells", "post-process": {"number": 4}}]}',

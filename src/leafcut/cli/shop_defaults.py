@@ -39,7 +39,7 @@ TEMPLATE = f"""\
 """
 
 #: Commands whose kind of work depends on the input.
-_OF_ALL_KINDS = ("optimize", "batch", "filter", "watch")
+_OF_ALL_KINDS = ("optimize", "filter")
 
 
 @dataclass(frozen=True)

@@ -119,10 +119,11 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         raise ValueError("path data that does not start with M")
     try:
         return iter(list(_subpaths(text)))
-    except (ValueError, RecursionError, MemoryError):
+    except (RecursionError, MemoryError):
         raise
-    except Exception:  # svgelements computes with the missing numbers
-        raise ValueError("path data in which numbers are missing") from None
+    except Exception as problem:  # svgelements computes with the missing numbers
+        words = str(problem) if isinstance(problem, ValueError) else ""
+        raise ValueError(words or "path data in which numbers are missing") from None
 
 
 def _subpaths(text: str) -> Iterator[SvgSubpath]:

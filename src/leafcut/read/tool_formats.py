@@ -159,10 +159,14 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
-        if kind is None:
-            yield name, f"leafcut has no tool of type '{shown(str(tool.get('type')), 30)}'"
+        if "type" not in tool:
+            yield name, "it has no type"
+        elif kind is None:
+            yield name, f"leafcut has no tool of type '{shown(str(tool['type']), 30)}'"
+        elif "unit" not in tool:
+            yield name, "it has no unit"
         elif unit is None:
-            yield name, f"its unit '{shown(str(tool.get('unit')), 20)}' is not millimeters or inches"
+            yield name, f"its unit '{shown(str(tool['unit']), 20)}' is not millimeters or inches"
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
             yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
