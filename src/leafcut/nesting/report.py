@@ -108,9 +108,9 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     for title in (
         *(["cost"] if first.priced else []),
         "sheets",
-        "of the last\nsheet used",
-        "utilisation",
-        "of the\nmaterial used",
+        "used length\nof the last",
+        "parts cover,\nall sheets",
+        "parts cover,\nused length",
     ):
         table.add_column(title, justify="right", no_wrap=True)
     for number, nest in enumerate(outcome.nests, 1):

@@ -65,7 +65,7 @@ _AIR = 0.01
 _ABOVE = 2.0
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 #: Columns of the table of strategies, and those that the summary leaves out.
-_TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engaged", "mean", "air", "program")
+_TITLES = ("feed", "rapid", "retracts", "uncut", "step-over mm", "engagement", "mean", "air", "program time")
 _WIDE = ("step-over mm", "air")
 
 
