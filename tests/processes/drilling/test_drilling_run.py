@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import ezdxf
+import ezdxf.units
 import numpy as np
 import pytest
 
@@ -15,6 +18,7 @@ from leafcut.errors import LeafcutError, PlanError, VerifyError
 from leafcut.model.plan import Stage
 from leafcut.model.solution import Solution
 from leafcut.order import solve as room
+from leafcut.processes.registry import report_of
 from leafcut.read.order_file import drawing_of, order_text
 
 
@@ -178,3 +182,41 @@ def test_a_program_with_a_spot_drill_near_a_low_clamp_is_proved(tmp_path: Path) 
         tmp_path / "holes.csv", tools=tmp_path / "tools.toml", centre_drill=True, depth=4, keep_out=["54 25 60 35 0"],
     )  # fmt: skip
     assert outcome.verified
+
+
+def test_the_summary_states_how_far_the_drill_comes_out_below_the_plate(tmp_path: Path) -> None:
+    """A drill of Ø6 and 118 degrees has a cone of 3 mm / tan 59° = 1.80 mm; 0.5 mm more leave the plate."""
+    (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,6\n20,30,6\n")
+    plate = leafcut.drill(tmp_path / "holes.csv", units="mm", thickness=8)
+    lowest = -8.0 - 3.0 / math.tan(math.radians(59.0)) - 0.5
+    assert plate.to_dict()["lowest_z_mm"] == pytest.approx(lowest)
+    sentences = [fact.sentence for fact in report_of(plate).facts if fact.name == "Depth"]
+    assert sentences == ["Z0 is the top; the lowest point is Z-10.30, 2.30 mm below the plate"]
+    blind = leafcut.drill(tmp_path / "holes.csv", units="mm", depth=2, depth_to="tip")
+    sentences = [fact.sentence for fact in report_of(blind).facts if fact.name == "Depth"]
+    assert sentences == ["Z0 is the top; the lowest point is Z-2.00"]
+
+
+def test_only_a_machine_that_nobody_named_is_assumed(tmp_path: Path) -> None:
+    (tmp_path / "holes.csv").write_text("x,y,diameter\n50,30,6\n20,30,6\n")
+    for options, assumed in (
+        ({}, ["machine linuxcnc-mill assumed; name yours with --machine"]),
+        ({"machine": "haas-vf2"}, []),
+    ):
+        program = leafcut.drill(tmp_path / "holes.csv", tmp_path / "o.nc", units="mm", depth=2, **options)
+        timed = leafcut.simulate(tmp_path / "o.nc", **options)
+        for issues in (program.issues, timed.issues):
+            assert [issue.message for issue in issues if issue.code == "L417"] == assumed
+
+
+def test_holes_on_a_layer_that_is_named_for_pockets_are_reported(tmp_path: Path) -> None:
+    drawing = ezdxf.new(units=ezdxf.units.MM)
+    for x, layer in ((0, "ISLAND"), (20, "Islands"), (40, "pocket_1"), (60, "HOLES"), (80, "ISLAND")):
+        drawing.modelspace().add_circle((x, 0), 3.0, dxfattribs={"layer": layer})
+    drawing.saveas(tmp_path / "plate.dxf")
+    issues = leafcut.drill(tmp_path / "plate.dxf", depth=2).issues
+    assert sorted(issue.message.partition(",")[0] for issue in issues if issue.code == "L418") == [
+        "1 hole on layer 'Islands'", "1 hole on layer 'pocket_1'", "2 holes on layer 'ISLAND'",
+    ]  # fmt: skip
+    chosen = leafcut.drill(tmp_path / "plate.dxf", depth=2, layers=["HOLES", "ISLAND"])
+    assert "L418" not in {issue.code for issue in chosen.issues}

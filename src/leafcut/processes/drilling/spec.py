@@ -55,8 +55,8 @@ def _issues_of_layers(part: Part) -> list[Issue]:
     for layer, number in Counter(hole.layer for hole in part.holes).items():
         if is_other(layer):
             message = (
-                f"{count_of(number, 'hole')} on layer '{shown(layer)}', which is named for other work; leave the layer "
-                "out with --ignore-layers if it is not drilled"
+                f"{count_of(number, 'hole')} on layer '{shown(layer)}', which is named for other work; if they are not "
+                "drilled, name the layers to drill with --layers"
             )
             issues.append(Issue("L418", message))
     return issues
