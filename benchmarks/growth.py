@@ -47,11 +47,11 @@ def panel(count: int, file: Path) -> None:
     drawing.saveas(file)
 
 
-def sheet(count: int, file: Path) -> None:
-    """Draw contours on a sheet: stars with two holes each."""
+def sheet(count: int, file: Path, columns: int = 0) -> None:
+    """Draw contours on a sheet: stars with two holes each, as a square or in a number of columns."""
     drawing, chance = ezdxf.new(units=ezdxf.units.MM), random.Random(1)
     model, parts = drawing.modelspace(), max(count // 3, 1)
-    side = math.ceil(math.sqrt(parts))
+    side = columns or math.ceil(math.sqrt(parts))
     for k in range(parts):
         x, y, turn = 45.0 * (k % side) + 25.0, 45.0 * (k // side) + 25.0, chance.uniform(0, 6)
         corners = [(r, turn + math.pi * j / 8) for j in range(16) for r in (20.0 - 4.0 * (j % 2),)]
