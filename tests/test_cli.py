@@ -88,7 +88,7 @@ def test_a_program_can_be_simulated_and_compared(
     plate = str(examples / "plate_10.dxf")
     answer(capsys, "optimize", plate, "-o", str(one), "-q", "--thickness", "6")
     answer(capsys, "optimize", plate, "-o", str(two), "-q", "--thickness", "6", "--algorithm", "none")
-    simulated = json.loads(answer(capsys, "simulate", str(one), "--json")[0])
+    simulated = json.loads(answer(capsys, "simulate", str(one), "--machine", "linuxcnc-mill", "--json")[0])
     assert {"time_s", "rapid_mm", "feed_mm", "by_kind", "extents", "issues"} <= simulated.keys()
     assert simulated["time_s"] == pytest.approx(sum(simulated["by_kind"].values()))
     assert simulated["time_s"] == pytest.approx(leafcut.optimize(plate, thickness=6).after.time_s, rel=1e-3)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import leafcut
+from leafcut._version import __version__
 from leafcut.cli.app import run
 from leafcut.files.digests import is_unchanged, signed
 from leafcut.processes import registry
@@ -144,7 +145,7 @@ def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pyte
         capsys.readouterr().err
     )
     assert (shop / "pocket.ngc").read_bytes() == program
-    text = signed(program.decode().replace("command: drill", "command: pocket"))
+    text = signed(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
     (shop / "pocket.ngc").write_text(text)
     assert run(drilled) == 1
     assert "`leafcut pocket` wrote it" in capsys.readouterr().err

@@ -384,11 +384,11 @@ def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -
         negative="Y",
     )
     assert head[:-1] == [
-        "leafcut 9.9",
+        "leafcut 9.9 drill",
         "source: plate.dxf",
         "part: solid 1",
         f"machine: {machine.name}",
-        "command: drill --seed 7 --depth 2 mm",
+        "seed 7 --depth 2 mm",
         f"T3 end-mill Cutter {size}, 1234 rpm (assumed)",
         "the part reaches the negative side of the zero in Y",
         x,

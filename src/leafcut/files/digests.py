@@ -8,7 +8,7 @@ import re
 _DIGITS = 16
 #: Header line with a placeholder digest of zeros; `signed` replaces the zeros.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
-_COMMAND = re.compile(r"\bcommand: (\w+)", re.IGNORECASE)
+_FIRST_LINE = re.compile(r"\bleafcut \d[\w.+]* ([a-z][\w-]*)", re.IGNORECASE)
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
 #: Search range for the digest line: the first characters of the file.
 _HEADER = 20_000
@@ -29,14 +29,14 @@ def is_unchanged(text: str) -> bool:
     return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
 
 
-def command_line(command: str) -> str:
-    """Return the start of the header line that names the command and its options."""
-    return f"command: {command}"
+def first_line(version: str, command: str) -> str:
+    """Return the first line of a header."""
+    return f"leafcut {version} {command}"
 
 
 def command_of(text: str) -> str:
     """Return the command that the header names, in lower case; "" without one."""
-    place = _COMMAND.search(text, 0, _HEADER)
+    place = _FIRST_LINE.search(text, 0, _HEADER)
     return place[1].lower() if place else ""
 
 

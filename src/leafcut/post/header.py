@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from leafcut.files.digests import DIGEST_LINE, command_line
+from leafcut.files.digests import DIGEST_LINE, first_line
 from leafcut.model.machine import Machine
 from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool
@@ -36,13 +36,13 @@ def header_lines(
     written, and its placing. `negative` names the axes on which the part reaches the negative side of the zero. The
     header has no date or other changing data, so the same seed gives the same file.
     """
-    lines = [f"leafcut {version}", f"source: {source}"]
+    lines = [first_line(version, command), f"source: {source}"]
     if part:
         lines.append(f"part: {part}")
     lines.append(f"machine: {machine.name}")
-    changed = {"--seed": str(seed), **options}
-    words = (f"{flag} {value}" for flag, value in changed.items() if flag != "--process")
-    lines.append(" ".join([command_line(command), *words]))
+    lines.append(
+        " ".join([f"seed {seed}", *(f"{flag} {value}" for flag, value in options.items() if flag != "--seed")])
+    )
     lines.extend(_tool_line(tool, units) for tool in tools)
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
     if zero is not None:

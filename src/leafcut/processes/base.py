@@ -283,7 +283,7 @@ class Process(Work, Protocol):
             best.path,
             plan.dialect,
             plan.job.settings.post,
-            [*header(plan, given, best), *self.notes(plan, best)],
+            [*header(plan, given, best, self.command), *self.notes(plan, best)],
             tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
             rapid_velocity=max(plan.job.machine.rapid_velocity),
             preselect_tool=plan.job.machine.preselect_tool,

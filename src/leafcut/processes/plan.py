@@ -96,14 +96,14 @@ class OrderRefused(VerifyError):
 Pass = Callable[[Plan, Order], Order]
 
 
-def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
-    """Return the lines of the header of a program from a drawing."""
+def header(plan: Plan, given: Candidate, best: Candidate, command: str) -> list[str]:
+    """Return the lines of the header of a program from a drawing; `command` writes such a program."""
     from leafcut.post.header import header_lines
 
     settings, part = plan.job.settings, plan.part
     return header_lines(
         source=Path(part.source or part.name).name,
-        command=plan.kind,
+        command=command,
         zero=part.zero,
         negative="" if plan.box is None else negative_axes(plan.box, plan.job.machine),
         version=__version__,

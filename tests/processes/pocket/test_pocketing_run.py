@@ -572,7 +572,7 @@ def test_the_header_tells_the_process_where_the_drawing_alone_does_not(drawing: 
     assert "--process" not in alone.options
     told = api.optimize(EXAMPLES / "pocket.dxf", process="pocket", strategy="contour", **FAST)
     assert told.options["--process"] == "pocket"
-    assert "command: pocket --seed 1 --" in told.text.lower()
+    assert "seed 1 --process pocket --" in told.text.lower()
 
 
 def test_every_strategy_is_told_by_its_name_and_the_time_of_its_program(drawing: Path) -> None:

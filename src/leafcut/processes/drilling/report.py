@@ -34,7 +34,7 @@ class DrillingReport(PathReport[DrillingDetail]):
             words = said(
                 "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=fixed(below, 2)
             )
-        return [Fact("lowest_z_mm", lowest, "mm"), Fact(sentence=words, name=said("Depth")), *self.savings()]
+        return [Fact(sentence=words, name=said("Depth")), *self.savings()]
 
     def savings(self) -> list[Fact]:
         """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""

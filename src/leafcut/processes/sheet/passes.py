@@ -126,15 +126,11 @@ def _move_leads_apart(plan: Plan, order: Order) -> Order:
 
 
 def detach_later(plan: Plan, order: Order) -> Order:
-    """Cut outlines after the travel moves over their parts, for a head that stays down.
-
-    Orders are compared by the number of moves across detached parts, then of moves close to them, then by time.
-    """
-    work, cuts, objective = plan.work, cuts_in_order(plan, order), plan.job.settings.solve.objective
+    """Cut outlines after the travel moves over their parts, for a head that stays down."""
+    work, cuts = plan.work, cuts_in_order(plan, order)
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
-    before = motion(plan, order)
-    cut_plan, routes = before.detail
+    cut_plan, routes = motion(plan, order).detail
     if not (routes.crossing or routes.close or routes.corners):
         return order
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
@@ -144,8 +140,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
     # All starts of the sheet may be used, even if a second search had fewer.
     moved = CutSequence(work.cutting, tuple(cuts.starts[k] for k in place))
     other = _move_leads_apart(plan, pierce_in_metal(plan, _with_cuts(order, moved)))
-    ranks = [(c.detail[0].crossings or 0, c.detail[0].close, c.cost(objective)) for c in (motion(plan, other), before)]
-    return other if ranks[0] < ranks[1] else order
+    return min(order, other, key=lambda either: _rank(plan, either))
 
 
 def keep_nearest(plan: Plan, order: Order) -> Order:
@@ -153,21 +148,41 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
 
     The search uses a simpler time model than this comparison.
     """
+    objective, known = plan.job.settings.solve.objective, Order((plan.work.nearest,))
+    if plan.work.order_fixed or not _may_be_nearest(plan):
+        return order
+    return min(order, known, key=lambda either: motion(plan, either).cost(objective))
+
+
+def _may_be_nearest(plan: Plan) -> bool:
+    """Return whether the nearest-neighbour order, which has no chains, may replace the order of the search."""
     work, searches = plan.work, plan.job.settings.solve.algorithm == "auto"
-    same = searches and work.planned is None and work.nearest.cutting is work.cutting
-    return _faster_of(plan, work.nearest, order) if same else order
+    return searches and work.planned is None and work.nearest.cutting is work.cutting
 
 
 def keep_given(plan: Plan, order: Order) -> Order:
-    """Return the order, or the order of the drawing or of the plan file if that is faster."""
-    return _faster_of(plan, plan.work.given, order)
+    """Return the order, or a faster one that crosses or nears no more detached parts.
 
-
-def _faster_of(plan: Plan, known: CutSequence, order: Order) -> Order:
-    other, objective = Order((known,)), plan.job.settings.solve.objective
-    if plan.work.order_fixed or motion(plan, other).cost(objective) >= motion(plan, order).cost(objective):
+    The others are the order of the drawing or of the plan file, and the nearest-neighbour order after `detach_later`.
+    """
+    work = plan.work
+    if work.order_fixed:
         return order
-    return other
+    known = [Order((work.given,))]
+    if work.parts is not None and _may_be_nearest(plan):
+        known.append(detach_later(plan, Order((work.nearest,))))
+    for other in known:
+        (*risks, cost), (*other_risks, other_cost) = _rank(plan, order), _rank(plan, other)
+        if other_risks <= risks and other_cost < cost:
+            order = other
+    return order
+
+
+def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
+    """Return the numbers of moves across detached parts and of moves close to them, and the cost."""
+    candidate = motion(plan, order)
+    cuts = candidate.detail[0]
+    return cuts.crossings or 0, cuts.close, candidate.cost(plan.job.settings.solve.objective)
 
 
 PASSES: tuple[Pass, ...] = (

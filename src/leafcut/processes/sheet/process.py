@@ -123,10 +123,11 @@ class SheetCutting(Process):
         return self.generate(plan, Order((plan.work.given,)))
 
     def nearest(self, plan: Plan) -> Candidate:
-        """Return the motion in the nearest-neighbour order."""
+        """Return the motion in the nearest-neighbour order, with the same care for detached parts."""
         from leafcut.model.plan import Order
+        from leafcut.processes.sheet.passes import detach_later
 
-        return self.generate(plan, Order((plan.work.nearest,)))
+        return self.generate(plan, detach_later(plan, Order((plan.work.nearest,))))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion of an order."""
@@ -140,7 +141,7 @@ class SheetCutting(Process):
         from leafcut.processes.sheet.post import write_cut_program
 
         post = plan.job.settings.post
-        return write_cut_program(best.detail[0], best.path, plan.dialect, post, header(plan, given, best))
+        return write_cut_program(best.detail[0], best.path, plan.dialect, post, header(plan, given, best, self.command))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
