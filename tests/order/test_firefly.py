@@ -24,9 +24,7 @@ from leafcut.order.literature.flight import Flight, Swarm
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
-SIMPLE, COMPLEX = (
-    Flight.of(FireflyOptions(variant=variant), limited=False) for variant in ("leafcut", "published-complex")
-)
+SIMPLE = Flight.of(FireflyOptions(), limited=False)
 
 
 def places(n: int, seed: int = 1) -> np.ndarray:
@@ -39,13 +37,6 @@ def instance_of(n: int, closed: bool = True, seed: int = 1) -> Instance:
     return build_instance(RoutingProblem.of_points(places(n, seed), closed=closed), 5)
 
 
-def test_the_published_parameters_are_the_defaults() -> None:
-    assert (SIMPLE.fireflies, SIMPLE.attractiveness, SIMPLE.absorption) == (11, 20.0, 0.015)
-    assert (COMPLEX.fireflies, COMPLEX.attractiveness, COMPLEX.absorption) == (10, 15.0, 0.015)
-    assert SIMPLE.patience == 20
-    assert Flight.of(FireflyOptions(), limited=True).patience == math.inf
-
-
 def test_distances_are_counted_by_hand() -> None:
     """0–1–2–3–4–5 and 0–1–2–5–4–3: the run 3 4 5 is inverted, so the edges 2–3 and 5–0 are not in the other."""
     tour, other = np.arange(6, dtype=np.int32), np.array([0, 1, 2, 5, 4, 3], dtype=np.int32)
@@ -53,25 +44,6 @@ def test_distances_are_counted_by_hand() -> None:
     assert edges_apart(tour, other, place) == 2
     assert edges_apart(np.roll(other, 2)[::-1].copy(), other, place) == 0
     assert edges_apart(np.array([0, 2, 4, 1, 5, 3], dtype=np.int32), other, place) == 5  # 3–0 alone is in both
-
-
-def test_attraction_is_that_of_the_formula() -> None:
-    """A = 3 of h = 6: r = 5, β = 20·exp(-0.015·25) = 13.746."""
-    assert SIMPLE.attraction(3, 6) == pytest.approx(13.7458, abs=1e-4)
-    assert SIMPLE.attraction(0, 6) == 20.0
-
-
-def test_inversions_are_long_before_the_switch_and_short_after_it() -> None:
-    assert SIMPLE.longest(apart=60, h=100, share_done=0.26, short=25) == 60
-    assert SIMPLE.longest(apart=60, h=100, share_done=0.28, short=25) == 25
-    assert SIMPLE.longest(apart=0, h=100, share_done=0.28, short=25) == 2
-    assert SIMPLE.longest(apart=100, h=100, share_done=0.0, short=25) == 98
-
-
-def test_a_firefly_flies_to_the_near_one_of_two_that_are_as_bright() -> None:
-    lengths = np.array([10.0, 10.0, 12.0])
-    assert SIMPLE.target(lengths, 2, {0: 8, 1: 4}, 10) == 1
-    assert SIMPLE.target(np.array([1.0, 10.0, 12.0]), 2, {0: 8, 1: 4}, 10) == 0
 
 
 @given(st.integers(5, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 300))
@@ -157,12 +129,6 @@ def test_costs_between_too_many_nodes_are_refused_in_one_line(monkeypatch: pytes
     problem = RoutingProblem.of_points(places(50), closed=True)
     with pytest.raises(SolveError, match="up to 49 of them; there are 50; leave out --no-local-search"):
         solve(problem, SolveOptions(algorithm="firefly", local_search=False))
-
-
-def test_a_share_of_the_iterations_or_of_the_time_has_gone() -> None:
-    assert flight.share_done(Stop(iterations=10), 5) == 0.5
-    assert flight.share_done(Stop(), 5) == 0.0
-    assert flight.share_done(Stop(seconds=1e-9), 0) > 1.0
 
 
 def budget_of(swarm: Swarm, **options: object) -> tuple[float, float]:

@@ -35,8 +35,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
 
 def keeps(pairs: Ints, order: NDArray[np.int32]) -> bool:
     """Return whether an order int32[clusters] satisfies all pairs."""
-    place = np.argsort(order)
-    return bool((place[pairs[:, 0]] < place[pairs[:, 1]]).all())
+    return broken_pair(pairs, order) is None
 
 
 def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
