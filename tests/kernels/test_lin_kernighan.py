@@ -208,3 +208,67 @@ def test_a_move_too_long_for_the_buffer_waits_until_there_is_a_longer_one() -> N
     assert more > 0
     assert tour_cost(instance.cost, tour.node) == pytest.approx(first - some - more)
     assert not tour.queued.any()
+
+
+def first_move(
+    instance: Instance, tour: list[int], breadth: list[int], ends: list[int], gain: float
+) -> tuple[list[int], float] | None:
+    """Return the ends and the gain of the first improving move that begins with `ends`, searched depth first.
+
+    `gain` is that of the removed and the added edges so far.
+    """
+    n, last, depth = len(tour), ends[-1], len(ends) // 2
+    at = {v: k for k, v in enumerate(tour)}
+    if depth == len(breadth):
+        return None
+    removed = [set(pair) for pair in zip(ends[::2], ends[1::2], strict=True)]
+    for c, length in list(zip(*(a[last].tolist() for a in instance.exchange_lists), strict=True))[: breadth[depth]]:
+        if c < 0 or gain - length <= 1e-9:
+            break
+        beside = [tour[(at[c] + 1) % n], tour[at[c] - 1]]
+        for d in beside if last not in beside else []:
+            if {c, d} in removed:
+                continue
+            longer, opened = [*ends, c, d], gain - length + cost_of(instance, c, d)
+            closed = opened - cost_of(instance, d, ends[0])
+            if closed > 1e-9 and joined_in_one(n, edges(np.array(tour)), longer):
+                return longer, closed
+            deeper = first_move(instance, tour, breadth, longer, opened)
+            if deeper is not None:
+                return deeper
+    return None
+
+
+def cost_of(instance: Instance, a: int, b: int) -> float:
+    """Return the cost of an edge."""
+    return float(instance.costs(a, b)[0])
+
+
+@pytest.mark.parametrize("ends", [{"closed": True}, {"start": (0.0, 0.0)}, {"start": (0.0, 0.0), "end": (9.0, 9.0)}])
+@pytest.mark.parametrize("metric", ["EUC_2D", "linear"])
+def test_the_first_improving_move_is_that_of_a_plain_search(metric: str, ends: dict[str, object]) -> None:
+    """Tours with 2, 3, 4 and 5 edges left to exchange; from every node, forward and backward."""
+    lengths = set()
+    for seed, breadth in enumerate(
+        ([0, 5, 3, 2, 1], [0, 8, 0, 0, 0], [0, 3, 2, 0, 0], [0, 2, 2, 2, 2], [0, 4, 3, 2, 0])
+    ):
+        instance, _ = random_instance(14, seed, metric, **ends)
+        tour = work_tour(np.random.default_rng(seed).permutation(instance.n).astype(np.int32))
+        improve_queued(instance.cost, tour, *instance.exchange_lists, np.array([0, 8, 1, 0, 0]), 4 * seed)
+        for v in range(instance.n):
+            with plain_python():
+                k = find_move(
+                    instance.cost, tour.node, tour.place, tour.move, tour.gain, *instance.exchange_lists,
+                    np.array(breadth, dtype=np.int64), v,
+                )  # fmt: skip
+            lengths.add(k)
+            order, at = tour.node.tolist(), int(tour.place[v])
+            found = None
+            for t1 in (order[(at + 1) % len(order)], order[at - 1]):
+                found = found or first_move(instance, order, breadth, [v, t1], cost_of(instance, v, t1))
+            if found is None:
+                assert k == 0
+            else:
+                assert tour.move[ENDS, : 2 * k].tolist() == found[0]
+                assert tour.gain[0] == pytest.approx(found[1])
+    assert lengths == {0, 2, 3, 4, 5}
