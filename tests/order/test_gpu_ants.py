@@ -7,9 +7,12 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
@@ -17,11 +20,23 @@ from leafcut import api
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
+from leafcut.order.instance import build_instance
+from leafcut.order.literature import gpu
+from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.gpu import GpuAnts
+from leafcut.order.literature.pheromone import AntParameters
+from leafcut.order.literature.places import Places
+from leafcut.order.search import Best
 from leafcut.order.solve import solve
+from leafcut.order.stop import Stop
+from plain_python import plain_parts, plain_python
+
+__all__ = ["plain_parts"]
 
 #: Three iterations of 40 ants (more than one block) on random places, on a grid with many ties, and with a free end.
 COMPARED = """
 import json
+import numba
 import numpy as np
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions
@@ -141,3 +156,160 @@ def test_directed_paths_are_refused() -> None:
     )  # fmt: skip
     with pytest.raises(SolveError, match="--parallel gpu: paths with directions"):
         solve(several, SolveOptions(algorithm="as", iterations=1, bound=False), AcoOptions(parallel="gpu"))
+
+
+class FakeArray(np.ndarray):
+    """An array in the memory of the fake GPU."""
+
+    def copy_to_host(self) -> np.ndarray:
+        """Return a copy."""
+        return np.array(self)
+
+    def copy_to_device(self, values: np.ndarray) -> None:
+        """Overwrite the array."""
+        self[:] = values
+
+
+class FakeCuda:
+    """`numba.cuda` with plain Python: threads run in turn, and arrays are copied."""
+
+    def __init__(self, free: float) -> None:
+        self.free, self.launched = free, []  # type: ignore[var-annotated]
+        self.at = 0
+
+    def current_context(self) -> FakeCuda:
+        return self
+
+    def get_memory_info(self) -> tuple[float, float]:
+        return self.free, 1e12
+
+    def is_available(self) -> bool:
+        return self.free > 0.0
+
+    def to_device(self, values: np.ndarray) -> FakeArray:
+        return np.array(values).view(FakeArray)
+
+    def device_array(self, shape: tuple[int, ...], dtype: np.dtype) -> FakeArray:
+        return np.full(shape, 77, dtype).view(FakeArray)
+
+    def grid(self, axes: int) -> int:
+        assert axes == 1
+        return self.at
+
+    def jit(self, function: Any = None, device: bool = False) -> Any:
+        if device:
+            return lambda part: part
+
+        class Launcher:
+            def __getitem__(_, shape: tuple[int, int]) -> Callable[..., None]:
+                self.launched.append(shape)
+                return partial(self.run, function, shape)
+
+        return Launcher()
+
+    def run(self, function: Callable[..., None], shape: tuple[int, int], *given: object) -> None:
+        """Run every thread of all blocks."""
+        for self.at in range(shape[0] * shape[1]):
+            function(*given)
+
+
+@pytest.fixture
+def fresh_kernels() -> Iterator[None]:
+    """Compile the kernel of the GPU again, before and after a test."""
+    for compiled in (gpu._kernel, gpu.for_gpu):
+        compiled.cache_clear()
+    yield
+    for compiled in (gpu._kernel, gpu.for_gpu):
+        compiled.cache_clear()
+
+
+@pytest.mark.usefixtures("fresh_kernels", "plain_parts")
+@pytest.mark.parametrize(
+    ("ants", "ends", "free_ants", "launched"),
+    [
+        (40, {"closed": True}, 1e6, [(2, 32)]),
+        (32, {"start": (0.0, 0.0)}, 1e6, [(1, 32)]),
+        (7, {"closed": True}, 2 * 3.5, [(1, 32)] * 3),
+        (3, {"start": (0.0, 0.0), "end": (9.0, 9.0)}, 0.5, [(1, 32)] * 3),
+    ],
+)
+def test_a_fake_gpu_builds_the_tours_of_the_cpu(
+    ants: int, ends: dict[str, object], free_ants: float, launched: list[tuple[int, int]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Half of the free memory is for ants; an ant has its tour, marks, counts, a stack of 64, and a random state."""
+    xy = np.random.default_rng(4).uniform(0, 100, (9, 2))
+    instance = build_instance(RoutingProblem.of_points(xy, **ends), 4)  # type: ignore[arg-type]
+    per_ant = 4 * instance.n + instance.n + 4 * len(instance.tree.parent) + 4 * 64 + 8
+    fake = FakeCuda(free_ants * per_ant)
+    monkeypatch.setattr(numba, "cuda", fake, raising=False)
+    parameters = AntParameters.of("mmas", AcoOptions(n_ants=ants), instance.n, False)
+    swarms = []
+    for kind in (Ants, GpuAnts):
+        moves, best = Places(instance, False), Best(Stop())
+        swarms.append(kind(moves, trails_of(moves, parameters, moves.start(best), 3), 3, Stop()))
+    for iteration in range(2):
+        found = [swarm.construct(iteration) for swarm in swarms]
+        assert np.array_equal(found[0][0], found[1][0])
+        assert np.array_equal(found[0][1], found[1][1])
+        assert fake.launched == launched * (iteration + 1)
+        assert len({tuple(tour) for tour in found[0][0].tolist()}) > min(ants, 5) - 1
+        best.offer(found[0][0][0], float(found[0][1][0]), iteration)
+        for swarm in swarms:
+            swarm.reinforce(iteration, *found[0], best)
+
+
+def test_words_of_ants_advance_on_the_gpu_too(fresh_kernels: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    instance = build_instance(RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 9, (6, 2)), closed=True), 3)
+    monkeypatch.setattr(numba, "cuda", FakeCuda(1e9), raising=False)
+    parameters = AntParameters.of("as", AcoOptions(n_ants=3), instance.n, False)
+    moves, words = Places(instance, False), np.arange(1, 4, dtype=np.uint64)
+    with plain_python():
+        ants = GpuAnts(moves, trails_of(moves, parameters, 9.0, 3), 3, Stop())
+        assert ants._construct_all(words) == 3
+        here, other = np.arange(1, 4, dtype=np.uint64), Ants(moves, ants.trails, 3, Stop())
+        for ant in range(3):
+            moves.construct(other.trails, here, ant, other.tours[ant], 0)
+    assert words.tolist() == here.tolist()
+
+
+@pytest.mark.parametrize(
+    ("simulated", "installed", "free", "message"),
+    [
+        (1, False, 0.0, None),
+        (0, True, 1.0, None),
+        (0, False, 1.0, "--parallel gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'"),
+        (0, True, 0.0, "--parallel gpu: this machine has no CUDA GPU, or no driver for one; leave it out"),
+    ],
+)
+def test_a_gpu_needs_its_package_and_its_driver(
+    simulated: int, installed: bool, free: float, message: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("numba.config.ENABLE_CUDASIM", simulated)
+    monkeypatch.setattr(gpu, "find_spec", lambda name: object() if installed and name == "numba_cuda" else None)
+    monkeypatch.setattr(numba, "cuda", FakeCuda(free), raising=False)
+    if message is None:
+        gpu.check_gpu()
+        return
+    with pytest.raises(SolveError) as refused:
+        gpu.check_gpu()
+    assert str(refused.value) == message
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (RuntimeError("  out of memory\nat 0x77\n"), "out of memory"),
+        (MemoryError(), "MemoryError"),
+        (OSError("busy " * 40), ("busy " * 40)[:159] + "…"),
+        (ImportError("no driver"), "no driver"),
+    ],
+)
+def test_an_error_of_the_gpu_is_reported_by_its_first_line(error: Exception, words: str) -> None:
+    def fail() -> None:
+        raise error
+
+    with pytest.raises(SolveError) as refused:
+        gpu._on_gpu(fail)
+    assert str(refused.value) == f"--parallel gpu: the GPU refused the work ({words}); leave it out"
+    assert gpu._on_gpu(lambda: 5) == 5
