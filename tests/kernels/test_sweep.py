@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.sweep import CellRows, ToolShape, row_stretch, surface, sweep
+from leafcut.kernels.sweep import CellRows, ToolShape, lowest_height, row_stretch, surface, sweep
 from plain_python import plain_python
 
 ROWS, COLUMNS, CELL = 22, 26, 0.5
@@ -148,3 +148,120 @@ def test_the_stretch_of_a_row_is_that_of_the_disc_at_many_places() -> None:
             assert low == pytest.approx((share[inside] * dx - half).min(), abs=0.01)
             assert high == pytest.approx((share[inside] * dx + half).max(), abs=0.01)
     assert missed > 5
+
+
+#: Also a cone whose round tip has a flat.
+TIPS = [*SHAPES.values(), ToolShape(2.0, 0.4, 0.6, 0.76, 0.12, 0.75), ToolShape(2.0, 0.0, 0.5, 0.4, 0.2, 4 / 3)]
+
+
+def lowest(shape: ToolShape, along: float, d: float, length: float, grade: float) -> float:
+    """Return the lowest height over a point, by a search in thirds: it is convex in the position on the path."""
+
+    def height(w: float) -> float:
+        return grade * (along + w) + float(underside(shape, np.array(min(math.hypot(d, w), shape.radius))))
+
+    farthest = math.sqrt(max(shape.radius**2 - d * d, 0.0))
+    low, high = max(-along, -farthest), min(length - along, farthest)
+    if low > high:
+        low = high = min(max(0.0, -along), length - along)
+    for _ in range(60):
+        third = (high - low) / 3.0
+        if height(low + third) < height(high - third):
+            high -= third
+        else:
+            low += third
+    return height(0.5 * (low + high))
+
+
+@pytest.mark.parametrize("shape", TIPS, ids=range(len(TIPS)))
+def test_the_lowest_height_over_a_point_is_the_minimum_along_the_path(shape: ToolShape) -> None:
+    """Rising and falling paths, from nearly level to steep; points before, beside and behind them."""
+    rng = np.random.default_rng(7)
+    for k in range(60):
+        length = float(rng.uniform(0.05, 6.0))
+        grade = float(rng.choice([-1.0, 1.0])) * (0.03, 0.3, 0.65, 1.2, 1.8, 20.0)[k % 6]
+        d = float(rng.uniform(-1.0, 1.0)) * shape.radius * (1.0 if k % 3 else 0.2)
+        along = float(rng.uniform(-0.6, 0.6)) * shape.radius + float(rng.uniform(0.0, length))
+        wanted = lowest(shape, along, d, length, grade)
+        with plain_python():
+            found = lowest_height(shape, 0.0, along, d, length, grade, math.inf)
+            early = lowest_height(shape, 0.0, along, d, length, grade, wanted - 0.1)
+        reached = math.hypot(d, min(max(along, 0.0), length) - along) <= shape.radius
+        assert found == pytest.approx(wanted, abs=1e-7) or not reached
+        assert wanted - 0.1 <= early <= wanted + 1e-7 or not reached
+
+
+@pytest.mark.parametrize("shape", TIPS, ids=range(len(TIPS)))
+def test_on_a_level_or_vertical_path_the_nearest_position_is_the_lowest(shape: ToolShape) -> None:
+    """A margin moves the point away from the axis, at most to the edge of the tool."""
+    for along, d, length, away in (
+        (1.0, 0.3, 4.0, 0.3), (-0.8, 0.6, 4.0, 1.0), (4.4, -0.3, 4.0, 0.5), (0.3, -0.4, 0.0, 0.5), (4.0, 0.0, 4.0, 0.0),
+    ):  # fmt: skip
+        for margin in (0.0, 0.7, 3.0):
+            with plain_python():
+                found = lowest_height(shape, margin, along, d, length, 0.0, math.inf)
+            assert found == pytest.approx(float(underside(shape, np.array(min(away + margin, shape.radius)))))
+
+
+#: Underside of a part above the flutes, as a surface above its lower end: a shank of the tool's radius, a wider one,
+#: a holder with a flat and a cone, and one that is narrower than a cell.
+BODIES = {
+    "shank": (2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.4, 0.0),
+    "wide": (3.1, 3.1, 0.0, 3.1, 0.0, 0.0, 0.6, 0.0),
+    "holder": (4.0, 1.5, 0.0, 1.5, 0.0, 0.5, 0.3, 1.0),
+    "needle": (0.5, 0.5, 0.0, 0.5, 0.0, 0.0, 0.1, 0.0),
+}
+
+
+def met(body: tuple[float, ...], move: tuple[float, ...], point: tuple[float, float], h: float) -> float:
+    """Return the depth of a part in a cell, at 1001 positions of the move up to that at which the tool's edge cuts it.
+
+    The part is narrower by a cell; where the tool's edge reaches the cell, the part counts up to there.
+    """
+    shape, above, inner = ToolShape(*body[:6]), body[6], body[0] - CELL
+    share = np.linspace(0.0, 1.0, 1001)
+    x, y, z = (move[a] + share * (move[a + 3] - move[a]) for a in range(3))
+    r = np.hypot(point[0] - x, point[1] - y)
+    if inner <= 0.0 or r[0] <= 2.0:
+        return 0.0
+    cut = np.flatnonzero(r <= 2.0)
+    last = cut[0] if len(cut) else len(r) - 1
+    inside = r[: last + 1] <= inner
+    inside[last] |= bool(len(cut))
+    length = math.dist(move[:2], move[3:5])
+    if len(cut) and length:
+        ux, uy = (move[3] - move[0]) / length, (move[4] - move[1]) / length
+        inside &= abs((point[1] - move[1]) * ux - (point[0] - move[0]) * uy) <= inner
+    over = z[: last + 1] + above + underside(shape, np.minimum(r[: last + 1] + CELL, shape.radius))
+    return h - float(over[inside].min(initial=math.inf))
+
+
+@pytest.mark.parametrize("kind", BODIES)
+def test_parts_above_the_flutes_meet_material_that_their_tool_has_not_cut(kind: str) -> None:
+    body, film, touched = BODIES[kind], 0.25, 0
+    level_or_straight = [m for m in MOVES if kind != "holder" or m[2] == m[5] or m[:2] == m[3:5]]
+    for k, move in enumerate(level_or_straight):
+        heights, x, y = field(k)
+        depths = np.array(
+            [met(body, move, (a, b), float(h)) for a, b, h in zip(x.flat, y.flat, heights.flat, strict=True)]
+        )
+        depths = depths.reshape(heights.shape)
+        depths[:2], depths[20:] = -math.inf, -math.inf
+        cells = CellRows(heights, np.zeros((0, 0), dtype=np.float32), 2, 20, X, Y, CELL)
+        result = np.zeros((1, 9))
+        with plain_python():
+            sweep(
+                cells, SHAPES["cylinder"], np.array([move]), np.array([0]), np.zeros(1), -1.0, film, 9.0,
+                np.array([body]), result,
+            )  # fmt: skip
+        deepest = float(depths.max(initial=0.0, where=depths > film))
+        touched += deepest > 0.0
+        column, other = (7, 6) if body[7] else (6, 7)
+        assert result[0, column] == pytest.approx(deepest, abs=0.02)
+        assert result[0, other] == 0.0
+        count = int((depths > film).sum())
+        if kind == "shank":
+            assert abs(result[0, 8] - count) <= 0.05 * count
+        else:
+            assert result[0, 8] == (math.inf if kind == "wide" and count else 0.0)
+    assert touched >= (0 if kind == "needle" else 2)
