@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued
-from leafcut.kernels.route import begin_bias
+from leafcut.kernels.route import begin_bias, make_exchange
 from leafcut.kernels.sequential import find_exchange
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.directed import DirectedInstance, build_directed, route_of
@@ -112,9 +112,9 @@ def test_a_move_has_no_more_edges_than_are_tried_and_its_ends_are_edges_of_the_t
     assert found >= {0, 2, 3}
 
 
-def directed_problem(seed: int, pairs: int, closed: bool) -> RoutingProblem:
-    """Return seven cuts with random ends and some pairs of precedence."""
-    rng, n = np.random.default_rng(seed), 7
+def directed_problem(seed: int, pairs: int, closed: bool, n: int = 7) -> RoutingProblem:
+    """Return n cuts with random ends and some pairs of precedence."""
+    rng = np.random.default_rng(seed)
     hidden = rng.permutation(n)
     precedence = [hidden[np.sort(rng.choice(n, 2, replace=False))] for _ in range(pairs)]
     return RoutingProblem(
@@ -221,3 +221,118 @@ def test_an_exchange_of_a_path_is_found_exactly_if_one_gains_all_along(closed: b
             assert (gain > 0.0) == bool(expected), (seed, v, s)
             assert gain == 0.0 or any(gain == pytest.approx(g) for g in expected), (seed, v, s)
     assert outcomes == {True, False}
+
+
+class PlainExchanges:
+    """The first exchange along candidate lists, on lists of nodes, for paths whose nodes have one option."""
+
+    def __init__(
+        self, instance: DirectedInstance, node: list[int], s: int, breadth: tuple[int, int], most: int
+    ) -> None:
+        rules = instance.rules.onward if s > 0 else instance.rules.backward
+        self.near, self.back = rules.near.tolist(), rules.back.tolist()
+        self.instance, self.node, self.s, self.breadth, self.most = instance, node, s, breadth, most
+        here = np.arange(instance.n, dtype=np.int32)
+        way = np.array(
+            [costs_of_edges(instance.cost, instance.leave[np.full_like(here, a)], instance.enter) for a in here]
+        )
+        self.forward, self.way = way, way if s > 0 else way.T
+        self.path = node if s > 0 else [node[0], *node[:0:-1]]
+
+    def length(self, node: list[int]) -> float:
+        """Return the length of a path along the nodes."""
+        return float(sum(self.forward[a, b] for a, b in itertools.pairwise([*node, node[0]])))
+
+    def is_kept(self, node: list[int]) -> bool:
+        """Return whether a path keeps the precedence."""
+        return keeps(self.instance.pairs, np.array([v for v in node if v < self.instance.problem.n_clusters]))
+
+    def made(
+        self, x: int, y: int, z: int, swapped: bool, b: bool, c: bool, least: float
+    ) -> tuple[float, list[int]] | None:
+        """Return the gain and the path of an exchange after the positions x < y <= z of this direction, if allowed."""
+        n = len(self.node)
+        p, q, r = (x, y, z) if self.s > 0 else (n - 1 - z, n - 1 - y, n - 1 - x)
+        b, c = (b, c) if self.s > 0 else (c, b)
+        cuts = [(p, q, r)]
+        if swapped and not b and not c and r == n - 1 and not self.instance.anchored:
+            cuts.append((-1, p, q))  # the same ring from another node on
+        for first, second, third in cuts:
+            one, two = self.node[first + 1 : second + 1], self.node[second + 1 : third + 1]
+            one, two = one[::-1] if b else one, two[::-1] if c else two
+            new = self.node[: first + 1] + (two + one if swapped else one + two) + self.node[third + 1 :]
+            gain = self.length(self.node) - self.length(new)
+            if gain > least and third - first <= self.most and self.is_kept(new):
+                return gain, new
+        return None
+
+    def candidates(self, lists: list[list[int]], v: int, opened: float, least: float, k: int) -> Iterator[int]:
+        """Yield the first candidates of a node, up to the first that leaves no gain."""
+        for e in lists[v][: self.breadth[k]]:
+            if e < 0 or opened - (self.way[v, e] if lists is self.near else self.way[e, v]) <= least:
+                return
+            yield e
+
+    def tries(self, t0: int, least: float) -> Iterator[tuple[int, int, int, bool, bool, bool]]:
+        """Yield the exchanges that give t0 another successor, in the order in which they are tried."""
+        path, way, n = self.path, self.way, len(self.path)
+        at = {v: k for k, v in enumerate(path)}
+        x0, current = at[t0], way[t0, path[(at[t0] + 1) % n]]
+        for c in self.candidates(self.near, t0, current, least, 0):
+            if at[c] == (x0 + 1) % n:
+                continue
+            cut = (at[c] - 1) % n
+            t3, opened = path[cut], current - way[t0, c] + way[path[cut], c]
+            for e in self.candidates(self.near, t3, opened, least, 1):
+                last = (at[e] - 1) % n
+                if (last - x0) % n > (cut - x0) % n:
+                    yield *sorted((x0, cut, last)), True, False, False  # A C B D
+            for e in self.candidates(self.back, t3, opened, least, 1):
+                if x0 < cut < at[e]:
+                    yield x0, cut, at[e], True, True, False  # A C B' D
+            if at[c] < x0:
+                continue
+            d, opened = path[(at[c] + 1) % n], current - way[t0, c] + way[c, path[(at[c] + 1) % n]]
+            yield x0, at[c], at[c], False, True, False  # A B' D
+            for e in self.candidates(self.back, d, opened, least, 1):
+                if x0 < at[e] < at[c]:
+                    yield x0, at[e], at[c], True, False, True  # A C' B D
+            for f in self.candidates(self.near, d, opened, least, 1):
+                last = (at[f] - 1) % n
+                if at[d] > 0 and last > at[c]:
+                    yield x0, at[c], last, False, True, True  # A B' C' D
+
+    def first(self, t0: int, least: float) -> tuple[float, list[int]]:
+        """Return the gain and the path of the first allowed exchange at t0; 0 and the same path if there is none."""
+        found = (self.made(*exchange, least) for exchange in self.tries(t0, least))
+        return next((one for one in found if one is not None), (0.0, self.node))
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("pairs", [0, 3])
+def test_the_first_exchange_is_that_of_a_plain_search(closed: bool, pairs: int) -> None:
+    """Short lists, few candidates, and a buffer that is too short for some exchanges; all nodes, both directions."""
+    made = 0
+    for seed in range(8):
+        instance, rng = build_directed(directed_problem(seed, pairs, closed, 12), 6), np.random.default_rng(seed)
+        order = rng.permutation(12)
+        while not keeps(instance.pairs, order):
+            order = rng.permutation(12)
+        node = np.concatenate([[12], order] if not closed else [order]).astype(np.int32)
+        breadth, most = ((20, 20), (3, 2), (6, 1), (2, 4))[seed % 4], (99, 99, 6, 9)[seed % 4]
+        for v, s in itertools.product(node.tolist(), (1, -1)):
+            route = route_of(instance, node, instance.enter)
+            route = route._replace(buffer=route.buffer[:most])
+            begin_bias(instance.cost, route)
+            lists, least = instance.rules.onward if s > 0 else instance.rules.backward, float(rng.choice([1e-7, 2.0]))
+            wanted, path = PlainExchanges(instance, node.tolist(), s, breadth, most).first(v, least)
+            with plain_python():
+                gain = find_exchange(
+                    instance.cost, route, instance.rules, lists, np.array(breadth, dtype=np.int64), least, s, v
+                )
+                if gain > 0.0:
+                    make_exchange(instance.cost, route)
+            assert gain == pytest.approx(wanted, abs=1e-9)
+            assert route.node.tolist() == path
+            made += gain > 0.0
+    assert made > 40

@@ -226,7 +226,6 @@ def find_exchange(
 
     Changes: move.
     """
-    n = len(route.node)
     x0 = coordinate(route, t0, s)
     t1 = node_at(route, x0 + 1, s)
     current = leg(cost, route, t0, t1, s)
@@ -243,7 +242,7 @@ def find_exchange(
         if gained > 0.0:
             return gained
         xc = coordinate(route, c, s)
-        if x0 < xc < n:
+        if xc > x0:
             gained = cut_after(
                 cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain
             )  # fmt: skip
