@@ -65,7 +65,7 @@ def main(algorithm: str, n: int) -> None:
     else:
         problem = RoutingProblem.of_points(xy, closed=True)
     options = SolveOptions(algorithm=algorithm, preset="fast", threads=1, bound=False)
-    warm_up(problem, options, AcoOptions(n_ants=2))
+    warm_up(problem, options)
     before = signatures()
     solve(problem, options, AcoOptions(n_ants=2))
     new = [name for name, count in signatures().items() if count > before[name]]

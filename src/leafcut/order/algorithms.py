@@ -5,7 +5,7 @@ precedence) and *choices* (paths with several nodes per cluster, asymmetric cost
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
@@ -151,28 +151,23 @@ def check_options(
         )
 
 
-def warm_up(
-    problem: RoutingProblem, options: SolveOptions, aco: AcoOptions | None = None, firefly: FireflyOptions | None = None
-) -> None:
+def warm_up(problem: RoutingProblem, options: SolveOptions, firefly: FireflyOptions | None = None) -> None:
     """Compile every kernel that the search needs, or load it from disk, before the clock starts, by an iteration or
     two on a small problem of the same kind. After Ctrl-C, the next call runs it again.
     """
     algorithm, firefly = algorithm_for(problem, options), firefly or FireflyOptions()
-    options = replace(
-        options, algorithm=algorithm.name, seed=1, threads=1, preset="fast", time_limit=None, target_gap=None,
-        candidates=None, iterations=2 if algorithm.name == "firefly" else 1,  # fireflies move from the second one
-    )  # fmt: skip
-    aco = replace(aco or AcoOptions(), n_ants=1, parallel="threads")
+    iterations = 2 if algorithm.name == "firefly" else 1  # fireflies move from the second one
+    options = SolveOptions(
+        algorithm=algorithm.name, threads=1, iterations=iterations, local_search=options.local_search
+    )
     directed = algorithm.has_choices and is_directed(problem) and problem.n_nodes == problem.n_clusters
     many = problem.n_clusters >= FEW_CLUSTERS or problem.n_nodes > FEW_NODES
     large = many if algorithm.has_choices else problem.n_clusters >= MANY
-    _warm_up(algorithm, directed, large, options, aco, FireflyOptions(n_fireflies=2, variant=firefly.variant))
+    _warm_up(algorithm, directed, large, options, FireflyOptions(n_fireflies=2, variant=firefly.variant))
 
 
 @cache
-def _warm_up(
-    algorithm: Algorithm, directed: bool, large: bool, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions
-) -> None:
+def _warm_up(algorithm: Algorithm, directed: bool, large: bool, options: SolveOptions, firefly: FireflyOptions) -> None:
     # Pseudo-random points; importing NumPy's generator would take longer than the rest.
     places = np.arange(2.0 * WARM_NODES)[:, None] * (75.4878, 56.9840) % 100.0
     entry, pairs = places[:WARM_NODES], [(0, 1)] if algorithm.has_choices else []
@@ -185,7 +180,7 @@ def _warm_up(
     )
     instance = algorithm.instance(small, CANDIDATES)
     stop = Stop()
-    run = AlgorithmRun(options, aco, firefly, Best(stop))
+    run = AlgorithmRun(options, AcoOptions(n_ants=1), firefly, Best(stop))
     tour = algorithm.search(instance, run).tour if algorithm.warm is None else algorithm.warm(instance, run, large)
     if stop.cancelled.is_set():
         raise KeyboardInterrupt  # the search caught it to keep its best tour; an aborted warm-up is not cached

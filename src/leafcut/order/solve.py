@@ -72,7 +72,7 @@ def solve(
     options = replace(options, algorithm=algorithm.name)
     check_options(problem, algorithm, options, aco, firefly)
     with stop.paused():
-        warm_up(problem, options, aco, firefly)
+        warm_up(problem, options, firefly)
     best = Best(stop, progress)
     instance = algorithm.instance(problem, options.candidates)
     best.service, best.view = instance.service, SearchView(instance)

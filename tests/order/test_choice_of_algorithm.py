@@ -1,0 +1,290 @@
+"""Which algorithm with which moves orders a problem, what it refuses, and what the warm-up runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from leafcut.errors import SolveError
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order import algorithms
+from leafcut.order.algorithms import (
+    CHOICES,
+    PLACES,
+    Algorithm,
+    algorithm_for,
+    check_options,
+    is_few,
+    needs_choices,
+    warm_up,
+)
+from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.search import AlgorithmRun, Best, SearchResult
+from leafcut.order.stop import Stop
+
+ANTS = ("as", "eas", "asrank", "mmas", "acs")
+
+
+def points(n: int, **more: object) -> RoutingProblem:
+    """Return n points on a line."""
+    return RoutingProblem.of_points(np.arange(2.0 * n).reshape(-1, 2), **more)  # type: ignore[arg-type]
+
+
+def pair(n: int) -> RoutingProblem:
+    """Return n points of which the first must come before the second."""
+    return points(n, precedence=np.array([[0, 1]], dtype=np.int32))
+
+
+def cuts(n: int) -> RoutingProblem:
+    """Return n points with another exit each."""
+    problem = points(n)
+    return replace(problem, exit=problem.entry + 1.0)
+
+
+def ways(clusters: int, nodes: int) -> RoutingProblem:
+    """Return points of which the last cluster has several."""
+    problem = points(nodes)
+    return replace(problem, cluster=np.minimum(np.arange(nodes), clusters - 1).astype(np.int32))
+
+
+def table(n: int, one_way: bool) -> RoutingProblem:
+    """Return points with a table of costs."""
+    matrix = np.arange(float(n * n)).reshape(n, n)
+    return RoutingProblem.of_points(
+        np.zeros((n, 2)), Metric("EXPLICIT", matrix=matrix if one_way else matrix + matrix.T), closed=True
+    )
+
+
+def test_the_built_in_algorithms_have_one_or_both_move_sets() -> None:
+    def told(registry: dict[str, Algorithm]) -> dict[str, tuple[object, ...]]:
+        return {name: (a.name, a.has_choices, a.few, a.candidates, a.warm is not None) for name, a in registry.items()}
+
+    assert told(PLACES) == {
+        "colony": ("colony", False, False, 8, True),
+        **{name: (name, False, False, 16, False) for name in (*ANTS, "firefly")},
+        "kicks": ("kicks", False, False, 8, True),
+        **{name: (name, False, False, 16, False) for name in ("2opt", "nn")},
+    }
+    assert told(CHOICES) == {
+        "colony": ("colony", True, False, 8, True),
+        **{name: (name, True, True, 16, False) for name in (*ANTS, "firefly")},
+        "nn": ("nn", True, False, 16, False),
+    }
+
+
+@pytest.mark.parametrize(
+    ("problem", "needs"),
+    [
+        (points(9), False),
+        (pair(9), True),
+        (cuts(9), True),
+        (ways(8, 9), True),
+        (ways(20, 40), True),
+        (ways(21, 40), False),
+        (table(5, one_way=False), False),
+        (table(5, one_way=True), True),
+        (replace(table(25, one_way=False), cluster=np.minimum(np.arange(25), 23).astype(np.int32)), True),
+    ],
+    ids=range(9),
+)
+def test_choices_are_for_precedence_directions_and_not_too_many_alternatives(
+    problem: RoutingProblem, needs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More than 20 clusters with alternatives are ordered by their middles, unless a table has no middles."""
+    monkeypatch.setattr(algorithms, "MOST_CHOICES", 20)
+    assert needs_choices(problem) is needs
+
+
+def test_few_clusters_are_a_thousand_with_six_thousand_nodes() -> None:
+    assert is_few(ways(1000, 6000))
+    assert not is_few(ways(1000, 6001))
+    assert not is_few(ways(1001, 1002))
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "choices"),
+    [
+        ("auto", points(9), False),
+        ("auto", pair(9), True),
+        ("colony", cuts(9), True),
+        ("colony", cuts(1001), True),
+        ("acs", pair(9), True),
+        ("acs", cuts(1000), True),
+        ("acs", cuts(1001), False),
+        ("firefly", ways(8, 6001), False),
+        ("nn", cuts(1001), True),
+        ("kicks", cuts(9), False),
+        ("2opt", points(9), False),
+        ("mmas", table(5, one_way=True), True),
+        ("kicks", table(5, one_way=False), False),
+    ],
+)
+def test_an_algorithm_has_the_moves_that_a_problem_needs(name: str, problem: RoutingProblem, choices: bool) -> None:
+    """Too many clusters with directions are ordered as points."""
+    found = algorithm_for(problem, SolveOptions(algorithm=name))
+    assert found is (CHOICES if choices else PLACES)["colony" if name == "auto" else name]
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "message"),
+    [
+        (
+            "acs",
+            pair(1001),
+            "algorithm 'acs' orders at most 1000 clusters with 6000 nodes; there are 1001 with 1001; use --algorithm "
+            "auto",
+        ),
+        ("kicks", pair(9), "algorithm 'kicks' does not support precedence; use --algorithm auto"),
+        (
+            "2opt",
+            table(5, one_way=True),
+            "algorithm '2opt' needs equal costs in both directions; use --algorithm auto",
+        ),
+    ],
+)
+def test_an_algorithm_refuses_what_it_cannot_order(name: str, problem: RoutingProblem, message: str) -> None:
+    with pytest.raises(SolveError) as refused:
+        algorithm_for(problem, SolveOptions(algorithm=name))
+    assert str(refused.value) == message
+
+
+def test_full_candidate_lists_are_refused_for_more_than_three_thousand_clusters() -> None:
+    given = PLACES["kicks"], SolveOptions(candidates=0), AcoOptions(), FireflyOptions()
+    check_options(points(3000), *given)
+    check_options(points(3001), PLACES["kicks"], SolveOptions(candidates=1), AcoOptions(), FireflyOptions())
+    with pytest.raises(SolveError) as refused:
+        check_options(points(3001), *given)
+    assert str(refused.value) == (
+        "--candidates 0 makes all 3001 nodes candidates of each other, too much memory above 3000 nodes; give a "
+        "number such as 16"
+    )
+
+
+@pytest.mark.parametrize("choices", [False, True])
+def test_an_algorithm_checks_the_options_of_ants_and_fireflies(choices: bool) -> None:
+    given: list[tuple[object, ...]] = []
+    algorithm = Algorithm(
+        "toy", lambda *_: SearchResult(np.zeros(0, dtype=np.int32)), build_directed if choices else build_instance,
+        check=lambda *a: given.append(a),
+    )  # fmt: skip
+    aco, firefly = AcoOptions(n_ants=3), FireflyOptions(n_fireflies=4)
+    check_options(points(9), algorithm, SolveOptions(), aco, firefly)
+    assert given == [("toy", aco, firefly, choices)]
+
+
+def test_lists_have_the_candidates_of_the_algorithm_or_those_asked_for() -> None:
+    given: list[int] = []
+    algorithm = Algorithm("toy", lambda *_: None, lambda _, k: given.append(k), candidates=7)  # type: ignore
+    for candidates in (None, 0, 5):
+        algorithm.instance(points(9), candidates)
+    assert given == [7, 0, 5]
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "directed", "large"),
+    [
+        ("auto", points(9), False, False),
+        ("kicks", points(20), False, True),
+        ("kicks", points(19), False, False),
+        ("kicks", cuts(9), False, False),
+        ("auto", cuts(9), True, False),
+        ("auto", pair(9), False, False),
+        ("auto", pair(10), False, True),
+        ("auto", pair(9), False, False),
+        ("auto", ways(8, 12), False, False),
+        ("auto", ways(8, 13), False, True),
+        ("firefly", points(9), False, False),
+        ("acs", points(9), False, False),
+    ],
+)
+def test_the_warm_up_runs_the_kernels_of_the_kind_of_problem(
+    name: str, problem: RoutingProblem, directed: bool, large: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Large are 20 places, and 10 clusters or more than 12 nodes with choices."""
+    given: list[tuple[object, ...]] = []
+    monkeypatch.setattr(algorithms, "_warm_up", lambda *a: given.append(a))
+    monkeypatch.setattr(algorithms, "MANY", 20)
+    monkeypatch.setattr(algorithms, "FEW_CLUSTERS", 10)
+    monkeypatch.setattr(algorithms, "FEW_NODES", 12)
+    for local in (True, False):
+        warm_up(problem, SolveOptions(algorithm=name, seed=7, time_limit=5.0, local_search=local))
+    warm_up(problem, SolveOptions(algorithm=name), FireflyOptions(n_fireflies=9, variant="published"))
+    algorithm = algorithm_for(problem, SolveOptions(algorithm=name))
+    short = SolveOptions(algorithm=algorithm.name, threads=1, iterations=2 if name == "firefly" else 1)
+    two = FireflyOptions(n_fireflies=2)
+    assert given == [
+        (algorithm, directed, large, short, two),
+        (algorithm, directed, large, replace(short, local_search=False), two),
+        (algorithm, directed, large, short, replace(two, variant="published")),
+    ]
+
+
+class Watched:
+    """An algorithm that keeps what it is given, and visits the nodes in turn."""
+
+    def __init__(self, build: object, stopped: bool = False) -> None:
+        self.problem: RoutingProblem | None = None
+        self.given: list[tuple[object, ...]] = []
+        self.stopped = stopped
+
+        def kept(problem: RoutingProblem, k: int) -> Instance | DirectedInstance:
+            self.problem, self.k = problem, k
+            return build(problem, k)  # type: ignore[operator]
+
+        self.build = kept
+
+    def search(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        """Return the nodes in turn."""
+        return SearchResult(self.warm(instance, run, None))
+
+    def warm(self, instance: Instance, run: AlgorithmRun, large: bool | None) -> np.ndarray:
+        """Return the nodes in turn."""
+        self.given.append((run.options, run.aco, run.firefly, large))
+        if self.stopped:
+            run.stop.cancelled.set()
+        return np.arange(instance.n if isinstance(instance, Instance) else 40, dtype=np.int32)
+
+
+@pytest.mark.parametrize("directed", [False, True])
+@pytest.mark.parametrize("warm", [False, True])
+def test_the_warm_up_solves_forty_scattered_places(warm: bool, directed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With choices, the first comes before the second."""
+    watched = Watched(build_directed if directed else build_instance)
+    if directed:
+        monkeypatch.setattr(algorithms, "build_directed", watched.build)
+    algorithm = Algorithm("toy", watched.search, watched.build, warm=watched.warm if warm else None)
+    options, firefly = SolveOptions(iterations=1), FireflyOptions(n_fireflies=2)
+    algorithms._warm_up(algorithm, directed, True, options, firefly)
+    assert watched.given == [(options, AcoOptions(n_ants=1), firefly, True if warm else None)]
+    small = watched.problem
+    assert small is not None
+    assert (watched.k, small.n_nodes, small.n_clusters, small.closed) == (8, 40, 40, False)
+    places = np.concatenate([small.entry, small.exit]) if directed else small.entry
+    assert len(np.unique(places, axis=0)) == len(places)
+    assert places.min() >= 0.0
+    assert 80.0 < places.max() < 100.0
+    assert np.array_equal(small.entry, small.exit) is not directed
+    assert small.precedence.tolist() == ([[0, 1]] if directed else [])
+    assert small.service.tolist() == [0.0] * 40
+    stopped = Watched(build_directed if directed else build_instance, stopped=True)
+    with pytest.raises(KeyboardInterrupt):
+        algorithms._warm_up(Algorithm("toy", stopped.search, stopped.build), directed, True, options, firefly)
+
+
+def test_nearest_neighbours_are_offered_with_their_cost() -> None:
+    for problem, build, name in ((points(9), build_instance, PLACES), (cuts(9), build_directed, CHOICES)):
+        instance, best = build(problem, 5), Best(Stop())
+        run = AlgorithmRun(SolveOptions(algorithm="nn"), AcoOptions(), FireflyOptions(), best)
+        found = name["nn"].search(instance, run)
+        assert np.array_equal(found.tour, best.tour)
+        if isinstance(instance, Instance):
+            assert best.cost == instance.length(best.tour)
+        else:
+            path = greedy_path(instance)
+            assert best.cost == instance.length(path.node, path.enter, path.leave)
+            assert best.tour.tolist() == instance.nodes(path.node, path.enter).tolist()
+        assert best.iteration == 0
