@@ -10,6 +10,7 @@ import pytest
 
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import directed
+from leafcut.order.annealing import layers_of
 from leafcut.order.directed import build_directed, is_directed, least_costs
 from leafcut.order.instance import path_cost
 from travel_reference import travel_cost
@@ -174,3 +175,49 @@ def test_lists_by_the_middles_of_clusters_name_the_nearest_ones(monkeypatch: pyt
         nearest = sorted(abs(int(where[c]) - int(where[w])) for w in range(M) if w != c)[:2]
         assert sorted(abs(int(where[c]) - int(where[w])) for w in lists.near[c].tolist() if w >= 0)[:2] == nearest
         assert c not in lists.near[c]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ends", [None, *ENDS])
+@pytest.mark.parametrize("pairs", [[], PAIRS])
+def test_layers_hold_the_costs_of_all_moves_with_the_work_at_their_end(
+    kind: str, ends: tuple[object, object] | None, pairs: list[tuple[int, int]]
+) -> None:
+    """The nodes by cluster, then the anchor: a move from it starts at the start, a move to it ends at the end."""
+    problem = problem_of(kind, ends, pairs)
+    instance = build_directed(problem, 5)
+    layers, m = layers_of(instance), M if ends is None else M + 1
+    nodes = sorted(range(problem.n_nodes), key=lambda v: (problem.cluster[v], v))
+    owner = [int(problem.cluster[v]) for v in nodes] + [M] * (m - M)
+    assert layers.owner.tolist() == owner
+    assert layers.begin.tolist() == [owner.index(c) for c in range(m)] + [len(owner)]
+    assert layers.anchored.tolist() == [m - M]
+
+    def cost(a: int, b: int) -> float:
+        if owner[b] == M:
+            free = owner[a] == M or problem.end is None
+            return 0.0 if free else travel_cost(problem.metric, tuple(problem.exit[nodes[a]]), problem.end)
+        work = float(problem.service[nodes[b]])
+        if owner[a] < M:
+            return work + way(problem, nodes[a], nodes[b])
+        entry = tuple(problem.entry[nodes[b]])
+        return work if problem.start is None else work + travel_cost(problem.metric, problem.start, entry)
+
+    for a, b in itertools.permutations(range(len(owner)), 2):
+        assert layers.table[a, b] == pytest.approx(cost(a, b)), (a, b)
+    assert np.array_equal(layers.back, layers.table.T)
+    for c, d in itertools.permutations(range(m), 2):
+        ones, others = ([k for k, o in enumerate(owner) if o == x] for x in (c, d))
+        assert layers.least[c, d] == min(layers.table[a, b] for a in ones for b in others)
+    assert np.isinf(layers.least.diagonal()).all()
+    assert np.array_equal(layers.least_back, layers.least.T)
+    for c in range(m):
+        near = [min(layers.least[c, d], layers.least[d, c]) for d in layers.near[c]]
+        assert sorted(layers.near[c].tolist()) == sorted({*range(m)} - {c})
+        assert near == sorted(near)
+    follow = {(1, 4), (1, 6), (4, 6), (3, 0)} if pairs else set()
+    for begin, partner, turned in (
+        (layers.after_begin, layers.after, False), (layers.before_begin, layers.before, True),
+    ):  # fmt: skip
+        found = {(c, int(d)) for c in range(m) for d in partner[begin[c] : begin[c + 1]]}
+        assert found == ({(b, a) for a, b in follow} if turned else follow)
