@@ -9,7 +9,7 @@ import itertools
 import math
 import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import numpy as np
 
@@ -240,7 +240,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
         with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
             jobs = [executor.submit(one.run, kicks, greedy) for one in searches]
             try:
-                return sum(job.result() for job in jobs)
+                return sum(job.result() for job in as_completed(jobs))
             except BaseException:
                 stop.cancelled.set()  # otherwise the pool waits for the time limit
                 raise
