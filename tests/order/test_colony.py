@@ -12,7 +12,7 @@ import pytest
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import SolveOptions
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import colony as colony_module
 from leafcut.order.colony import (
     FIRST_ANTS,
@@ -21,11 +21,15 @@ from leafcut.order.colony import (
     _have_time_to_kick,
     _how_many,
     _learned,
+    differ,
     follow_trails,
     found_colony,
     next_generation,
+    run_colony,
+    warm_colony,
 )
 from leafcut.order.instance import Instance, build_instance
+from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers
@@ -190,3 +194,75 @@ def test_a_search_that_is_stopped_keeps_the_best_that_it_has() -> None:
     assert found.stopped_early
     assert found.cost <= min(seen) + 1e-9
     assert sorted(found.nodes.tolist()) == list(range(400))
+
+
+@pytest.mark.parametrize(
+    ("options", "cores", "threads", "visits"),
+    [
+        (SolveOptions(), 3, 3, 6e5),
+        (SolveOptions(preset="fast"), None, 1, 1e5),
+        (SolveOptions(preset="thorough", threads=2), 3, 2, 1e7),
+        (SolveOptions(iterations=7), 3, 3, math.inf),
+        (SolveOptions(time_limit=9.0, threads=1, seed=5), 3, 1, math.inf),
+    ],
+)
+def test_a_run_has_the_work_budget_of_its_preset_unless_it_is_limited(
+    options: SolveOptions, cores: int | None, threads: int, visits: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    instance, best, seen = instance_of(20), Best(Stop()), []
+
+    def improve(*given: object) -> int:
+        seen.append(given)
+        given[4].log.add(0, 6, 0.5, 70.0)  # type: ignore[attr-defined]
+        best.offer(np.arange(20, dtype=np.int32), 70.0, 4)
+        return 9
+
+    monkeypatch.setattr(colony_module.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(colony_module, "improve_by_colony", improve)
+    found = run_colony(instance, AlgorithmRun(options, AcoOptions(), FireflyOptions(), best))
+    ((first, seed, stop, same, crew, budget),) = seen
+    assert (first, seed, stop, same, budget) == (instance, options.seed, best.stop, best, visits)
+    assert stop.iterations == (math.inf if options.iterations is None else 7)
+    assert (crew.count, crew.stop, crew.executor is None) == (threads, stop, threads == 1)
+    assert (best.view.shown, best.view.log) == (instance, crew.log)
+    assert (found.iterations, found.tour.tolist(), found.workers) == (9, list(range(20)), crew.log.figures())
+    assert len(found.workers) == threads
+    assert (found.workers[0].ants, found.workers[0].best) == (6, 70.0)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_the_warm_up_runs_a_colony_and_then_kicks_of_their_own(large: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    instance, best, seen = instance_of(20), Best(Stop(iterations=1)), []
+    given = AlgorithmRun(SolveOptions(iterations=1), AcoOptions(), FireflyOptions(), best)
+    monkeypatch.setattr(colony_module, "run_colony", lambda *a: seen.append(a))
+
+    def kicks(one: Instance, run: AlgorithmRun, is_large: bool) -> str:
+        assert (one, run.options, is_large) == (instance, given.options, large)
+        assert run.best is not best
+        assert run.stop.cancelled is best.stop.cancelled
+        assert run.stop.iterations == math.inf
+        return "tour"
+
+    monkeypatch.setattr(colony_module, "warm_kicks", kicks)
+    assert warm_colony(instance, given, large) == "tour"
+    assert seen == [(instance, given)]
+
+
+def test_tours_that_differ_by_rounding_alone_are_equal() -> None:
+    tours = np.zeros((3, 4), dtype=np.int32)
+    assert not differ(Colony(tours, np.array([5.0, 5.0 + 9e-10, 5.0])))
+    assert differ(Colony(tours, np.array([5.0, 5.0 + 2e-9, 5.0])))
+    assert not differ(Colony(tours[:1], np.array([5.0])))
+    assert not differ(Colony(tours[:0], np.zeros(0)))
+
+
+def test_a_gain_is_more_than_rounding() -> None:
+    """Of the best ant, and of any other ant beyond a share of the mean excess over the best."""
+    before = np.array([100.0, 110.0])
+    assert not _learned(before, before - 9e-10, 0.0)
+    assert _learned(before, before - [2e-9, 0.0], 0.0)
+    assert not _learned(before, before - [0.0, 9e-10], 0.0)
+    assert _learned(before, before - [0.0, 2e-9], 0.0)
+    # A mean gain of 0.5 is more than a tenth of the mean excess of 4.5, and not more than a ninth.
+    assert _learned(before, np.array([100.0, 109.0]), 0.111)
+    assert not _learned(before, np.array([100.0, 109.0]), 0.112)
