@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.cost import tour_cost
-from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.order.instance import Instance, build_instance, candidate_lists, cost_model, path_cost, plant_tree
+from leafcut.kernels.cost import CODES, tour_cost
+from leafcut.model.problem import Metric, Relief, RoutingProblem
+from leafcut.order.instance import (
+    Instance,
+    build_instance,
+    candidate_lists,
+    cluster_places,
+    cost_model,
+    is_directed,
+    is_symmetric,
+    matrix_of,
+    path_cost,
+    plant_tree,
+)
 
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
 MATRIX = np.random.default_rng(1).integers(1, 99, (60, 60))
@@ -129,3 +142,103 @@ def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -
         assert lists[i].tolist() == order + [-1] * (k - len(order))
         assert lengths[i].tolist() == [*matrix[i, order].tolist()] + [np.inf] * (k - len(order))
     assert (lists[n] == -1).all()
+
+
+def test_a_cost_model_has_the_numbers_of_its_metric_and_is_plain_without_anything_else() -> None:
+    xy = np.array([(1, 2), (3, 4)])
+    zones = np.array([(0, 1, 2, 3)])
+    plain = Metric("dogleg", (10.0, 20.0), (30.0, 40.0), per_mm=0.5)
+    model = cost_model(plain, xy)
+    assert (model.code, model.plain, model.lift, model.per_mm) == (CODES["dogleg"], True, 0.0, 0.5)
+    assert (model.vx, model.vy, model.ax, model.ay) == (10.0, 20.0, 30.0, 40.0)
+    assert (model.xy.tolist(), model.xy.dtype) == ([[1.0, 2.0], [3.0, 4.0]], np.float64)
+    assert (model.zones.shape, model.matrix.shape, model.tied_a, model.tied_b, model.free) == (
+        (0, 4),
+        (0, 0),
+        -1,
+        -1,
+        -1,
+    )
+    relief = Relief(xy.astype(float), np.array([5.0, 6.0]), 7.0, np.zeros((1, 1)), 0, 0, 9, 2, 3)
+    for more, metric in (
+        ({"tied": (1, 0)}, plain),
+        ({"free": 0}, plain),
+        ({}, replace(plain, zones=zones, lift=0.25)),
+        ({}, Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]]))),
+        ({}, replace(plain, relief=relief)),
+    ):  # fmt: skip
+        model = cost_model(metric, xy, **more)  # type: ignore[arg-type]
+        assert not model.plain
+        assert (model.tied_a, model.tied_b) == more.get("tied", (-1, -1))
+        assert model.free == more.get("free", -1)
+    assert cost_model(replace(plain, zones=zones, lift=0.25), xy).zones.tolist() == [[0.0, 1.0, 2.0, 3.0]]
+    assert cost_model(replace(plain, zones=zones, lift=0.25), xy).lift == 0.25
+    table = cost_model(Metric("EXPLICIT", matrix=np.array([[0, 1], [2, 3]])), xy).matrix
+    assert (table.tolist(), table.dtype) == ([[0.0, 1.0], [2.0, 3.0]], np.float64)
+    # With travel heights: lower left corner, side, speed and acceleration, rows of heights, columns; heights; tiles.
+    assert model.matrix.tolist() == [[0.0, 0.0, 9.0, 2.0, 3.0, 1.0, 1.0], [5.0, 6.0, 0, 0, 0, 0, 0], [0.0] * 7]
+
+
+def test_a_part_of_a_table_of_costs_is_that_of_its_nodes() -> None:
+    model = cost_model(Metric("EXPLICIT", matrix=np.arange(9.0).reshape(3, 3)), np.zeros((3, 2)))
+    assert matrix_of(model, np.array([2, 0])).tolist() == [[8.0, 6.0], [2.0, 0.0]]
+    assert matrix_of(cost_model(Metric(), np.zeros((3, 2))), np.array([2, 0])).shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("ends", "first", "second", "tied", "free", "n"),
+    [
+        ("closed", -1, -1, (-1, -1), -1, 9),
+        ((None, None), 9, -1, (-1, -1), 9, 10),
+        (((1.0, 2.0), None), 10, 9, (10, 9), 10, 11),
+        ((None, (3.0, 5.0)), 10, 9, (10, 9), 10, 11),
+        (((1.0, 2.0), (3.0, 5.0)), 10, 9, (10, 9), -1, 11),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("k", [0, 1, 4, 50])
+def test_the_extra_nodes_of_an_instance(
+    ends: object, first: int, second: int, tied: tuple[int, int], free: int, n: int, k: int
+) -> None:
+    """The start and the end follow the nine places, then the free node; it is the first candidate of every place."""
+    xy = np.random.default_rng(4).uniform(0, 9, (9, 2))
+    named = {"closed": True} if ends == "closed" else {"start": ends[0], "end": ends[1]}  # type: ignore[index]
+    instance = build_instance(RoutingProblem.of_points(xy, **named), k)  # type: ignore[arg-type]
+    cost = instance.cost
+    assert (instance.first, instance.second, instance.n) == (first, second, n)
+    assert ((cost.tied_a, cost.tied_b), cost.free) == (tied, free)
+    places = 9 + sum(p is not None for p in ([] if ends == "closed" else ends))  # type: ignore[union-attr]
+    width = min(k or n, places - 1)
+    assert instance.candidates.shape == instance.lengths.shape == (n, width + (free >= 0))
+    assert len(instance.tree.x) == places
+    if free >= 0:
+        assert instance.candidates[:9, 0].tolist() == [free] * 9
+        assert instance.lengths[:9, 0].tolist() == [0.0] * 9
+        assert (instance.candidates[9:, -1] == -1).all()
+        assert np.isinf(instance.lengths[9:, -1]).all()
+        assert (instance.candidates[free] == -1).all()
+        assert cost.xy[free].tolist() == [0.0, 0.0]
+    lists, costs = instance.exchange_lists
+    assert lists.shape == (n, width)
+    for v in range(places):
+        known = lists[v] >= 0
+        assert costs[v, known].tolist() == instance.costs(v, lists[v, known]).tolist()
+    assert instance.service == 0.0
+
+
+def test_costs_are_exact_for_one_node_per_cluster_and_equal_directions() -> None:
+    xy = np.random.default_rng(4).uniform(0, 9, (6, 2))
+    points = replace(RoutingProblem.of_points(xy, closed=True), service=np.arange(6.0))
+    assert build_instance(points, 3).exact
+    assert build_instance(points, 3).service == 15.0
+    assert not build_instance(replace(points, exit=xy + 1.0), 3).exact
+    two = replace(points, cluster=np.array([0, 1, 2, 3, 4, 4], dtype=np.int32))
+    assert not build_instance(two, 3).exact
+    assert cluster_places(two).tolist() == [*xy[:4].tolist(), ((xy[4] + xy[5]) / 2).tolist()]
+    assert cluster_places(replace(points, exit=xy + 1.0)) == pytest.approx(xy + 0.5)
+    matrix = np.arange(36.0).reshape(6, 6)
+    table = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix + matrix.T), closed=True)
+    assert build_instance(table, 3).exact
+    assert is_symmetric(table)
+    assert not is_symmetric(replace(table, metric=Metric("EXPLICIT", matrix=matrix)))
+    assert is_directed(replace(table, metric=Metric("EXPLICIT", matrix=matrix)))
