@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from leafcut.kernels import pheromone
+from leafcut.model.snapshot import NextPlace, SearchStep
 from leafcut.options import AcoOptions
-from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails, best_so_far_every
+from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails, best_so_far_every, lowest_share
 from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 from plain_python import plain_parts, plain_python
@@ -214,3 +215,64 @@ def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int,
     assert (found.ants, found.rate, found.elitist_weight) == (ants, rate, ants)
     assert found.greedy_probability == (0.9 if algorithm == "acs" else 0.0)
     assert AntParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "initial", "own"),
+    [
+        ("as", 5 / 40.0, {}),
+        ("eas", (5 + 5) / (0.2 * 40.0), {"e": 5}),
+        ("asrank", 0.5 * 5 * 4 / (0.2 * 40.0), {"w": 5}),
+        ("mmas", 1.0 / (0.2 * 40.0), {"tau_max": math.inf, "tau_min": 0.0}),
+        ("acs", 1.0 / (6 * 40.0), {"q_0": 0.9, "xi": 0.1}),
+    ],
+)
+def test_the_first_trails_and_the_variables_of_a_step(algorithm: str, initial: float, own: dict[str, float]) -> None:
+    """Box 3.1 of the book, with 5 ants, ρ = 0.2 and a nearest-neighbour tour of 40."""
+    parameters = AntParameters.of(algorithm, OPTIONS, N, True)
+    trails = TRAILS[algorithm](LISTS, parameters, C_NN)
+    assert trails.pheromone.tolist() == [[pytest.approx(initial)] * 5] * N
+    assert trails.offset == pytest.approx(1e-3 * 40.0 / 6)
+    assert (trails.highest, trails.lowest, trails.depositor, trails.changes) == (math.inf, 0.0, "", None)
+    best = Best(Stop(), cost=30.0)
+    values = {
+        "alpha": 1.5, "beta": 3.0, "rho": 0.2, "m": 5, "tau_0": pytest.approx(initial),
+        "epsilon": pytest.approx(1e-3 * 40.0 / 6), "c_best": 30.0, "lambda": 5.0,
+    }  # fmt: skip
+    assert trails.step(best) == SearchStep(algorithm, values | own, "", 0, ())
+    trails.depositor, trails.iteration_best = "best", 44.0
+    place = NextPlace(place=1, cost=2.0, pheromone=3.0, attraction=4.0, probability=0.5)
+    assert trails.step(best, 3, (place,)) == SearchStep(
+        algorithm, values | {"c_iteration": 44.0} | own, "best", 3, (place,)
+    )
+
+
+def test_all_parameters_of_an_algorithm() -> None:
+    given = AcoOptions(
+        n_ants=4, pheromone_weight=1.5, heuristic_weight=3.0, evaporation_rate=0.3, greedy_probability=0.7,
+        initial_pheromone=0.25,
+    )  # fmt: skip
+    assert AntParameters.of("acs", given, 80, False) == AntParameters(
+        "acs", 4, 1.5, 3.0, 0.3, 4, 4, 0.7, 0.1, False, 0.25
+    )
+    assert AntParameters.of("asrank", given, 80, True) == AntParameters(
+        "asrank", 4, 1.5, 3.0, 0.3, 4, 4, 0.0, 0.0, True, 0.25
+    )
+    many = AcoOptions(n_ants="parts")
+    assert AntParameters.of("mmas", many, 80, True).ants == 80
+    assert AntParameters.of("mmas", AcoOptions(), 80, True).rate == 0.2
+    assert [AntParameters.of("as", AcoOptions(), n, False).ants for n in (999, 1000, 1001)] == [999, 1000, 1000]
+    assert AntParameters.of("asrank", AcoOptions(), 80, False).ranks == 6
+    assert AntParameters.of("as", AcoOptions(), 80, True).initial is None
+    for name, rate in (("as", 0.5), ("eas", 0.5), ("asrank", 0.1), ("mmas", 0.2), ("acs", 0.1)):
+        assert AntParameters.of(name, AcoOptions(), 80, True).rate == rate
+
+
+def test_a_trail_limit_is_a_share_by_the_chance_of_the_best_tour_or_by_the_number_of_nodes() -> None:
+    """Equation 3.9 for lists of one edge, of which half an edge counts as one; it never exceeds the upper limit."""
+    plain = AntParameters.of("mmas", OPTIONS, 50, False)
+    root = 0.05 ** (1 / 50)
+    assert lowest_share(plain, 50, 16) == pytest.approx((1 - root) / (8.5 * root))
+    assert lowest_share(plain, 50, 1) == pytest.approx((1 - root) / root)
+    assert lowest_share(plain, 2, 1) == 1.0
+    assert lowest_share(replace(plain, local_search=True), 50, 16) == 0.01
