@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, check, least, random_problem
@@ -10,11 +12,16 @@ from leafcut.errors import SolveError
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.construction import random_words
 from leafcut.order.directed import build_directed
 from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import path_cost
 from leafcut.order.literature.choices import Choices
+from leafcut.order.literature.fireflies import ChoiceFireflies
+from leafcut.order.literature.flight import Flight
+from leafcut.order.search import Best
 from leafcut.order.solve import solve
+from leafcut.order.stop import Stop
 
 
 @pytest.mark.parametrize("algorithm", [*LITERATURE, "nn"])
@@ -109,3 +116,63 @@ def test_too_many_clusters_for_ants_that_order_them_are_refused_in_one_line() ->
         ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[0, 1]], dtype=np.int32))
         with pytest.raises(SolveError, match=f"'{algorithm}' orders at most 1000 clusters"):
             solve(ordered, SolveOptions(algorithm=algorithm))
+
+
+@pytest.mark.parametrize("local", [False, True])
+@pytest.mark.parametrize("ends", ENDS[:1] + ENDS[-1:])
+def test_a_swarm_of_orders_flies_one_after_the_other_the_shortest_first(local: bool, ends: object) -> None:
+    """A flight has as many inversions as its attraction, each of one run, or two before a local search; an order that
+    is not longer is kept at once. The first order is that of nearest neighbours.
+    """
+    instance = build_directed(random_problem(6, 12, "ways", ends, pairs=4), 6)
+    flight = Flight.of(FireflyOptions(n_fireflies=4, attractiveness=3.0), limited=True)
+    stop = Stop(iterations=6)
+    swarm, best = ChoiceFireflies(instance, flight, SolveOptions(seed=5, local_search=local), stop), Best(stop)
+    moves, m = Choices(instance, local), instance.n
+    drawn, words = np.zeros((4, m), dtype=np.int32), random_words(5, 0, count=4)
+    for f in range(4):
+        moves.construct_at_random(words, f, drawn[f])
+    assert swarm.orders.tolist() == drawn.tolist()
+    swarm.start(best)
+    drawn[0], length = moves.nearest_neighbour()
+    assert (best.tour.tolist(), best.cost, best.iteration) == (drawn[0].tolist(), length, 0)
+    lengths, gained = np.full(4, np.inf), 0
+    for iteration in range(6):
+        orders, found = swarm.construct(iteration)
+        words = random_words(5, iteration + 1, count=4)
+        for f in np.argsort(lengths, kind="stable").tolist():
+            if iteration == 0:
+                lengths[f] = moves.finish(drawn[f], stop)
+                continue
+            apart = {}
+            for j in range(4):
+                steps = {(int(a), int(b)) for a, b in itertools.pairwise(drawn[f])}
+                apart[j] = sum((int(a), int(b)) not in steps for a, b in itertools.pairwise(drawn[j]))
+            attraction, longest = flight.aim(lengths, f, apart.__getitem__, m, iteration / 6, local)
+            for _ in range(max(1, round(attraction))):
+                trial = drawn[f].copy()
+                place = np.argsort(trial).astype(np.int32)
+                invert_runs(moves.layers, trial, place, 2 if local else 1, longest, words, f)
+                length = moves.finish(trial, stop)
+                if length <= lengths[f]:
+                    gained += length < lengths[f]
+                    drawn[f], lengths[f] = trial, length
+        assert orders.tolist() == drawn.tolist()
+        assert found.tolist() == lengths.tolist()
+        assert swarm.log.ants == [4 * (iteration + 1)]
+        assert swarm.log.best == [lengths.min()]
+    assert gained > 3
+    assert swarm.result(drawn[1]).tolist() == moves.result(drawn[1]).tolist()
+
+
+def test_a_swarm_of_orders_stops_between_its_fireflies_once_one_has_its_length() -> None:
+    instance = build_directed(random_problem(6, 12, "ways", ENDS[0], pairs=4), 6)
+    flight, stop = Flight.of(FireflyOptions(n_fireflies=4), limited=True), Stop()
+    swarm = ChoiceFireflies(instance, flight, SolveOptions(), stop)
+    swarm.start(Best(Stop()))
+    stop.cancelled.set()
+    _, lengths = swarm.construct(0)
+    assert np.isfinite(lengths).tolist() == [True, False, False, False]
+    assert swarm.log.ants == [1]
+    swarm.construct(1)
+    assert swarm.log.ants == [1]
