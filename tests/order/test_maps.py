@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from leafcut.api import solve
 from leafcut.errors import PlanError, SolveError
 from leafcut.model.part import Grouping, Hole, Part
+from leafcut.order.maps import check_allowed, problem_of_map
 
 #: Costs of five nodes, by hand; sets 1, 2, 2, 3, 4.
 COSTS = np.array([
@@ -63,3 +66,44 @@ def test_precedence_that_no_tour_keeps_is_one_clear_line(pairs: object, first: i
 def test_when_no_way_is_allowed_one_is_named() -> None:
     with pytest.raises(PlanError, match="forbids; the best one goes from node 1 to"):
         solve(four_sets(np.where(np.eye(5) > 0, 0.0, -1.0)))
+
+
+def test_a_map_is_a_closed_problem_whose_first_set_comes_before_all_others() -> None:
+    """A forbidden edge costs more than the four most expensive edges of a tour."""
+    costs = COSTS.copy()
+    costs[[2, 4], [3, 0]] = -1
+    problem = problem_of_map(four_sets(costs, pairs=[(1, 3)], first=2))
+    assert problem.precedence.tolist() == [[1, 3], [2, 0], [2, 1], [2, 3]]
+    assert problem.cluster.tolist() == [0, 1, 1, 2, 3]
+    assert (problem.closed, problem.name, problem.metric.name) == (True, "four", "EXPLICIT")
+    matrix = problem.metric.matrix
+    assert matrix is not None
+    assert matrix[2, 3] == matrix[4, 0] > 4 * 9.0
+    assert np.array_equal(np.where(costs < 0, -1, matrix), costs)
+    anywhere = problem_of_map(four_sets(pairs=[(1, 3)], first=-1))
+    assert anywhere.precedence.tolist() == [[1, 3]]
+    assert np.array_equal(anywhere.metric.matrix, COSTS)  # type: ignore[arg-type]
+    plain = problem_of_map(replace(four_sets(), grouping=None, matrix=None, edge_weight_type=None))
+    assert (plain.n_clusters, plain.metric.name, plain.closed) == (5, "euclidean", True)
+    rounded = problem_of_map(replace(four_sets(), matrix=None, edge_weight_type="CEIL_2D"))
+    assert (rounded.metric.name, rounded.metric.matrix, rounded.n_clusters) == ("CEIL_2D", None, 4)
+
+
+def test_the_messages_about_a_map_name_its_file() -> None:
+    part = replace(four_sets(np.where(COSTS == 9, -1.0, COSTS), pairs=[(3, 1)], first=1), source="four.tsp")
+    with pytest.raises(PlanError) as refused:
+        problem_of_map(part)
+    assert str(refused.value) == (
+        "four.tsp: the tour begins with set 2, and set 4 must come before it; change one of the two"
+    )
+    with pytest.raises(PlanError) as refused:
+        check_allowed(replace(part, source=""), np.array([4, 0, 2, 0], dtype=np.int32))
+    assert str(refused.value) == (
+        "four: no tour was found without edges that the file forbids; the best one goes from node 3 to 1 (-1 in the "
+        "matrix); give more time, or allow more edges"
+    )
+    check_allowed(part, np.array([4, 0, 2, 3], dtype=np.int32))
+    check_allowed(part, np.array([2], dtype=np.int32))
+    check_allowed(replace(part, matrix=None), np.array([2, 0, 3], dtype=np.int32))
+    with pytest.raises(PlanError, match="from node 1 to 2 "):
+        check_allowed(part, np.array([0, 1], dtype=np.int32))

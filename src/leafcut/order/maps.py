@@ -23,7 +23,7 @@ def problem_of_map(part: Part) -> RoutingProblem:
     grouping = part.grouping
     if grouping is None:
         return problem
-    pairs, count = grouping.precedence, int(grouping.cluster.max()) + 1
+    pairs, count = grouping.precedence, grouping.n_clusters
     if grouping.first >= 0:
         before = pairs[pairs[:, 1] == grouping.first, 0]
         if len(before):
