@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Any
 
@@ -10,11 +11,13 @@ import pytest
 
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import ALGORITHM_TITLES, SolveOptions
+from leafcut.options import ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order import packaged
 from leafcut.order.algorithms import algorithm_titles
-from leafcut.order.instance import Instance
-from leafcut.order.search import AlgorithmRun, SearchResult
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.solve import solve
+from leafcut.order.stop import Stop
 from packages import Installer
 
 POINTS = np.random.default_rng(5).uniform(0, 40, (30, 2))
@@ -179,3 +182,72 @@ def test_leafcuts_own_are_not_replaced() -> None:
     assert {name: titles[name] for name in ALGORITHM_TITLES} == ALGORITHM_TITLES
     assert "cannot be used" in titles["untitled"]
     assert found_by("mmas").cost < found_by("toy").cost
+
+
+@pytest.mark.parametrize("apart", [1, 5, 3])
+def test_the_ends_of_a_path_are_neighbours_of_the_tour_also_across_its_end(apart: int) -> None:
+    instance = build_instance(RoutingProblem.of_points(POINTS[:4], start=(0.0, 0.0), end=(9.0, 9.0)), 3)
+    tour = [0, 1, 2, 3]
+    tour.insert(0, instance.first)
+    tour.insert(apart, instance.second)
+    for way in (tour, tour[::-1]):
+        if apart == 3:
+            with pytest.raises(SolveError) as refused:
+                packaged._checked("torn", instance, way)
+            assert str(refused.value) == (
+                "algorithm 'torn' returned no tour of all 6 nodes, each once and the ends side by side; it is no part "
+                "of leafcut"
+            )
+        else:
+            checked = packaged._checked("torn", instance, np.array(way, dtype=np.int64))
+            assert (checked.tolist(), checked.dtype) == (way, np.int32)
+
+
+def test_the_shortest_of_the_returned_and_the_offered_tour_counts() -> None:
+    instance = build_instance(RoutingProblem.of_points(POINTS[:9], closed=True), 3)
+    tours = [np.random.default_rng(seed).permutation(9).astype(np.int32) for seed in range(4)]
+    best = min(tours, key=instance.length)
+    assert packaged._shortest("toy", instance, tours).tolist() == best.tolist()
+    assert packaged._shortest("toy", instance, tours[::-1]).tolist() == best.tolist()
+
+
+@pytest.mark.parametrize("title", [None, "two\nlines", "good"])
+def test_an_algorithm_has_a_title_in_one_line_and_a_method(title: str | None) -> None:
+    class Bare:
+        pass
+
+    for one in (Bare(), Toy()):
+        one.title = title  # type: ignore[union-attr]
+        if title == "good" and isinstance(one, Toy):
+            assert packaged._algorithm_of("toy", one) is one
+            continue
+        with pytest.raises(
+            TypeError, match=r"^an algorithm has a title in one line and a method solve\(instance, run\)$"
+        ):
+            one.solve = 5 if isinstance(one, Bare) else one.solve  # type: ignore[union-attr]
+            packaged._algorithm_of("toy", one)
+    assert isinstance(packaged._algorithm_of("toy", Toy), Toy)
+
+
+@pytest.mark.parametrize("reports", [False, True])
+def test_an_algorithm_has_a_budget_of_visits_and_its_progress_is_passed_on(reports: bool) -> None:
+    """4·10⁶ visits, and 40 iterations without a gain; memory errors and refusals of leafcut stay what they are."""
+    instance, seen = build_instance(RoutingProblem.of_points(POINTS, closed=True), 3), []
+    best = Best(Stop(), seen.append if reports else None)
+    run = AlgorithmRun(SolveOptions(), AcoOptions(), FireflyOptions(), best)
+    found = packaged.run_packaged("telling", instance, run)
+    assert (run.stop.iterations, run.stop.patience) == (math.ceil(4e6 / 30), 40)
+    assert found.tour.tolist() == list(range(30))
+    assert (found.iterations, len(seen)) == (1, int(reports))
+    assert best.progress == (seen.append if reports else None)
+    for error in (MemoryError, SolveError, KeyboardInterrupt):
+
+        def fail(*_: object, error: type[BaseException] = error) -> None:
+            raise error
+
+        toy = packaged.PACKAGED.load("toy")
+        with pytest.MonkeyPatch.context() as patch, pytest.raises(error):
+            patch.setattr(type(toy), "solve", fail)
+            packaged.run_packaged(
+                "toy", instance, AlgorithmRun(SolveOptions(), AcoOptions(), FireflyOptions(), Best(Stop()))
+            )
