@@ -157,6 +157,7 @@ def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwa
 
 def test_a_tour_is_kept_if_it_is_shorter_by_more_than_rounding(clock: Clock) -> None:
     best, tour = Best(Stop(target=4.0)), np.array([2, 0, 1], dtype=np.int32)
+    assert (best.tour.shape, best.tour.dtype, best.iteration, best.cost) == ((0,), np.int32, 0, math.inf)
     assert best.offer(tour, 10.0, 3)
     tour[:] = 7
     assert best.tour.tolist() == [2, 0, 1]

@@ -263,6 +263,9 @@ def test_all_parameters_of_an_algorithm() -> None:
     assert AntParameters.of("mmas", AcoOptions(), 80, True).rate == 0.2
     assert [AntParameters.of("as", AcoOptions(), n, False).ants for n in (999, 1000, 1001)] == [999, 1000, 1000]
     assert AntParameters.of("asrank", AcoOptions(), 80, False).ranks == 6
+    for ants, initial in ((1, 5.0), (2, 5.0), (3, 15.0)):
+        few = AntParameters.of("asrank", AcoOptions(n_ants=ants, evaporation_rate=0.2), 80, False)
+        assert TRAILS["asrank"](LISTS, few, 1.0).initial == pytest.approx(initial)
     assert AntParameters.of("as", AcoOptions(), 80, True).initial is None
     for name, rate in (("as", 0.5), ("eas", 0.5), ("asrank", 0.1), ("mmas", 0.2), ("acs", 0.1)):
         assert AntParameters.of(name, AcoOptions(), 80, True).rate == rate

@@ -19,7 +19,7 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
     """Return the pairs (before, after) int32[k, 2] of the problem, each once. Raises SolveError if a pair names an
     unknown cluster, or the pairs form a cycle, so that no order satisfies them.
     """
-    given = np.asarray(problem.precedence, dtype=np.int64).reshape(-1, 2)
+    given = np.asarray(problem.precedence).reshape(-1, 2)
     if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
         wrong = next(pair for pair in given.tolist() if min(pair) < 0 or max(pair) >= problem.n_clusters)
         raise SolveError(

@@ -97,9 +97,7 @@ class Flight:
 
 def share_done(stop: Stop, iteration: int) -> float:
     """Return the completed share of the iterations or of the time limit, 0 to 1."""
-    of_time = stop.elapsed() / stop.seconds if stop.seconds < math.inf else 0.0
-    of_count = iteration / stop.iterations if stop.iterations < math.inf else 0.0
-    return max(of_time, of_count)
+    return max(stop.elapsed() / stop.seconds, iteration / stop.iterations)
 
 
 class Swarm(Population):
