@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -12,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -321,3 +322,154 @@ def test_a_worker_with_another_version_is_refused_with_both_versions() -> None:
         _check_version("0.0.1")
     assert str(refused.value) == (f"a worker has leafcut {__version__}, this machine 0.0.1; install one version on all")
     _check_version(__version__)
+
+
+class FakeDask:
+    """The packages dask and distributed, with a client that answers as given."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, answers: dict[str, object], workers: bool = True) -> None:
+        self.calls: list[object] = []
+
+        class Client(FakeClient):
+            def __init__(_, address: str, *, timeout: float, set_as_default: bool) -> None:
+                super().__init__()
+                self.calls.append((address, timeout, set_as_default, logging.getLogger("distributed").level))
+                self.client = _
+
+            def wait_for_workers(_, count: int, *, timeout: float) -> None:
+                self.calls.append((count, timeout))
+                if not workers:
+                    raise TimeoutError
+
+            def run(_, work: Callable[..., None], *given: object, on_error: str) -> dict[str, object]:
+                self.calls.append((work, given, on_error))
+                return answers
+
+        @contextmanager
+        def setting(values: dict[str, object]) -> Iterator[None]:
+            self.calls.append(values)
+            yield
+
+        config = SimpleNamespace(set=setting)
+        monkeypatch.setitem(sys.modules, "dask", SimpleNamespace(config=config))  # type: ignore[arg-type]
+        monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))  # type: ignore[arg-type]
+
+
+def test_a_cluster_is_checked_used_and_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its log is silent meanwhile."""
+    log = logging.getLogger("distributed")
+    monkeypatch.setattr(log, "level", logging.ERROR)
+    fake = FakeDask(monkeypatch, {"a": None, "b": OSError("died")})
+    with open_executor("dask://shop:8786", 3) as executor:
+        assert (executor.workers, executor.shared) == (3, False)
+        assert executor.submit(int, "7").result() == 7
+        assert log.level == logging.CRITICAL + 1
+        assert fake.client.closed == []
+    assert log.level == logging.ERROR
+    assert fake.client.closed == [2, 2]
+    assert fake.calls == [
+        {"admin.large-graph-warning-threshold": "10GB"},
+        ("tcp://shop:8786", 5.0, False, logging.CRITICAL + 1),
+        (1, 10.0),
+        (_check_version, (__version__,), "return"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("answers", "workers", "message"),
+    [
+        ({}, False, "dask://shop:1: the cluster has no worker; start one with dask worker shop:1"),
+        (
+            {"a": None, "b": ImportError("numba")},
+            True,
+            f"dask://shop:1: a worker cannot run leafcut {__version__} (ImportError: numba); install it there",
+        ),
+        ({"a": ExecutorError("another version")}, True, "another version"),
+    ],
+)
+def test_a_cluster_that_cannot_be_used_is_left(
+    answers: dict[str, object], workers: bool, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake, log = FakeDask(monkeypatch, answers, workers), logging.getLogger("distributed")
+    level = log.level
+    with pytest.raises(ExecutorError) as refused, open_executor("dask://shop:1"):
+        pytest.fail("the cluster cannot be used")
+    assert str(refused.value) == message
+    assert (fake.client.closed, log.level) == ([2], level)
+
+
+def test_a_cluster_needs_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)  # type: ignore[arg-type]
+    with pytest.raises(ExecutorError) as refused, open_executor("dask://shop:1"):
+        pytest.fail("the package is missing")
+    assert str(refused.value) == "dask://shop:1 needs the package distributed: pip install 'leafcut[cluster]'"
+
+
+@pytest.mark.parametrize(("workers", "cores", "count"), [(3, 8, 3), (0, 8, 8), (0, None, 1)])
+def test_threads_share_memory_and_are_as_many_as_cores(
+    workers: int, cores: int | None, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    with open_executor("threads", workers) as executor:
+        assert (executor.workers, executor.together, executor.shared) == (count, count, True)
+        assert executor.submit(int, "21", base=8).result() == 17
+        executor.check()
+    with pytest.raises(RuntimeError):
+        executor.submit(int, "1")
+
+
+class Slots(WatchedExecutor):
+    """An executor whose tasks end when a test says so."""
+
+    def __init__(self) -> None:
+        super().__init__(2)
+        self.given: list[tuple[object, Future[Any]]] = []
+        self.checks = 0
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if args == ("broken",):
+            raise BrokenProcessPool("no pool")
+        self.given.append((*args, Future()))
+        return self.given[-1][1]
+
+    def check(self) -> None:
+        self.checks += 1
+
+
+def test_two_tasks_per_worker_are_submitted_and_suspects_run_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two workers have four tasks at once. They die with all four; then each of these runs alone, and one of them,
+    which kills its worker three more times, is given up. The tasks that were not submitted yet come last.
+    """
+    monkeypatch.setattr("leafcut.order.executors.LOOK_SECONDS", 0.0)
+    slots, running = Slots(), []
+    killer: list[object] = []
+
+    def ended() -> bool:
+        still = [(task, future) for task, future in slots.given if not future.done()]
+        running.append(len(still))
+        if len(running) == 3:
+            for _, future in still:
+                future.set_exception(BrokenProcessPool("died"))
+        elif len(running) > 3 and len(still) == 1:
+            killer[:] = killer or [still[0][0]]
+            if still[0][0] == killer[0]:
+                still[0][1].set_exception(BrokenProcessPool("died again"))
+            else:
+                still[0][1].set_result("done")
+        elif len(running) > 3:
+            for _, future in still:
+                future.set_result("done")
+        return False
+
+    found = {task: str(result) for task, result in run_tasks(slots, str, "abcdefg", ended=ended)}
+    assert [count for count in running if count] == [4, 4, *[1] * 6, 3]
+    assert {task for task, result in found.items() if result != "done"} == set(killer)
+    assert found[killer[0]] == "its worker died 3 times (not enough memory?)"  # type: ignore[index]
+    assert set(found) == set("abcdefg")
+    assert slots.checks >= 7
+
+
+def test_an_executor_that_takes_no_task_ends_the_work() -> None:
+    with pytest.raises(ExecutorError) as refused:
+        list(run_tasks(Slots(), str, ["broken"]))
+    assert str(refused.value) == "the workers have stopped (no pool)"
