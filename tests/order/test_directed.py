@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import directed
 from leafcut.order.annealing import layers_of
@@ -221,3 +223,35 @@ def test_layers_hold_the_costs_of_all_moves_with_the_work_at_their_end(
     ):  # fmt: skip
         found = {(c, int(d)) for c in range(m) for d in partner[begin[c] : begin[c + 1]]}
         assert found == ({(b, a) for a, b in follow} if turned else follow)
+
+
+@pytest.mark.parametrize("kind", ["holes", "cuts"])
+@pytest.mark.parametrize("ends", [None, *ENDS])
+def test_the_places_of_a_path_are_its_entries_and_exits_with_the_ends(
+    kind: str, ends: tuple[object, object] | None
+) -> None:
+    problem = problem_of(kind, ends)
+    instance, nodes = build_directed(problem, 5), np.array([3, 1, 0, 2, 7, 6, 5, 4], dtype=np.int32)
+    assert instance.path(nodes).tolist() == problem.cluster[nodes].tolist()
+    assert (instance.service, instance.exact) == (0.0, True)
+    places = [problem.entry[nodes].tolist()]
+    if kind == "cuts":
+        places.append(problem.exit[nodes].tolist())
+    path = [place for row in zip(*places, strict=True) for place in row]
+    first, last = ([], [path[0]]) if ends is None else ([list(p)] if p is not None else [] for p in ends)  # type: ignore
+    assert instance.places(nodes).tolist() == [*first, *path, *last]
+
+
+def test_a_table_with_ends_is_refused_in_one_line() -> None:
+    table = replace(problem_of("table"), start=START)
+    for work in (lambda: build_directed(table, 5), lambda: least_costs(table)):
+        with pytest.raises(SolveError) as refused:
+            work()
+        assert str(refused.value) == "a cost table has no costs to or from a place; leave out start and end"
+
+
+def test_least_costs_are_given_up_when_it_is_late() -> None:
+    asked: list[bool] = []
+    assert least_costs(problem_of("ways"), lambda: bool(asked.append(True)) or len(asked) == 8) is None
+    assert len(asked) == 8
+    assert least_costs(problem_of("ways"), lambda: False) is not None

@@ -272,7 +272,7 @@ def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int
         exits = way + np.int32(beyond)
         return _nearest(cost, exits, way, k + 1), _nearest(cost, way, exits, k + 1)
     # With many nodes, cluster centres are accurate enough to find near clusters.
-    xy = problem.entry[way] if m == nodes else cluster_places(problem)
+    xy = cluster_places(problem)
     tree, label = plant_tree(xy)
     lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
     named, lengths = np.empty_like(lists), np.empty_like(costs)
