@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -133,3 +134,33 @@ def test_one_iteration_of_ant_system_with_the_parameters_of_the_sheet_paper() ->
             eta = 1.0 / (float(np.hypot(*(places[i] - places[j]))) + colony.offset)
             assert colony.pheromone[i, c] == pytest.approx(tau)
             assert colony.weights[i, c] == pytest.approx((tau * eta) ** 0.5)
+
+
+@pytest.mark.parametrize("ends", [{"closed": True}, {"start": (0.0, 0.0)}])
+def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(ends: dict[str, object]) -> None:
+    """Their shares are of the weights of all candidates, the start and the free node included."""
+    xy = np.random.default_rng(3).uniform(0.0, 9.0, (12, 2))
+    instance = build_instance(RoutingProblem.of_points(xy, **ends), 0)  # type: ignore[arg-type]
+    parameters = AntParameters.of("as", AcoOptions(), instance.n, False)
+    moves = Places(instance, False)
+    laid = trails_of(moves, parameters, 50.0, 1)
+    laid.pheromone[:] = np.random.default_rng(4).uniform(0.1, 1.0, laid.pheromone.shape)
+    laid.weigh()
+    here = int(np.flatnonzero(instance.label == 0)[0])
+    near = instance.candidates[here]
+    total = laid.weights[here][near >= 0].sum()
+    listed = sorted(
+        (-laid.weights[here, c], c) for c in range(len(near)) if near[c] >= 0 and instance.label[near[c]] < 12
+    )
+    step = moves.parts(laid, Best(Stop()))["step"]
+    assert step.here == 1
+    assert [place.place for place in step.choices] == [int(instance.label[near[c]]) + 1 for _, c in listed[:5]]
+    for place, (weight, c) in zip(step.choices, listed[:5], strict=True):
+        assert place.cost == instance.lengths[here, c]
+        assert place.pheromone == laid.pheromone[here, c]
+        assert place.attraction == pytest.approx(1.0 / (place.cost + 0.05 / instance.n))
+        assert place.probability == pytest.approx(-weight / total)
+    laid.weights[here] = 0.0
+    assert moves.parts(laid, Best(Stop()))["step"].choices == ()
+    laid.weights[here] = math.inf
+    assert moves.parts(laid, Best(Stop()))["step"].choices == ()
