@@ -28,7 +28,9 @@ from leafcut.order.colony import (
     run_colony,
     warm_colony,
 )
+from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import descend, kick_until, work_tour
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
@@ -266,3 +268,102 @@ def test_a_gain_is_more_than_rounding() -> None:
     # A mean gain of 0.5 is more than a tenth of the mean excess of 4.5, and not more than a ninth.
     assert _learned(before, np.array([100.0, 109.0]), 0.111)
     assert not _learned(before, np.array([100.0, 109.0]), 0.112)
+
+
+@pytest.mark.parametrize("kicks", [0, 150])
+def test_an_ant_builds_a_random_greedy_tour_which_is_improved_and_kicked(kicks: int) -> None:
+    instance = instance_of(60)
+    word, same = np.array([77], dtype=np.uint64), np.array([77], dtype=np.uint64)
+    (node,), (cost,) = colony_module.build_tour(instance, word, kicks, Stop())
+    tour = work_tour(greedy(instance, np.random.default_rng(77)))
+    assert descend(instance, tour, (0, 8, 5, 3, 1), Stop())
+    if kicks:
+        tour = work_tour(tour.node, queued=False, log=2 * 60 + 1000)
+        kick_until(instance, tour, same, kicks, Stop())
+    assert node.tolist() == tour.node.tolist()
+    assert cost == tour_cost(instance.cost, tour.node)
+    assert word.tolist() == same.tolist()
+    late = Stop()
+    late.cancelled.set()
+    tours, costs = colony_module.build_tour(instance, word, kicks, late)
+    assert (tours.tolist(), costs.tolist()) == ([[0] * 60], [math.inf])
+
+
+def test_the_states_of_ants_depend_on_the_seed_and_the_number_of_the_colony(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tours that were not finished are left out."""
+    instance, seen = instance_of(8), []
+
+    def build(one: Instance, word: np.ndarray, kicks: int, stop: Stop) -> Share:
+        seen.append((one, int(word[0]), kicks))
+        cost = math.inf if len(seen) == 2 else 10.0 + len(seen)
+        return np.full((1, 8), len(seen), dtype=np.int32), np.array([cost])
+
+    monkeypatch.setattr(colony_module, "build_tour", build)
+    colony = found_colony(instance, 4, 7, 3, workers(), 25)
+    assert seen == [(instance, int(word), 25) for word in random_words(7, 1, 3, count=4)]
+    assert colony.costs.tolist() == [11.0, 13.0, 14.0]
+    assert colony.tours[:, 0].tolist() == [1, 3, 4]
+    assert (colony.number, colony.generation) == (3, 0)
+
+
+@pytest.mark.parametrize(("count", "blocks"), [(1, [4, 4, 1]), (2, [2, 2, 2, 2, 1]), (9, [1] * 9)])
+def test_a_generation_is_shared_in_two_blocks_per_worker(
+    count: int, blocks: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The state of an ant belongs to its place among the meetings, and the first one also mixes them."""
+    instance, seen = instance_of(12), []
+
+    def note(
+        _: Instance, mine: np.ndarray, other: np.ndarray, costs: np.ndarray, words: np.ndarray, *__: object
+    ) -> Share:
+        seen.append((mine[:, 0].tolist(), other[:, 0].tolist(), costs.tolist(), words.tolist()))
+        return mine, costs - 1.0
+
+    monkeypatch.setattr(colony_module, "follow_trails", note)
+    tours = np.arange(9, dtype=np.int32)[:, None] * np.ones(12, dtype=np.int32)
+    after = next_generation(instance, Colony(tours, np.arange(9.0), 3, 5), 7, workers(count=count))
+    words = random_words(7, 2, 3, 5, count=9)
+    mixed = np.random.default_rng(words[0]).permutation(9).tolist()
+    assert [len(mine) for mine, *_ in seen] == blocks
+    assert [v for mine, *_ in seen for v in mine] == mixed
+    assert [v for _, other, *_ in seen for v in other] == [*mixed[1:], mixed[0]]
+    assert [v for *_, costs, _ in seen for v in costs] == [float(v) for v in mixed]
+    assert [v for *_, given in seen for v in given] == words.tolist()
+    assert after.tours[:, 0].tolist() == list(range(9))
+    assert after.costs.tolist() == [float(k) - 1.0 for k in range(9)]
+    assert (after.number, after.generation) == (3, 6)
+
+
+def test_meetings_are_assembled_in_groups_between_two_looks_at_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """12 nodes and 30 nodes a look: two pairs at once. Costs are summed again where a tour has gained."""
+    monkeypatch.setattr(colony_module, "NODES_PER_LOOK", 30)
+    instance, ranges = instance_of(12), []
+    lists = instance.exchange_lists
+
+    def assemble(*given: object) -> None:
+        _, tour, assembly, *rest = given
+        near, lengths, breadth, tours, _, words, gains, first, stop = rest
+        assert (near is lists[0], lengths is lists[1], breadth.tolist()) == (True, True, [0, 8, 5, 3, 1])  # type: ignore
+        assert (len(tour.queue), tour.counts[1], assembly.links.shape) == (12, 0, (12, 4))  # type: ignore
+        assert words.tolist() == [1, 2, 3, 4, 5]  # type: ignore[attr-defined]
+        ranges.append((first, stop))
+        if first == 2:
+            tours[3], gains[3] = np.arange(12), 0.5  # type: ignore[index]
+
+    monkeypatch.setattr(colony_module, "assemble", assemble)
+    mine = np.array([np.roll(np.arange(12), k) for k in range(5)], dtype=np.int32)[:, ::-1].copy()
+    costs, words = np.full(5, 7.0), np.arange(1, 6, dtype=np.uint64)
+    tours, after = follow_trails(instance, mine, mine[::-1].copy(), costs, words, Stop())
+    assert ranges == [(0, 2), (2, 4), (4, 5)]
+    length = tour_cost(instance.cost, np.arange(12, dtype=np.int32))
+    assert after.tolist() == [7.0, 7.0, 7.0, length, 7.0]
+    assert tours[3].tolist() == list(range(12))
+    assert tours[[0, 1, 2, 4]].tolist() == mine[[0, 1, 2, 4]].tolist()
+    assert costs.tolist() == [7.0] * 5
+
+
+def test_the_buffers_of_an_assembly_hold_two_tours_and_the_longest_cycle() -> None:
+    a = colony_module.assembly_for(7)
+    shapes = [(7, 4), (7, 8), (4, 16), (4, 6000), (6000, 3)]
+    assert [buffer.shape for buffer in a] == shapes
+    assert {buffer.dtype for buffer in a} == {np.dtype(np.int32)}
