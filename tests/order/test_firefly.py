@@ -14,13 +14,15 @@ from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import FireflyOptions, SolveOptions
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.construction import random_words
 from leafcut.order.directed import build_directed
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, choices, work_tour
+from leafcut.order.kicks import BREADTH, choices, descend, work_tour
 from leafcut.order.literature import fireflies, flight
 from leafcut.order.literature.fireflies import ChoiceFireflies, PlaceFireflies, all_costs
 from leafcut.order.literature.flight import Flight, Swarm
+from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 
@@ -158,3 +160,126 @@ def test_a_preset_has_a_number_of_inversions_repaired_moves_or_visits() -> None:
     orders = ChoiceFireflies(build_directed(cuts, 5), SIMPLE, SolveOptions(), Stop())
     assert budget_of(orders, preset="fast") == (math.ceil(2e5 / (11 * 11 * 20)), 30)
     assert budget_of(orders, preset="thorough") == (math.ceil(1e8 / (11 * 11 * 20)), 2000)
+
+
+def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """First every tour is improved; then each firefly makes 0.05·β·h moves of at most `LONGEST_REWRITE` nodes, two
+    between two looks. All see the swarm as it was before the iteration.
+    """
+    monkeypatch.setattr(fireflies, "MENDED_PER_LOOK", 2)
+    monkeypatch.setattr(fireflies, "LONGEST_REWRITE", 9)
+    instance, stop = instance_of(60), Stop(iterations=4)
+    flight_of_four = Flight.of(FireflyOptions(n_fireflies=4, attractiveness=2.0), limited=True)
+    swarm = PlaceFireflies(instance, flight_of_four, SolveOptions(seed=3), stop, None, 1)
+    assert swarm.costs.shape == (0, 0)
+    assert swarm.lengths.tolist() == [instance.length(swarm.swarm[0].node), math.inf, math.inf, math.inf]
+    best = Best(stop)
+    swarm.start(best)
+    assert (best.tour.tolist(), best.cost) == (swarm.swarm[0].node.tolist(), swarm.lengths[0])
+    plain = []
+    for f in range(4):
+        tour = work_tour(flight.first_of(instance, flight_of_four, 3, f))
+        descend(instance, tour, BREADTH, Stop())
+        plain.append(work_tour(tour.node, queued=False, log=2 * 60 + 1000))
+    tours, lengths = swarm.construct(0)
+    for iteration in range(4):
+        if iteration:
+            words = random_words(3, iteration, count=4)
+            given = np.array([instance.length(t.node) for t in plain])
+            plans = []
+            for f, tour in enumerate(plain):
+                apart = [int(edges_apart(tour.node, t.node, t.place)) for t in plain]
+                beta, longest = flight_of_four.aim(given, f, apart.__getitem__, 60, iteration / 4, mended=True)
+                plans.append((max(1, round(beta * 60 * 0.05)), min(9, longest)))
+            for f, (moves, longest) in enumerate(plans):
+                fly_and_mend(
+                    instance.cost, plain[f], *instance.exchange_lists, choices(instance, BREADTH), moves, longest,
+                    words, f,
+                )  # fmt: skip
+            tours, lengths = swarm.construct(iteration)
+        assert tours.tolist() == [t.node.tolist() for t in plain]
+        assert lengths.tolist() == [instance.length(t.node) for t in plain]
+        assert swarm.log.ants == [4 * (iteration + 1)]
+        assert swarm.log.best == [lengths.min()]
+
+
+@pytest.mark.parametrize("local", [False, True])
+def test_a_stopped_swarm_moves_its_first_firefly_until_the_next_look(
+    local: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fireflies, "MENDED_PER_LOOK", 2)
+    monkeypatch.setattr(fireflies, "MOVES_PER_LOOK", 2)
+    instance, stop, made = instance_of(40), Stop(), []
+
+    def note(*given: object) -> float:
+        made.append((given[-1], given[-4]))
+        return 0.0
+
+    options = SolveOptions(seed=3, local_search=local)
+    swarm = PlaceFireflies(instance, SIMPLE, options, stop, None, 1)
+    swarm.construct(0)
+    monkeypatch.setattr(fireflies, "fly_and_mend" if local else "fly", note)
+    stop.cancelled.set()
+    swarm.construct(1)
+    assert made == [(0, 2)]
+    assert swarm.log.ants == [len(swarm.swarm) + 1]
+
+
+def test_costs_between_all_nodes_leave_out_those_of_a_node_to_itself() -> None:
+    instance = build_instance(RoutingProblem.of_points(places(6), Metric("GEO"), closed=True), 3)
+    costs = all_costs(instance)
+    assert (costs.dtype, costs.shape, costs.diagonal().tolist()) == (np.float32, (6, 6), [0.0] * 6)
+    for a, b in itertools.permutations(range(6), 2):
+        assert costs[a, b] == instance.costs(a, b)[0]
+
+
+@pytest.mark.parametrize("variant", ["published", "published-complex"])
+def test_published_variants_refuse_paths_with_choices(variant: str) -> None:
+    options = FireflyOptions(variant=variant)
+    fireflies.check_fireflies("firefly", AcoOptions(), options, False)
+    fireflies.check_fireflies("firefly", AcoOptions(), FireflyOptions(), True)
+    with pytest.raises(SolveError) as refused:
+        fireflies.check_fireflies("firefly", AcoOptions(), options, True)
+    assert str(refused.value) == (
+        f"--variant {variant} supports only closed tours of points, without precedence, directions or alternative "
+        "starts; use --variant leafcut"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "fireflies_of", "cores", "threads", "kind"),
+    [
+        (SolveOptions(algorithm="firefly", iterations=2), {}, 3, 3, "PlaceFireflies"),
+        (SolveOptions(algorithm="firefly", iterations=2, threads=2), {}, 3, 2, "PlaceFireflies"),
+        (SolveOptions(algorithm="firefly", iterations=2), {"n_fireflies": 2}, 8, 2, "PlaceFireflies"),
+        (SolveOptions(algorithm="firefly", iterations=2), {}, None, 1, "PlaceFireflies"),
+        (SolveOptions(algorithm="firefly"), {"variant": "published"}, 3, 3, "PublishedFireflies"),
+    ],
+)
+def test_a_run_has_a_swarm_of_its_variant_with_a_worker_per_core_or_firefly(
+    options: SolveOptions, fireflies_of: dict[str, object], cores: int | None, threads: int, kind: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    instance, best, seen = instance_of(20), Best(Stop()), []
+
+    def searched(swarm: Swarm, same: Best) -> int:
+        assert same is best
+        seen.append(swarm)
+        best.offer(np.arange(20, dtype=np.int32), 1.0, 0)
+        return 6
+
+    monkeypatch.setattr(fireflies.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(fireflies, "search", searched)
+    run = AlgorithmRun(options, AcoOptions(), FireflyOptions(**fireflies_of), best)  # type: ignore[arg-type]
+    found = fireflies.run_fireflies(instance, run)
+    (swarm,) = seen
+    assert type(swarm).__name__ == kind
+    assert swarm.flight == Flight.of(run.firefly, limited=options.is_limited)
+    if kind == "PlaceFireflies":
+        assert (swarm.workers, swarm.executor is None) == (threads, threads == 1)
+    assert best.stop.patience == (math.inf if options.is_limited else 20)
+    assert best.stop.iterations == (2 if options.is_limited else 4000)
+    assert (found.iterations, found.tour.tolist()) == (6, list(range(20)))
+    assert found.workers == swarm.log.figures()
