@@ -139,7 +139,7 @@ def _open_picture(source: Source) -> Any:
             warnings.simplefilter("ignore")  # pictures that are too large are refused below
             image = Image.open(io.BytesIO(source.data), formats=[kind])
             width, height = image.size
-            animated = kind == "PNG" and getattr(image, "n_frames", 1) > 1
+            animated = kind == "PNG" and image.n_frames > 1
     except Image.DecompressionBombError:
         raise ReadError(source.path, _too_large("too many pixels")) from None
     except UnidentifiedImageError:
@@ -175,11 +175,11 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             image = ImageOps.exif_transpose(image)
-            if image.mode.startswith(("I", "F")):
+            if image.mode.startswith("I"):
                 grey = np.asarray(image).astype(np.float32)
-                grey /= 65535.0 if image.mode != "F" else 1.0
+                grey /= 65535.0
             else:
-                if "transparency" in image.info or image.mode in ("RGBA", "LA", "PA", "La", "RGBa"):
+                if "transparency" in image.info or image.mode in ("RGBA", "LA"):
                     # Transparent pixels are not milled.
                     clear = Image.new("RGBA", image.size, (0, 0, 0, 255) if invert else (255, 255, 255, 255))
                     image = Image.alpha_composite(clear, image.convert("RGBA"))
@@ -198,8 +198,6 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     """Return the brightness at which outlines are traced: the user's threshold, else midway between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
-    if not np.isfinite(high - low):
-        raise ReadError(source.path, "the picture has a pixel whose brightness is not a number")
     if options.threshold is not None:
         level = options.threshold if not options.invert else 1.0 - options.threshold
         if not low < level <= high:
@@ -226,7 +224,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     would be extrapolated into the dark areas. An evenly lit picture is returned unchanged.
     """
     light = 1.0 - grey if invert else grey
-    if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:
+    if float(np.ptp(light)) < LEAST_CONTRAST:
         return grey
     step = max(max(grey.shape) // 200, 1)
     thin = light[::step, ::step].astype(np.float64)
