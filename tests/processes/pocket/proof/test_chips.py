@@ -165,6 +165,19 @@ def test_a_ramp_cuts_from_the_level_above_it() -> None:
     assert power(one)[1] == pytest.approx(power_on_ramp(deep, by_feed * 30.0, by_feed * 2.0, 4.0))
 
 
+def test_a_steep_ramp_that_needs_more_power_than_the_spindle_has_is_found() -> None:
+    """From Z0.5 to Z-2 over 3 mm: its length across is that of the plan, and it may need all power but not more."""
+    by_feed = 5.0 / math.hypot(3.0, 2.5)
+    needed = power_on_ramp(STEEL, by_feed * 3.0, by_feed * 2.5, 2.0)
+    for share, wrong in ((1.0, False), (0.9995, True)):
+        weak = replace(STEEL, power=share * needed)
+        text = (
+            f"a move at 300 mm/min needs {needed / 1000.0:.4g} kW near X3.000 Y0.000 Z-2.000; the spindle gives "
+            f"{share * needed / 1000.0:.4g} kW at most"
+        )
+        assert found((3.0, -2.0, 5.0), limits=weak) == ([(2, text)] if wrong else [])
+
+
 def test_a_plunge_needs_power_only_in_uncleared_material() -> None:
     """Down at X0 in full material, then along, and down again in the middle of the slot."""
     limits = replace(STEEL, power=1e6)

@@ -80,9 +80,7 @@ def measured_chips(
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
     # A short move of a ramp may be horizontal after rounding, but it is not at the height of a level.
     flat = {
-        cut.row
-        for cut in cuts
-        if np.ptp(cut.path[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.path[-1, 2]).min() <= HEIGHT_TOLERANCE
+        cut.row for cut in cuts if cut.height <= _SAME and np.abs(np.array(levels) - cut.z).min() <= HEIGHT_TOLERANCE
     }
     samples = list(_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
@@ -190,7 +188,7 @@ def _ramps(
     """
     descents: list[list[PocketCut]] = []
     for cut in cuts:
-        if cut.row in flat or not _horizontal_length(cut) > _SAME or not cut.path[0, 2] > cut.path[-1, 2] - _SAME:
+        if cut.row in flat or not _horizontal_length(cut) > _SAME or not cut.path[0, 2] > cut.z - _SAME:
             continue
         last = descents[-1][-1] if descents else None
         if last and cut.row == last.row + 1 and written.value[cut.row] == written.value[last.row]:
@@ -199,7 +197,7 @@ def _ramps(
             descents.append([cut])
     tops = np.append(np.array(levels), 0.0)
     for descent in descents:
-        last, bottom = descent[-1], float(descent[-1].path[-1, 2])
+        last, bottom = descent[-1], descent[-1].z
         across, fall = sum(_horizontal_length(cut) for cut in descent), float(descent[0].path[0, 2]) - bottom
         depth = float(tops[tops > bottom + HEIGHT_TOLERANCE].min(initial=0.0)) - bottom
         by_feed = float(written.value[last.row]) / math.hypot(across, fall)
@@ -212,7 +210,7 @@ def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limit
         return
     earlier = EarlierCuts(cuts, rules)
     for cut in cuts:
-        centre, bottom = cut.path[-1, :2], float(cut.path[-1, 2])
+        centre, bottom = cut.path[-1, :2], cut.z
         if _horizontal_length(cut) > _SAME or not cut.path[0, 2] > bottom + _SAME:
             continue
         disc = shapely.Point(centre).buffer((1.0 - _SLIVER) * rules.radius)

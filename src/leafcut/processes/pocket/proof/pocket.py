@@ -47,6 +47,16 @@ class PocketCut:
     bulge: float = 0.0
 
     @property
+    def z(self) -> float:
+        """Height of the end, mm."""
+        return float(self.path[-1, 2])
+
+    @property
+    def height(self) -> float:
+        """Difference between the greatest and the lowest height, mm."""
+        return float(np.ptp(self.path[:, 2]))
+
+    @property
     def vertices(self) -> NDArray[np.float64]:
         """The path in the plane as vertices of a polyline, float64[n, 3]; arcs stay arcs."""
         points = self.path[[0, -1], :2] if self.bulge else self.path[:, :2]
@@ -138,7 +148,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     cuts = list(cutting_moves(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.path[:, 2])) > HEIGHT_TOLERANCE]
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and cut.height > HEIGHT_TOLERANCE]
     for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
         wide = engaged.width > thinnest(rules)
         wrong += [
@@ -171,9 +181,9 @@ def engaged_levels(
     The ends of descents have no engagement.
     """
     known: dict[bytes, tuple[ToolWay, Engaged]] = {}
-    for z in sorted({round(float(cut.path[-1, 2]), 3) for cut in cuts if cut.row in rows}):
-        there = [cut for cut in cuts if abs(float(cut.path[-1, 2]) - z) <= HEIGHT_TOLERANCE]
-        level = np.array([np.ptp(cut.path[:, 2]) <= HEIGHT_TOLERANCE for cut in there])
+    for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):
+        there = [cut for cut in cuts if abs(cut.z - z) <= HEIGHT_TOLERANCE]
+        level = np.array([cut.height <= HEIGHT_TOLERANCE for cut in there])
         paths = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
         key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
@@ -199,8 +209,7 @@ def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) ->
         if radius > rules.radius:
             continue
         angles = np.unwrap(np.arctan2(from_centre[:, 1], from_centre[:, 0]))
-        sinks = float(np.ptp(cut.path[:, 2])) > 0.0
-        key = (round(float(x), 2), round(float(y), 2), round(radius, 2), 0.0 if sinks else round(cut.path[-1, 2], 2))
+        key = tuple(np.round((x, y, radius, 0.0 if cut.height > 0.0 else cut.z), 2).tolist())
         turned[key] = turned.get(key, 0.0) + abs(float(angles[-1] - angles[0]))
     whole = [key for key, turn in turned.items() if turn >= 2.0 * np.pi - 1e-3]
     return shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius, _ in whole])
@@ -286,11 +295,10 @@ def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return the levels in the order of cutting; descents are left out."""
     levels: list[_Level] = []
     for cut in cuts:
-        if np.ptp(cut.path[:, 2]) > HEIGHT_TOLERANCE:
+        if cut.height > HEIGHT_TOLERANCE:
             continue
-        z = float(cut.path[-1, 2])
-        if not levels or abs(levels[-1].z - z) > HEIGHT_TOLERANCE:
-            levels.append(_Level(z, cut.line))
+        if not levels or abs(levels[-1].z - cut.z) > HEIGHT_TOLERANCE:
+            levels.append(_Level(cut.z, cut.line))
         levels[-1].parts.append(segments(cut.path[:, :2]))
     return levels
 
