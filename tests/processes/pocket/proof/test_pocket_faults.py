@@ -251,3 +251,10 @@ def test_a_pocket_around_another_belongs_to_its_area() -> None:
     for others, shift, found in (((pocket, beside), 0.0, 1), ((pocket, apart), 10.0, 0), ((beside,), 4.0, 1)):
         surface = TRIANGLE + np.array([shift, 0, 0])
         assert len(stock_top_differences((pocket,), (-2.0,), others, surface, 5.0)) == found
+
+
+def test_a_finishing_pass_below_all_levels_is_measured_alone() -> None:
+    """Two passes 7 mm apart at -2, and nothing at -1."""
+    path = path_of((0, 0, None, 0), (0, 0, -2, 5), (50, 0, -2, 10), (50, 7, -2, 10), (0, 7, -2, 10))
+    levels = simulated_levels(path, WIDE, RULES, [(-1.0,)], [(-2.0,)])
+    assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(7.0)), (-1.0, 0.0)]
