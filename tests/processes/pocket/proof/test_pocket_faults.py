@@ -254,7 +254,8 @@ def test_a_pocket_around_another_belongs_to_its_area() -> None:
 
 
 def test_a_finishing_pass_below_all_levels_is_measured_alone() -> None:
-    """Two passes 7 mm apart at -2, and nothing at -1."""
-    path = path_of((0, 0, None, 0), (0, 0, -2, 5), (50, 0, -2, 10), (50, 7, -2, 10), (0, 7, -2, 10))
+    """Three passes 7 mm apart at -2, and nothing at -1."""
+    rows = [(x, 7.0 * k, -2, 10) for k, ends in enumerate(((0, 50), (50, 0), (0, 50))) for x in ends]
+    path = path_of((0, 0, None, 0), (0, 0, -2, 5), *rows)
     levels = simulated_levels(path, WIDE, RULES, [(-1.0,)], [(-2.0,)])
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(7.0)), (-1.0, 0.0)]
