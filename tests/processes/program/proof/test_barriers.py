@@ -15,6 +15,7 @@ from leafcut.processes.program.proof.barriers import (
     SKIPPED,
     Mark,
     Wall,
+    compare_unrun,
     compare_walls,
     misplaced,
     walls_of,
@@ -310,3 +311,35 @@ def test_a_height_that_is_no_longer_known_is_named() -> None:
     (found,) = misplaced([old], {1: new}, 0.002)
     assert found == Difference("unknown height", 101, 102, "at 'pause M0' the height of the tool is no longer known")
     assert not list(misplaced([old._replace(unsure=True)], {1: new}, 0.002))
+
+
+SETTINGS = "G21 / (o=0, kw=1.5) / G0 X1 / #<holes>=2 / M3 $0 S1 / G1 X5 F60 / M5 / M2 / {}G0"
+ONE, OTHER = "(o=0, kw=1) / #<holes>=3 / ", "G0 X1 / (o=0, kw=2) / "
+
+
+def test_settings_of_the_controller_are_barriers() -> None:
+    work = read_work(program_of(SETTINGS.format(""), "qtplasmac"), written_out=False, beam=False)
+    first, second = work.marks[:2]
+    assert first.what == (OBEYED, "comment", True, ("kw", 1.5), ("o", "0"), 1.0)
+    assert (first.key, first.line, first.said) == (-0.5, 2, "(o=0, kw=1.5)")
+    assert (second.what, second.key, second.line) == ((OBEYED, "holes", 2.0, 1.0), 0.5, 4)
+    assert second.said == "#<holes>=2" and not second.exactly and np.isnan(second.place).all()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "lines", "words"),
+    [
+        (ONE, OTHER, (9, 10), "(o=0, kw=1), #<holes>=3 became (o=0, kw=2)"),
+        (OTHER, ONE, (10, 9), "(o=0, kw=2) became (o=0, kw=1), #<holes>=3"),
+        ("", ONE, (0, 9), "none became (o=0, kw=1), #<holes>=3"),
+        (ONE, "", (9, 0), "(o=0, kw=1), #<holes>=3 became none"),
+        (ONE, ONE, (0, 0), ""),
+        ("", "", (0, 0), ""),
+    ],
+)
+def test_settings_in_lines_that_never_run_are_compared(
+    before: str, after: str, lines: tuple[int, int], words: str
+) -> None:
+    programs = [program_of(SETTINGS.format(text), "qtplasmac") for text in (before, after)]
+    text = f"the settings that the controller takes from lines which are not run differ: {words}"
+    assert list(compare_unrun(*programs)) == ([Difference("changed setting", *lines, text)] if words else [])

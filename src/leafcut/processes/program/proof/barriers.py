@@ -132,7 +132,7 @@ def _context(program: Program, block: int, kind: Kind, said: str, register: floa
     if kind is Kind.SHIFT:
         return (m.unit, m.incremental, m.frame, m.length, m.tool)
     letters = {word[0] for word in said.split()}
-    if letters <= _PLAIN:
+    if letters.issubset(_PLAIN):
         return ()
     own = {"feed": "F", "rpm": "S"}
     rest = [None if own.get(name) in letters else getattr(m, name) for name in _READ]
