@@ -134,6 +134,14 @@ def test_a_pocket_under_a_roof_is_not_cut(tmp_path: Path) -> None:
         read_pockets(saved(tmp_path / "roof.step", solid))
 
 
+def test_a_block_without_a_pocket_is_refused(tmp_path: Path) -> None:
+    file = saved(tmp_path / "block.step", box(0, 0, 0, 20, 10, 5))
+    with pytest.raises(ReadError) as refused:
+        read_pockets(file)
+    reason = "its level faces are all at the top"
+    assert str(refused.value) == f"{file}: the solid has no closed pocket with a level floor: {reason}"
+
+
 def cuts_of(outcome: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return start and end of every feed move."""
     path = outcome.written
