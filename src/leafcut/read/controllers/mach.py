@@ -122,13 +122,13 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     values = Values(file, "Mach4")
     setup = ini.get("SetupUnits", "Preferences")
     stated_unit = {"200": "in", "210": "mm"}.get(setup.text if setup else "")
-    statement = f"SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
+    statement = f"[Preferences]SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
     unit = _resolve_unit(values, stated_unit, statement, units)
     name = ini.get("Profile", "Preferences")
     if name is not None and name.text:
         values.take("name", shown(name.text, 40), f"[Preferences]Profile, {name.place}")
     values.derive("controller", "mach4", "the file is one of Mach4")
-    values.take("units", unit, f"[Preferences]{statement}")
+    values.take("units", unit, statement)
     motors = [_motor(ini, values, axis) for axis in range(3)]
     values.motion(
         Axes(*_motor_values(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
