@@ -63,7 +63,7 @@ class KlartextWriter(Writer):
         for number, row in enumerate(self.path):
             if row.kind is Kind.TOOL:
                 tool = number
-            elif row.kind is Kind.SPINDLE and row.value and tool >= 0:
+            elif row.kind is Kind.SPINDLE and row.value:
                 speeds.setdefault(tool, abs(row.value))
         return speeds
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 
 from leafcut.errors import PostError
 from leafcut.files.digests import signed
@@ -16,6 +17,9 @@ from leafcut.options import PostOptions
 from leafcut.post.blocks import Blocks
 from leafcut.post.comments import plain_text
 from leafcut.post.words import coolant_words, cycle_parameters, cycle_words, dwell_word, has_cycle
+
+#: Names for a program without tool comments.
+NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 class Writer:
@@ -31,8 +35,8 @@ class Writer:
         path: Toolpath,
         dialect: Dialect,
         options: PostOptions,
-        tool_names: Mapping[int, str],
-        start_s: float,
+        tool_names: Mapping[int, str] = NO_NAMES,
+        start_s: float = 0.0,
         rapid_velocity: float = math.nan,
         preselect_tool: bool = False,
     ) -> None:
@@ -49,12 +53,13 @@ class Writer:
         self.safe = self.at_machine_height = False
         self.pending_offset: int | None = None
         self.cycle: DrillCycle | None = None
-        self.feed_of_cycle = 0.0
-        self.initial = math.nan
+        # Feed of the active cycle, mm/s, and height before its series, mm.
+        self.feed_of_cycle: float
+        self.initial: float
         self.coolant_mode = 0
         self.spinning = False
         self.ended = False
-        self.row, self.next_kind = 0, Kind.END
+        self.row: int
         #: Tools of all changes after the first.
         self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
@@ -62,12 +67,10 @@ class Writer:
         """Return the text of the program."""
         self._write_header(header)
         write = self._writers()
-        kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
-        for number, (motion, next_kind) in enumerate(zip(self.path, kinds, strict=False)):
+        for number, motion in enumerate(self.path):
             self.row = number
             if self.ended:
                 raise PostError("the toolpath continues after its end")
-            self.next_kind = Kind(next_kind)
             if motion.kind is not Kind.DRILL:
                 self._leave_cycle()
             if motion.kind not in write:
@@ -112,7 +115,7 @@ class Writer:
             title = re.sub(r"[^A-Z0-9 _.-]", "", name.upper())[:20].strip() or "LEAFCUT"
             lines.append(f"%{title},MX,")
         if dialect.program_number:
-            title = name[:32].strip().upper() if dialect.uppercase_comments else name[:32].strip()
+            title = (name.upper() if dialect.uppercase_comments else name)[:32].strip()
             lines.append(f"O{self.options.program_number:04d}" + (f" ({title})" if title else ""))
         for line in (*header, *(dialect.notes if header else ())):
             self.out.comment(line)
@@ -178,9 +181,7 @@ class Writer:
     def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
         """Refuse an arc so short, or so close to a full circle, that rounding might exchange the two."""
         steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
-        if max(steps) < 1e-6:
-            return
-        if max(steps) < 2.0:
+        if 1e-6 < max(steps) < 2.0:
             raise PostError("an arc whose ends are less than two units of the last decimal apart")
 
     def _check_cutting(self, row: Motion) -> None:
@@ -395,7 +396,7 @@ class Writer:
             self.spinning = False
             return
         self.out.write("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
-        if not self.spinning and self.start_s > 0 and self.next_kind is not Kind.DWELL:
+        if not self.spinning and self.start_s > 0 and Kind.DWELL not in self.path.kind[self.row + 1 : self.row + 2]:
             self.out.write("G4", dwell_word(self.start_s, self.dialect))
         self.spinning = True
 

@@ -10,19 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import PostOptions
 from leafcut.post.klartext import KlartextWriter
-from leafcut.post.row_writer import Writer
+from leafcut.post.row_writer import NO_NAMES, Writer
 from leafcut.post.sinumerik import SinumerikWriter
 
 #: Language of a dialect → its writer; all other dialects use the writer of G-code.
 _WRITERS: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
-_NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def write_program(
@@ -31,7 +29,7 @@ def write_program(
     options: PostOptions,
     header: Sequence[str] = (),
     *,
-    tool_names: Mapping[int, str] = _NO_NAMES,
+    tool_names: Mapping[int, str] = NO_NAMES,
     spindle_start_s: float = 0.0,
     rapid_velocity: float = math.nan,
     preselect_tool: bool = False,

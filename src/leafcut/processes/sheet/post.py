@@ -30,11 +30,11 @@ def write_cut_program(
     PostError if the controller lacks a command that the toolpath needs.
     """
     lines = header if options.header else ()
-    marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())
-    compensates = bool(((path.kind == Kind.RADIUS) & (path.ref != 40)).any())
+    marks = bool(((path.kind == Kind.SPINDLE) & (path.ref != 0)).any())
+    compensates = bool((path.kind == Kind.RADIUS).any())
     check_words(dialect, options, marks=marks, compensates=compensates)
     if dialect.torch is None:
-        return Writer(path, dialect, options, {}, 0.0).program(lines)
+        return Writer(path, dialect, options).program(lines)
     return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
 
 
@@ -60,7 +60,7 @@ class _TorchWriter(Writer):
     """Writes the rows of a toolpath with the commands of a torch."""
 
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
-        super().__init__(for_controller(path, dialect), dialect, options, {}, 0.0)
+        super().__init__(for_controller(path, dialect), dialect, options)
         self.plan, self.torch = plan, torch
         self.lit: Motion | None = None
         self.compensating = False
@@ -135,7 +135,7 @@ class _TorchWriter(Writer):
         if self.torch.feed_output is None or self.lit is None:
             return
         percent = self._feed_share(row)
-        if abs(percent - self.percent) < 0.5 * 10.0**-_PERCENT_DECIMALS:
+        if percent == self.percent:
             return
         if self.compensating:
             raise PostError("the feed cannot change (M67) while the controller compensates the kerf (G41, G42)")

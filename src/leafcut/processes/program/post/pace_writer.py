@@ -73,8 +73,9 @@ class _PaceWriter:
     def __init__(self, program: Program, pace: Pace, longest: int) -> None:
         self.program, self.pace, self.longest = program, pace, longest
         self.reader = BlockReader(program)
-        self.motion: int | None = None
-        self.feed = 0.0
+        # Motion and feed in the new text, from the first new speed on.
+        self.motion: int | None
+        self.feed: float
         self.end = line_end(program.lines)
 
     def text(self, look: Heartbeat) -> str:

@@ -268,11 +268,11 @@ class _Rewriter:
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
         matters = height_matters(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
-        if z < level - _TOLERANCE:
+        if _below(z, level):
             self._rapid(z=level)
         lowest = min((v for v in map(self._stated_z, range(piece.begin, arrival + 1)) if v is not None), default=level)
-        down = matters and self.place[2] > original + _TOLERANCE
-        if lowest < floor - _TOLERANCE or down:
+        down = matters and _below(original, self.place[2])
+        if _below(lowest, floor) or down:
             self._rapid(*entry)
         if down:
             self._rapid(z=original)
@@ -286,14 +286,14 @@ class _Rewriter:
     def _arrive_drilling(self, piece: PieceOfWork, row: int, floor: float) -> None:
         """Move the tool to the height that a canned cycle needs for its sideways move and for its retract."""
         path = self.program.path
-        if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
+        if _below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
             self._rapid(z=floor)
         risen = self.original.risen(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
             # The height is never below the R plane of the first hole.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
-            if self.place[2] > wanted + _TOLERANCE:
+            if _below(wanted, self.place[2]):
                 self._rapid(*piece.entry)
             if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
                 self._rapid(z=wanted)
@@ -413,7 +413,7 @@ class _Rewriter:
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
         # An unknown height follows a move in machine coordinates, where the tool is retracted. A laser has no height.
         over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
-        return level < over - _TOLERANCE or over == math.inf
+        return _below(level, over) or over == math.inf
 
     def _go_past(self, x: float, y: float, *, down: bool) -> None:
         """Move to a point over or around all obstacles; with `down`, return to the previous height."""
@@ -429,7 +429,7 @@ class _Rewriter:
         """Restore the state on which fixed blocks rely, and then track the state after them."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
-        if self.place[2] < original[2] - _TOLERANCE:
+        if _below(self.place[2], original[2]):
             self._rapid_to(z=original[2])
         goes = next_place(self.reader, blocks, min(original[2], self.place[2]))
         away = not all(
@@ -437,11 +437,11 @@ class _Rewriter:
         )
         if goes == HERE and away:
             self._rapid_to(*original[:2])
-        if self.place[2] > original[2] + _TOLERANCE and height_matters(self.reader, blocks):
+        if _below(original[2], self.place[2]) and height_matters(self.reader, blocks):
             self._rapid_to(z=original[2])
         risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
-        if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
+        if risen is not None and _below(max(initial, risen[1]), risen[0]):
             # In the original, the cycles retract to this initial height.
             self._rapid_to(z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
@@ -500,6 +500,10 @@ class _Rewriter:
         """Return whether a block has an effect that its words do not show."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
+
+
+def _below(height: float, other: float) -> bool:
+    return height < other - _TOLERANCE
 
 
 class Territory:
