@@ -429,3 +429,74 @@ def test_after_a_probe_the_cut_states_its_feed_again() -> None:
     text = written("plasma", b.build())
     assert re.findall(r"F\S+", text) == ["F300", "F1200", "F300", "F1200"]
     assert text.endswith("M5\nG92.1\nM2\n")
+
+
+def test_a_probing_table_measures_the_sheet_and_cancels_the_shift_at_the_end() -> None:
+    """Without rows for blending, G61 ends the rounding of an earlier program."""
+    b = ToolpathBuilder()
+    b.rapid(z=10.0)
+    b.rapid(1.0, 2.0)
+    b.probe(-12.0, feed=5.0)
+    b.set_place(Kind.SHIFT, (1.0, 2.0, -0.5), 0)
+    b.rapid(z=3.8)
+    b.spindle(900.0)
+    b.feed(z=1.5, feed=20.0)
+    b.feed(5.0, 2.0, feed=20.0)
+    b.spindle(0.0)
+    b.probe(-12.0, feed=20.0)
+    b.set_place(Kind.SHIFT, (math.nan, math.nan, math.nan), 0)
+    b.rapid(z=10.0)
+    b.end()
+    assert written("plasma", b.build()) == (
+        "G21\nG17 G40 G49 G80 G90 G91.1 G92.1 G94 G97 G54\nG61\nG0 Z10\nX1 Y2\nG38.2 Z-12 F300\nG92 Z-0.5\nG0 Z3.8\n"
+        "M3 S1\nG1 Z1.5 F1200\nX5\nM5\nG38.2 Z-12\nG92.1\nG0 Z10\nM2\n"
+    )
+
+
+@pytest.mark.parametrize("words, exact", [("qtplasmac", True), ("waterjet", True), ("grbl-laser", False)])
+def test_corners_are_exact_unless_the_toolpath_states_their_blending(words: str, exact: bool) -> None:
+    b = lit()
+    b.end()
+    assert ("G61" in written(words, b.build()).splitlines()) is exact
+    b = ToolpathBuilder()
+    b.blending(640, 0.1)
+    b.end()
+    assert "G61" not in written(words, b.build()).splitlines()
+
+
+def test_the_header_can_be_left_out() -> None:
+    b = lit()
+    b.end()
+    for words in ("plasma", "haas"):
+        assert "(sheet)" in written(words, b.build(), None, ("sheet",)).splitlines()
+        assert "(" not in written(words, b.build(), PostOptions(header=False), ("sheet",)).partition("G21")[0]
+
+
+def test_a_mill_cuts_a_sheet_with_its_spindle_and_without_further_waits() -> None:
+    b = ToolpathBuilder()
+    b.rapid(z=10.0)
+    b.spindle(900.0)
+    b.rapid(0.0, 0.0)
+    b.feed(z=-1.0, feed=20.0)
+    b.spindle(0.0)
+    b.end()
+    assert written("haas", b.build()).splitlines()[-7:] == [
+        "G0 Z10.", "S900 M3", "X0. Y0.", "G1 Z-1. F1200.", "M5", "M30", "%",
+    ]  # fmt: skip
+
+
+def test_moves_at_a_feed_with_the_torch_off_state_their_own_feed() -> None:
+    """Shares of the chart's feed (M67) are for lit cuts only: half the feed before and after them is F600."""
+    b = ToolpathBuilder()
+    b.rapid(0.0, 0.0, 10.0)
+    b.feed(5.0, 0.0, feed=10.0)
+    for x in (10.0, 30.0):
+        b.spindle(900.0)
+        b.feed(x, 0.0, feed=20.0)
+        b.spindle(0.0)
+        b.feed(x + 5.0, 0.0, feed=10.0)
+    b.end()
+    body = written("qtplasmac", b.build()).partition("G0 X0 Y0\n")[2]
+    assert body.partition("M65")[0] == (
+        "G1 X5 F600\nM3 $0 S1\nX10 F1200\nM5 $0\nX15 F600\nM3 $0 S1\nX30 F1200\nM5 $0\nX35 F600\n"
+    )
