@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PostError
 from leafcut.gcode.numbers import NumberFormat, format_number
-from leafcut.gcode.words import BlockError, Word, lines, tokenise, without_word
+from leafcut.gcode.words import (
+    BlockError,
+    Word,
+    has_nested_comment,
+    lines,
+    plain_block,
+    split_line,
+    tokenise,
+    without_word,
+)
 
 
 def pairs(line: str) -> list[tuple[str, float]]:
@@ -165,3 +174,54 @@ def test_a_feed_of_nothing_cannot_be_written() -> None:
 def test_a_word_of_the_controller_is_removed_from_the_code_and_not_from_comments(line: str, rest: str | None) -> None:
     assert without_word(line, "F#<w>") == rest
     assert without_word(line, "") is None
+
+
+TOO_LARGE = "out of range: 1,000,000,000 or more; correct or delete that word, or re-post the program"
+
+
+@pytest.mark.parametrize(
+    ("line", "nested"),
+    [("(a (b) c)", True), ("(a) (b)", False), ("(a", False), ("(a) ; (b (c))", False), ("G0 (a ; (b))", True)],
+)
+def test_a_comment_inside_a_comment_is_noticed(line: str, nested: bool) -> None:
+    assert has_nested_comment(line) is nested
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("G1 X1 (open", "a comment is not closed: ')' is missing"),
+        ("G1 X1 (a (b) c)", "a comment inside a comment"),
+        ("G1 X1) Y2", "')' without '(' before it"),
+        ("G1 X--5", "'X--5' is a letter without a number"),
+        ("G1 Y5 Xabcdefghijklmnopq", "'Xabcdefghijk' is a letter without a number"),
+        ("G1 X\u00e9\u00e9 Y", "'X Y' is a letter without a number"),
+        ("G1 X1 0", "'0' is a number without a letter"),
+        ("G1 X1 -.5Y2", "'-.5Y2' is a number without a letter"),
+        ("#1=5", "'#': parameters and expressions are not understood"),
+        ("X1 <a>", "'<': parameters and expressions are not understood"),
+        ("X1 \u00e9", "unexpected character '\\xe9'"),
+        (":A", "unexpected character ':'"),
+        ("X" + "1" * 10_000, "the line has 10001 characters; this is not G-code"),
+        ("x1000000000", f"the number of X is {TOO_LARGE}"),
+        ("X-1000000000", f"the number of X is {TOO_LARGE}"),
+    ],
+)  # fmt: skip
+def test_a_line_is_refused_with_one_text(line: str, reason: str) -> None:
+    with pytest.raises(BlockError) as caught:
+        tokenise(line)
+    assert str(caught.value) == reason
+
+
+def test_marks_and_comments_are_no_words() -> None:
+    assert pairs(":12 G1") == [("O", 12), ("G", 1)]
+    assert pairs("/G1 X999999999.9") == [("G", 1), ("X", 999999999.9)]
+    assert pairs("$1") == [("$", 1)]
+    assert split_line(" G1 (a (b) c) ; d ", nested=True) == ("G1", ("a  b  c", "d"))
+    assert split_line("G1 ((a)) (b)", nested=True) == ("G1", ("a", "b"))
+    assert split_line("G1 ;(a (b", nested=True) == ("G1", ("a (b",))
+    assert plain_block("G1 X1 (a)\r\n") == tokenise("G1 X1 (a)")
+    assert plain_block("G1 X#1") is None
+    words = [tokenise(line).deleted for line in ("/G1", "G1", " /G1")]
+    assert words == [True, False, True]
+    assert (str(tokenise("x01.50").words[0]), tokenise("G1").line) == ("X01.50", 0)

@@ -121,8 +121,7 @@ def without_word(line: str, word: str) -> str | None:
 
 def has_nested_comment(line: str) -> bool:
     """Return whether a comment contains another."""
-    first, inner = line.find("("), line.find("(", line.find("(") + 1)
-    return first >= 0 and inner >= 0 and _flattened(line) != line
+    return _flattened(line) != line
 
 
 def _flattened(line: str) -> str:
@@ -194,7 +193,7 @@ def refuse_rest(body: str, position: int) -> NoReturn:
         raise BlockError(f"'{first}': parameters and expressions are not understood")
     if first.isascii() and first.isalpha():
         raise BlockError(f"'{_shown(rest)}' is a letter without a number")
-    if first in "0123456789.+-" and first:
+    if first in "0123456789.+-":
         raise BlockError(f"'{_shown(rest)}' is a number without a letter")
     raise BlockError(f"unexpected character {first!a}")
 
