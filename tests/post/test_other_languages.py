@@ -9,6 +9,7 @@ import pytest
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.numbers import NumberFormat
+from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
 from leafcut.options import PostOptions
@@ -395,6 +396,37 @@ def test_the_header_is_complete(units: str, size: str, x: str, y: str, z: str) -
         y,
         z,
         "estimated time 1 min 00 s, in the drawing's order 1 min 15 s",
+    ]
+
+
+@pytest.mark.parametrize(("units", "x"), [("mm", "25.4"), ("inch", "1")])
+def test_the_header_states_the_zero_in_the_unit_of_the_program(units: str, x: str) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=-0.0001)
+    head = header_lines(
+        source="a",
+        version="1",
+        machine=load_machine("linuxcnc-mill"),
+        tools=[Tool(1, 5.0, ToolKind.DRILL, name="drill-5")],
+        path=builder.build(),
+        seconds=(2.0, 1.0),
+        seed=3,
+        options={},
+        units=units,
+        beside="before",
+        zero=ProgramZero("a corner", 25.4, 0.0, "z", "top", 0.0),
+    )
+    size, unit = ("5 mm", "mm") if units == "mm" else ("0.1969 in", "in")
+    assert head[2:-1] == [
+        "machine: linuxcnc-mill",
+        "seed 3",
+        f"T1 drill-5 {size}, 0 rpm",
+        f"zero: a corner, X{x} Y0 of the solid",
+        "Z0: top of the part, Z0 of the solid",
+        f"X 0 to 0 {unit}",
+        f"Y 0 to 0 {unit}",
+        f"Z 0 to 0 {unit}",
+        "estimated time 1.00 s, before 2.00 s",
     ]
 
 
