@@ -25,8 +25,9 @@ PROGRAMS = tomllib.loads(FILE.read_text(encoding="ascii"))["program"]
 
 def rewritten(case: dict[str, Any]) -> str:
     """Return the program in the order of a case; tools are 4 mm wide for the zones that rapids avoid."""
-    program = program_of(case["text"])
-    sequence = find_sequence(program, allow_reverse=case.get("allow_reverse", False))
+    program = program_of(case["text"], case.get("dialect", "linuxcnc"))
+    choices = ("process", "merge_tools", "allow_reverse", "mix_operations")
+    sequence = find_sequence(program, **{name: case[name] for name in choices if name in case})
     zones = np.array(case.get("zones", np.zeros((0, 5))), dtype=float)
     obstacles = Obstacles(zones[:, :4], zones[:, 4], radii=dict.fromkeys(range(3), 2.0)) if len(zones) else None
     return rewrite(
@@ -56,7 +57,8 @@ def test_a_program_in_another_order_is_the_golden_one(number: int) -> None:
 
 @pytest.mark.parametrize("number", [k for k, case in enumerate(PROGRAMS) if "result" in case])
 def test_a_golden_program_does_the_work_of_its_original_and_crosses_no_lower(number: int) -> None:
-    original, new = program_of(PROGRAMS[number]["text"]), program_of(PROGRAMS[number]["result"])
+    name = PROGRAMS[number].get("dialect", "linuxcnc")
+    original, new = (program_of(PROGRAMS[number][which], name) for which in ("text", "result"))
     if not PROGRAMS[number].get("allow_reverse"):
         assert work_of(new) == work_of(original)
     assert lowest_way(new) >= lowest_way(original) or np.isnan(lowest_way(original))
