@@ -285,7 +285,10 @@ def test_cycles_have_their_words_in_order() -> None:
     assert has_cycle(DrillCycle("G84", 2.0, -5.0, dwell=1.0), linuxcnc)
 
 
-@pytest.mark.parametrize(("peck", "text"), [(4.0, "4"), (10 / 3, "3.334"), (12.0, "12"), (5.9999, "6")])
+@pytest.mark.parametrize(
+    ("peck", "text"),
+    [(4.0, "4"), (10 / 3, "3.334"), (12.0, "12"), (5.9999, "6"), (1.42856, "1.428"), (1.4281, "1.428")],
+)
 def test_a_peck_is_rounded_to_the_same_number_of_pecks(peck: float, text: str) -> None:
     """From R2 to Z-8 are 10 mm."""
     cycle = DrillCycle("G83", 2.0, -8.0, peck=peck)

@@ -93,7 +93,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
     """
     r_plane, bottom = numbers.said(cycle.r_plane), numbers.said(cycle.bottom)
     count = len(peck_depths(cycle))
-    for steps in (0, 1, -1, 2):
+    for steps in (0, 1, -1):
         text = numbers.length(cycle.peck + steps * numbers.resolution)
         peck = float(text) * numbers.unit
         if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
