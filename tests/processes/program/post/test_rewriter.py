@@ -247,6 +247,23 @@ def test_line_ends_stay_and_new_blocks_get_them() -> None:
     assert new.endswith("M2")
 
 
+@pytest.mark.parametrize("end", ["\r", "\r\n"])
+@pytest.mark.parametrize("last", ["M2", "M2\n"])
+def test_any_line_ends_stay_as_they_are(end: str, last: str) -> None:
+    """The last piece comes first and starts at Z1, so rapids are inserted."""
+    text = (
+        "N1 G21 G90\nN2 G0 Z5\nN3 X0 Y0\nN4 G1 Z-1 F100\nN5 Z1\nN6 G0 X9\nN7 G1 Z-1\nN8 G0 Z1\nN9 M8\nN10 X5\nN11 "
+        + last
+    )
+
+    def reordered(text: str) -> str:
+        program = program_of(text, "grbl")
+        return rewrite(program, find_sequence(program), [np.array([1, 0])], renumber=True)
+
+    assert reordered(text.replace("\n", end)) == reordered(text).replace("\n", end)
+    assert reordered(text).count("\n") > text.count("\n")
+
+
 def test_numbers_are_renewed_only_on_request() -> None:
     text = "N10 G21 G90 / N20 G0 Z5 / N30 X0 Y0 / N40 G1 Z-1 F100 / N50 G0 Z5"
     text += " / N60 X9 Y0 / N70 G1 Z-1 / N80 G0 Z5 / N90 M2"

@@ -139,18 +139,17 @@ class _Rewriter:
                 self._section(item, orders[done])
             done += 1
         self._copy(self.territory.tail)
-        return self.out
+        # The last line of the original may lack a line ending, and is no longer the last line if its piece has moved.
+        ends = ("\n", "\r")
+        before = [(text if text.endswith(ends) else text + self.end, new) for text, new in self.out[:-1]]
+        return [*before, *self.out[-1:]]
 
     def _copy(self, lines: Many[str]) -> None:
-        """Write lines of the original unchanged; if the line before them lacks a line ending, add it."""
-        if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
-            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
+        """Write lines of the original unchanged."""
         self.out.extend((line, False) for line in lines)
 
     def _own(self, *words: str) -> None:
         """Write a new block."""
-        if self.out and not self.out[-1][0].endswith(("\n", "\r")):
-            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.append((" ".join(words) + self.end, True))
 
     def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
