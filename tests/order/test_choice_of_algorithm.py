@@ -21,8 +21,10 @@ from leafcut.order.algorithms import (
     needs_choices,
     warm_up,
 )
+from leafcut.order.colony import run_colony, warm_colony
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import run_kicks, warm_kicks
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
@@ -74,6 +76,24 @@ def test_the_built_in_algorithms_have_one_or_both_move_sets() -> None:
         **{name: (name, True, True, 16, False) for name in (*ANTS, "firefly")},
         "nn": ("nn", True, False, 16, False),
     }
+
+
+def test_the_built_in_algorithms_run_and_check_what_they_are_named_after() -> None:
+    ants, flies = algorithms.run_ants, algorithms.run_fireflies
+    assert {name: a.search for name, a in PLACES.items() if name != "2opt"} == {
+        "colony": run_colony, "kicks": run_kicks, "firefly": flies, "nn": algorithms._nearest_tour,
+        **dict.fromkeys(ANTS, ants),
+    }  # fmt: skip
+    assert {name: a.search for name, a in CHOICES.items()} == {
+        "colony": algorithms.run_paths, "firefly": flies, "nn": algorithms._nearest_path, **dict.fromkeys(ANTS, ants),
+    }  # fmt: skip
+    assert (PLACES["colony"].warm, PLACES["kicks"].warm) == (warm_colony, warm_kicks)
+    assert CHOICES["colony"].warm is algorithms.warm_paths
+    for registry in (PLACES, CHOICES):
+        assert registry["firefly"].check is algorithms.check_fireflies
+        assert all(registry[name].check is algorithms.check_ants for name in ANTS)
+        for name in {"colony", "kicks", "2opt", "nn"} & registry.keys():
+            registry[name].check(name, AcoOptions(parallel="gpu"), FireflyOptions(variant="published"), True)
 
 
 @pytest.mark.parametrize(

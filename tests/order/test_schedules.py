@@ -223,3 +223,47 @@ def test_ants_that_kick_are_founded_while_there_is_time_for_them_and_none_withou
     found = colonies(monkeypatch, lambda _: 1.0, Stop(), math.inf)
     assert found == ([8, 8], 12, math.inf, False)
     assert given == [True, True]
+
+
+@pytest.mark.parametrize(("kicking", "seconds"), [(True, 60.0 / (5.0 * 3)), (False, 60.0 / 8)])
+def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
+    kicking: bool, seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock is set by hand: a first tour takes 20 s and 1.3 times that if it is random, on one of two workers; a
+    colony takes 60 s. Ants that kick have three quarters of the time left, and each takes five times as long.
+    """
+    now, asked, founded = [100.0], [], []
+    monkeypatch.setattr("leafcut.order.stop.clock", lambda: now[0])
+    instance = build_instance(
+        RoutingProblem.of_points(np.random.default_rng(3).uniform(0, 90, (PLACES, 2)), closed=True), 8
+    )
+    stop = Stop(seconds=1000.0)
+    best = Best(stop)
+
+    def first(one: Instance, breadth: tuple[int, ...], same: Stop, known: Best) -> None:
+        assert (one, breadth, same, known) == (instance, (0, 8, 5, 3, 1), stop, best)
+        now[0] += 20.0
+        best.offer(np.arange(PLACES, dtype=np.int32), 5000.0, 0)
+
+    def how_many(n: int, number: int, each: float, same: Stop, visits: float, kicks: bool) -> int:
+        asked.append((n, number, each, visits, kicks))
+        return 8 if number < 2 else 1
+
+    def found(_: Instance, ants: int, seed: int, number: int, crew: Workers, kicks: int = 0) -> Colony:
+        founded.append((ants, seed, number, crew.stop.seconds, crew.count, kicks))
+        now[0] += 60.0
+        return Colony(np.stack([best.tour] * 3), best.cost - 1.0 - np.arange(3.0), number)
+
+    monkeypatch.setattr(colony, "first_tour", first)
+    monkeypatch.setattr(colony, "_have_time_to_kick", lambda each, same: kicking)
+    monkeypatch.setattr(colony, "_how_many", how_many)
+    monkeypatch.setattr(colony, "found_colony", found)
+    monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
+    monkeypatch.setattr(colony, "kick_on", lambda *_: 77)
+    assert improve_by_colony(instance, 7, stop, best, Workers(None, 2, stop, WorkerLog.of(2))) == 77
+    assert [(n, number, visits, kicks) for n, number, _, visits, kicks in asked] == [
+        (PLACES, k, math.inf, kicking) for k in range(3)
+    ]
+    assert [each for _, _, each, *_ in asked] == pytest.approx([1.3 * 20.0 / 2, seconds, seconds])
+    limits = [20.0 + 0.75 * 980.0, 80.0 + 0.75 * 920.0] if kicking else [1000.0] * 2
+    assert founded == [(8, 7, k, pytest.approx(limits[k]), 2, 25 if kicking else 0) for k in range(2)]
