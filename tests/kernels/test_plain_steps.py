@@ -399,3 +399,22 @@ def test_annealing_takes_the_steps_of_a_plain_implementation(closed: bool, pairs
         assert ant.walk.best.tolist() == plain.best
         assert ant.walk.costs[BEST] == pytest.approx(plain.least)
     assert plain.least < plain.length(path.tolist())
+
+
+def test_kicks_of_a_path_that_do_not_all_fit_in_the_log_are_undone() -> None:
+    """Hot kicks are all accepted, up to three at a time; the log has space for ten nodes and the ends of two pieces."""
+    instance = cuts(12, 0, closed=False)
+    route, full, kept = route_of(instance, allowed_order(instance, 4), instance.enter, log=14), 0, 0
+    state, _ = words(6)
+    for _ in range(60):
+        before = route.node.tolist()
+        with plain_python():
+            gained = kick_route(
+                instance.cost, route, instance.rules, np.zeros(2, dtype=np.int64), 1e-7, 1e9, state, 0, 1
+            )
+        if route.counts[3] == 1:
+            full += 1
+            assert (gained, route.node.tolist()) == (0.0, before)
+        kept += route.node.tolist() != before
+        assert route.place.tolist() == np.argsort(route.node).tolist()
+    assert min(full, kept) > 10
