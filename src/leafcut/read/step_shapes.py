@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ def triangles_of(face: Any) -> NDArray[np.float64]:
 def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
     """Clip a flat convex polygon to the part above a height; corners in order."""
     clipped = []
-    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+    for start, stop in pairwise((*corners, corners[0])):
         if start[2] > height:
             clipped.append(start)
         if (start[2] > height) != (stop[2] > height):
