@@ -32,8 +32,6 @@ _SIMILAR_MACHINES = {
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _DEFAULT_MACHINE = "linuxcnc-mill"
-#: Unsupported controllers → the nearest supported dialect.
-_NEAREST: dict[str, str] = {}
 #: Asks the user a question with a suggestion ("" for none); returns the typed answer.
 Ask = Callable[[str, str], str]
 #: A travel limit above this means travel counts up from machine zero, mm; a few centimetres are overtravel.
@@ -160,7 +158,7 @@ class _Answers:
         known = values_of(profile_of(base)) if base is not None else ()
         self.values = Values("machine new", "", {value.key: value for value in known})
         self.suggestions: dict[str, Any] = {}
-        self.similar_machine = self.typed_controller = ""
+        self.similar_machine = ""
 
     def is_answered(self, question: Question) -> bool:
         """Return whether a question has an answer: given, or in the base, even as an estimate."""
@@ -223,7 +221,7 @@ class _Answers:
 
     def _load_suggestions(self) -> None:
         """Load the suggestions from a machine with the same controller, else from a default without motion values."""
-        controller = self.typed_controller or str(self.values.entries["controller"].value)
+        controller = self.values.entries["controller"].value
         self.similar_machine = _SIMILAR_MACHINES.get(controller, _DEFAULT_MACHINE)
         self.suggestions = {
             key: value for key, value in profile_of(self.similar_machine).items() if key not in ("name", "description")
@@ -245,17 +243,8 @@ class _Answers:
             entries = self._travel(entries) if question.name == "travel" else entries
         except OptionError as problem:
             raise OptionError(f"--{question.name}: {problem}") from None
-        if question.name == "controller":
-            self.typed_controller = typed.strip().lower()
         for key, value in entries.items():
-            how = How.ASSUMED if assumed else How.TAKEN
-            source = why
-            if key == "controller" and self.typed_controller != value:
-                how, source = (
-                    How.ASSUMED,
-                    f"leafcut has no dialect of {self.typed_controller} yet; {value} is the nearest",
-                )
-            self.values.entries[key] = Value(key, value, how, source)
+            self.values.entries[key] = Value(key, value, How.ASSUMED if assumed else How.TAKEN, why)
         if not entries:
             for key in question.keys:
                 self.values.entries.pop(key, None)
@@ -279,8 +268,7 @@ class _Answers:
     def machine(self) -> ImportedMachine:
         entries = self.values.entries
         if "description" not in entries:
-            controller = self.typed_controller or entries["controller"].value
-            self.values.derive("description", f"{entries['name'].value} ({controller})", "answered")
+            self.values.derive("description", f"{entries['name'].value} ({entries['controller'].value})", "answered")
         order = {key.name: index for index, key in enumerate(PROFILE_KEYS)}
         sorted_values = tuple(sorted(entries.values(), key=lambda value: order[value.key]))
         text = profile_text(sorted_values, "Machine profile by answers (leafcut machine new).")
@@ -317,10 +305,7 @@ def _take_choice(known: Sequence[str]) -> Callable[[Question, str], dict[str, An
 
 
 def _take_controller(question: Question, typed: str) -> dict[str, Any]:
-    word = typed.strip().lower()
-    known = [*dialects(), *(name for name in _NEAREST if name not in dialects())]
-    _take_choice(known)(question, typed)
-    return {question.keys[0]: word if word in dialects() else _NEAREST[word]}
+    return _take_choice(list(dialects()))(question, typed)
 
 
 def _take_axes(question: Question, typed: str) -> dict[str, Any]:
