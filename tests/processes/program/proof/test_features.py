@@ -170,3 +170,9 @@ def test_a_dark_move_of_a_beam_is_no_feature() -> None:
     assert features(text).of("x").tolist() == [1, 2, 3]
     work = read_work(program_of(text), written_out=False, beam=True)
     assert work.path.kind[work.travel].tolist() == [Kind.RAPID, Kind.FEED, Kind.FEED, Kind.RAPID]
+
+
+def test_settings_of_the_controller_before_a_cut_are_counted() -> None:
+    text = "G21 / (o=0, kw=1.5) / M3 $0 S1 / G0 X0 Y0 / G1 X1 F60 / #<holes>=2 / X2 / #<holes>=3 / X3 / M5 / M2"
+    found = read_work(program_of(text, "qtplasmac"), written_out=False, beam=False).features
+    assert found.of("obeyed").tolist() == [1, 2, 3]

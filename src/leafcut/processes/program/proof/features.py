@@ -230,7 +230,7 @@ def states_of_program(program: Program) -> States:
     if not len(program.modals):
         return states_of_path(path)
     block = program.row_block
-    active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
+    active = program.before[np.minimum(block + 1, len(program.before) - 1)]
 
     def column(take: Callable[[Modal], float]) -> Floats:
         return np.array([take(modal) for modal in program.modals], dtype=np.float64)[active]
