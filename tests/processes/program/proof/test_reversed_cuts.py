@@ -86,6 +86,8 @@ def test_any_other_change_of_a_cut_that_is_turned_is_found(was: str, becomes: st
         ("G1 Z-1 F50 / X5 Z-2 F200", "G0 X5 Y0 / G1 Z-2 F50 / X0 Z-1 F200"),
         # The tool is on one side of the line.
         ("G1 Z-1 F50 / G41 D1 X5 F200 / G40 X9", "G0 X9 Y0 / G1 Z-1 F50 / G42 D1 X5 F200 / G40 X0"),
+        # It waits in the middle.
+        ("G1 Z-1 F50 / X5 F200 / G4 P1 / X9", "G0 X9 Y0 / G1 Z-1 F50 / X5 F200 / G4 P1 / X0"),
         # It waits behind the plunge, and would wait before the rise.
         ("G1 Z-1 F50 / G4 P1 / X5 F200", "G0 X5 Y0 / G1 Z-1 F50 / X0 F200 / G4 P1"),
     ],

@@ -72,9 +72,8 @@ def one_way(work: ProgramWork) -> Turned:
 def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
     """Return the cuts of a run without plunge and retract, or None if the run is not reversible."""
     rows = np.arange(first, end)
-    upright = _upright(features, rows)
-    level = rows[~upright]
-    if not len(level) or not upright[: level[0] - first].all() or not upright[level[-1] + 1 - first :].all():
+    level = rows[~_upright(features, rows)]
+    if not len(level):
         return None
     body: Indices = np.arange(level[0], level[-1] + 1)
     after = gaps.gap_of[end - 1] + 1
