@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 
+import ezdxf
 import pytest
 
 from leafcut.options import ReadOptions
-from leafcut.read import recognition
+from leafcut.read import read, recognition
 from leafcut.read.csvmap import read_csv
 from leafcut.read.dxf_document import units_of
 from leafcut.read.examples import read_example
@@ -205,3 +207,18 @@ def test_a_random_map_has_its_number_and_seed_as_its_name() -> None:
     assert read_example(Source("random:9", b""), ReadOptions()).source == "random:9:1"
     assert len(read_example(Source("random:1:4294967295", b""), ReadOptions()).holes) == 1
     assert max(max(hole.x, hole.y) for hole in read_example(Source("random:9:5", b""), ReadOptions()).holes) <= 30
+
+
+@pytest.mark.parametrize(("flags", "holes"), [(0, 1), (1, 1), (2, 1), (64, 1), (4, 0), (5, 0)])
+def test_a_block_of_another_drawing_is_missing(flags: int, holes: int, tmp_path: Path) -> None:
+    """Bit 4 of the flags marks an external reference; 1 an anonymous block, 2 a block with attributes."""
+    document = ezdxf.new(units=4)
+    block = document.blocks.new("BLOCK")
+    block.add_circle((1, 2), 3)
+    document.modelspace().add_circle((50, 50), 4)
+    document.modelspace().add_blockref("BLOCK", (10, 20))
+    block.block.dxf.flags = flags
+    document.saveas(tmp_path / "a.dxf")
+    part = read(tmp_path / "a.dxf")
+    assert sorted((hole.x, hole.y, hole.diameter) for hole in part.holes) == [(11, 22, 6)] * holes + [(50, 50, 8)]
+    assert [issue.code for issue in part.issues if issue.code == "L206"] == ["L206"] * (1 - holes)
