@@ -1,4 +1,4 @@
-"""The words of formats: columns of tables, fields of maps, units, and the bytes that each format starts with."""
+"""The words of formats: columns of tables, fields of maps, units, flags of blocks, and first bytes of files."""
 
 from __future__ import annotations
 
