@@ -93,7 +93,7 @@ def test_a_dry_run_of_several_programs_writes_nothing(shop: Path, capsys: pytest
         (
             2,
             ["a.nc", "b.nc", "-o", "-"],
-            "-o -: only one program can go to standard output; for 2 inputs name a folder",
+            "-o -: only one program can be written to standard output; for 2 inputs name a folder",
         ),
         (2, ["a.nc", "-"], "-: standard input cannot be combined with other inputs"),
         (
@@ -106,7 +106,7 @@ def test_a_dry_run_of_several_programs_writes_nothing(shop: Path, capsys: pytest
         (1, ["z*.nc", "a.nc"], "z*.nc: no file matches"),
         (2, ["a.nc", "-o", "-", "--json"], "--json and -o - both write to standard output"),
         (2, ["a.nc", "--output=-", "--json"], "--json and -o - both write to standard output"),
-        (2, ["a.nc", "--report", "-"], "--report -: only a program can go to standard output"),
+        (2, ["a.nc", "--report", "-"], "--report -: only a program can be written to standard output"),
     ],
     ids=str,
 )
@@ -359,7 +359,7 @@ def test_nothing_but_a_program_or_a_nest_goes_to_standard_output(
     """And no file is made that is called a dash."""
     assert run(words.split()) != 0
     said = capsys.readouterr()
-    assert said.out == "" and "only a program can go to standard output" in said.err, said.err
+    assert said.out == "" and "only a program can be written to standard output" in said.err, said.err
     assert not (shop / "-").exists()
 
 

@@ -157,7 +157,7 @@ def _split(text: str, unit: str) -> tuple[float, str]:
     if fraction is not None:
         sign, whole, part, parts, word = fraction.groups()
         if int(parts) == 0:
-            raise OptionError(f"'{text}' is divided by 0")
+            raise OptionError(f"division by zero in '{text}'")
         if whole and int(part) >= int(parts):
             raise OptionError(
                 f"'{text}' is not a fraction: {part}/{parts} is not less than 1; write one such as 1 1/2in"

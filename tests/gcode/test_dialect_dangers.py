@@ -108,12 +108,12 @@ def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("MCALL CYCLE81(10,2,0,-3)\nF100\nG0 X1\nMCALL", "it would drill, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1\nZ20\nMCALL", "it would drill, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1", "it would drill, too"),
+        ("MCALL CYCLE81(10,2,0,-3)\nF100\nG0 X1\nMCALL", "it would drill a hole, too"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1\nZ20\nMCALL", "it would drill a hole, too"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG0 X1", "it would drill a hole, too"),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nG1 X1\nMCALL", "reached in G0"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG64 X1\nMCALL", "it would drill, too"),
-        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG40 X1\nMCALL", "it would drill, too"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG64 X1\nMCALL", "it would drill a hole, too"),
+        ("F100\nMCALL CYCLE81(10,2,0,-3)\nG40 X1\nMCALL", "it would drill a hole, too"),
         ("F100\nMCALL CYCLE81(10,2,0,-3)\nMCALL CYCLE81(10,2,0,-4)", "MCALL within MCALL"),
         ("F100\nMCALL CYCLE81(5,2,0,-3)\nG0 X1\nMCALL", "RTP is neither"),
         ("F100\nMCALL CYCLE81(1,2,0,-3)\nG0 X1\nMCALL", "RTP and the tool must be at"),
@@ -125,7 +125,7 @@ def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
         ("F100\nMCALL CYCLE83(10,2,0,-9,,-1,,0,0,0,1,2)\nG0 X1\nMCALL", "VARI must be 0 or 1"),
         ("MCALL CYCLE84(10,2,0,-9)", "reads only its own"),
         ("F100\nG91\nMCALL CYCLE81(10,2,0,-3)", "understood in the XY plane (G17) with G90 only"),
-        ("F100\nMCALL CYCLE81(10,2,-1,-3)", "CYCLE81: SDIS has no sign"),
+        ("F100\nMCALL CYCLE81(10,2,-1,-3)", "CYCLE81: SDIS must not be negative"),
         ("F100\nMCALL CYCLE83(10,2,0,-9,,3,,0,0,0,1,1)", "FDEP must be below the reference plane"),
         ("X=R1", "R is a parameter"),
         ("G0 X=5", "reads only its own"),
@@ -176,7 +176,12 @@ def test_a_cut_of_marlin_has_its_own_feed_behind_every_rapid() -> None:
 
 @pytest.mark.parametrize(
     "line, words",
-    [("G0 X1 M5", "one G or M word"), ("X1", "one G or M word"), ("S100 M3", "one G or M word"), ("G20", "G20")],
+    [
+        ("G0 X1 M5", "a single G or M word"),
+        ("X1", "a single G or M word"),
+        ("S100 M3", "a single G or M word"),
+        ("G20", "G20"),
+    ],
 )
 def test_a_line_of_which_marlin_would_obey_a_part_is_no_program_of_it(line: str, words: str) -> None:
     with pytest.raises(ReadError, match=words):

@@ -111,7 +111,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99', but takes only G81, G82"),
         ('end_word = "M2"', "toy:8: 'end_word' is M2, which is not one of its words"),
         ('units_mm = "G71"', "'units_mm' is G71, which is not one of its words"),
-        ("[sources]\nwords = 'x'", "toy:9: 'words' in [sources] is no key of a dialect"),
+        ("[sources]\nwords = 'x'", "toy:9: 'words' in [sources] must be a key of the dialect"),
         ('[torch]\non = "M3"', "'torch.off' is missing"),
         ('[torch]\non = "M5"\noff = "M5"', "toy:9: 'torch.on' must have the word M3 or M4"),
         ('[torch]\non = "M3"\noff = "M4"', "toy:10: 'torch.off' must have the word M5, and no other M word"),

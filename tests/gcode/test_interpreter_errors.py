@@ -94,7 +94,7 @@ def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
     "text, name, reason",
     [
         ("G21\nG91\nG0 X1\nM2", "linuxcnc", "program:3: X1 is incremental"),
-        ("G21\nG2 X1 Y1 R5 F5\nM2", "linuxcnc", "program:2: an arc from a place that is not known"),
+        ("G21\nG2 X1 Y1 R5 F5\nM2", "linuxcnc", "program:2: an arc from an unknown position"),
         ("G21 F9\nG0 Z1\nG99 G81 X1 Z-1 R1\nM2", "linuxcnc", "program:3: a hole at a place that is not known"),
         ("G21 F9\nG98 G81 X1 Y1 Z-1 R1\nM2", "linuxcnc", "program:2: G98 returns to a height that is not known"),
         ("G21\nG93 G1 X1 F5\nM2", "linuxcnc", "program:2: a cut in inverse time (G93) needs a known length"),

@@ -53,7 +53,7 @@ def test_ways_that_are_not_allowed_are_not_taken() -> None:
     "pairs, first, words",
     [
         ([(1, 0)], 0, "the tour begins with set 1, and set 2 must come before it"),
-        ([(1, 2), (2, 1)], -1, "no order can keep both"),
+        ([(1, 2), (2, 1)], -1, "no order satisfies both"),
     ],
 )
 def test_precedence_that_no_tour_keeps_is_one_clear_line(pairs: object, first: int, words: str) -> None:

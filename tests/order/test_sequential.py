@@ -237,7 +237,7 @@ def test_the_same_seed_gives_the_same_answer_whatever_the_threads() -> None:
     [
         ([[3, 3]], "cluster 3 must come before itself"),
         ([[1, 4], [4, 1]], "cluster 4 must come before cluster 1, and cluster 1 before cluster 4:"),
-        ([[0, 1], [1, 2], [2, 5], [5, 1]], r"cluster \d must come before cluster \d, .* \(by way of 1 more\)"),
+        ([[0, 1], [1, 2], [2, 5], [5, 1]], r"cluster \d must come before cluster \d, .* \(via 1 more\)"),
         ([[2, 9]], r"pair \(2, 9\): clusters are numbered 0 to 5"),
         ([[0, 1], [2, 9]], r"pair \(2, 9\)"),
         ([[-1, 2]], r"pair \(-1, 2\)"),

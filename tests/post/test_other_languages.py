@@ -209,7 +209,7 @@ def arc(b: ToolpathBuilder) -> None:
         (
             "linuxcnc",
             lambda b: b.drill(1.0, 2.0, DrillCycle("G83", 2.0, -5.0), feed=1.0),
-            "G83 needs the depth of a peck",
+            "G83 needs a peck depth",
         ),
         (
             "linuxcnc",

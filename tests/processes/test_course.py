@@ -30,12 +30,12 @@ def test_an_order_of_each_task_once_that_keeps_the_precedence_is_used(nodes: lis
 @pytest.mark.parametrize(
     ("nodes", "wrong"),
     [
-        ([0, 2], "2 visits do not do each of the 3 tasks once"),
+        ([0, 2], "an order of 2 visits does not contain each of the 3 tasks once"),
         ([0, 2, 4, 5], "4 visits"),
-        ([0, 1, 4], "3 visits do not do each of the 3 tasks once"),
-        ([0, 2, 6], "3 visits do not do each of the 3 tasks once"),
-        ([0, 2, -1], "3 visits do not do each of the 3 tasks once"),
-        ([4, 0, 2], "a task precedes its predecessor"),
+        ([0, 1, 4], "an order of 3 visits does not contain each of the 3 tasks once"),
+        ([0, 2, 6], "an order of 3 visits does not contain each of the 3 tasks once"),
+        ([0, 2, -1], "an order of 3 visits does not contain each of the 3 tasks once"),
+        ([4, 0, 2], "a task comes before its predecessor"),
     ],
 )
 def test_any_other_order_is_refused(nodes: list[int], wrong: str) -> None:

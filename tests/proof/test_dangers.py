@@ -264,7 +264,7 @@ def test_where_the_tool_goes_unknown_is_told_and_a_probe_is_not() -> None:
     text = "G43 H1 Z6\nG38.2 Z-5 F50\nG0 Z5\nG68 X0 Y0 R30\nG0 X30\nG1 Z-1 F100\nX40\nG0 Z5\nM2\n"
     (issue,) = [i for i in dangers(text, words="mach3") if i.code == "L808"]
     assert (issue.severity, issue.place) == (Severity.WARNING, "line 8")
-    assert "in 5 blocks is not known" in issue.message and "G68 is not understood" in issue.message
+    assert "in 5 blocks is unknown" in issue.message and "G68 is not understood" in issue.message
     assert "L808" not in codes("G52 X5\nG0 X30\nG52 X0\nG0 X10\nM2\n")
 
 

@@ -215,7 +215,7 @@ ENDS = "this move goes from X0.000 Y0.000 Z1.000 to X10.000 Y0.000 Z1.000"
     ("feed", "height", "bodies", "kind", "rule"),
     [
         (False, 2.0, {}, "crosses an obstacle", "a rapid may cross a --keep-out zone only at Z2.000 or above"),
-        (False, math.inf, {}, "crosses an obstacle", "a rapid may cross a --keep-out zone nowhere"),
+        (False, math.inf, {}, "crosses an obstacle", "no rapid may cross a --keep-out zone"),
         (True, 2.0, {}, "cuts in an obstacle", "cutting is forbidden in a --keep-out zone"),
     ],
 )

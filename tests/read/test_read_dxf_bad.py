@@ -118,7 +118,7 @@ def test_impossible_or_missing_numbers_are_skipped_and_reported(hand_drawn, enti
     [
         (
             CIRCLE.format("1e7", 0, 1),
-            "no holes: 1 CIRCLE lying or extending more than 1 km from the drawing zero: move",
+            "no holes: 1 CIRCLE more than 1 km from the drawing origin: move",
         ),
         (CIRCLE.format("nan", 0, 1), "no holes: 1 CIRCLE with numbers out of range"),
         (CIRCLE.format(1, 2, 3) + "210\n1\n220\n0\n230\n0\n", "no holes: 1 circle not in the plane"),

@@ -259,7 +259,7 @@ def test_it_goes_on_at_a_hole_in_the_words_of_marlin() -> None:
 @pytest.mark.parametrize(
     "lines, told",
     [
-        (["T1"], "T1 is not a word of marlin|each block must be one G or M word"),
+        (["T1"], "T1 is not a word of marlin|each block must contain a single G or M word"),
         (["G28"], "not a word of marlin"),
         (["M112"], "not a word of marlin"),
         (["G20"], "not a word of marlin"),

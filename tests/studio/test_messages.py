@@ -14,7 +14,7 @@ ES = words("es")
     ("english", "spanish"),
     [
         ("plate.dxf: the file is empty", "plate.dxf: el archivo está vacío"),
-        ("--thickness: '1/0in' is divided by 0", "“Espesor”: '1/0in' está dividido por 0"),
+        ("--thickness: division by zero in '1/0in'", "“Espesor”: división entre cero en '1/0in'"),
         ("unknown machine 'foo'; did you mean 'fo'?", "máquina desconocida 'foo'; ¿quiso decir 'fo'?"),
         ("a line that nobody knows", "a line that nobody knows"),
         ("cut.nc:12: G81: a cycle with no repeats", "cut.nc:12: G81: un ciclo sin repeticiones"),

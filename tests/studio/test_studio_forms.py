@@ -187,7 +187,7 @@ def test_parameters_of_an_algorithm_come_with_it() -> None:
         ("thickness", "0.25in", ""),
         ("thickness", '3/8"', ""),
         ("thickness", "1 1/2in", ""),
-        ("thickness", "1/0in", "'1/0in' is divided by 0"),
+        ("thickness", "1/0in", "division by zero in '1/0in'"),
         ("thickness", "six", "'six' is not"),
         ("thickness", "-1", "below the minimum of"),
         ("seed", "1.5", "not a whole number"),

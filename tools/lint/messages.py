@@ -68,7 +68,7 @@ COMPOSED = {
     "{} on {}: {}",
     "--workpiece {}: {}",
     "{} on {}: {} ({} times)",
-    "{}: {} {}{}, {} mm² in all are cut off for a tool of {} mm",
+    "{}: {} {}{}, {} mm² in all remain uncut: a tool of {} mm cannot enter them",
     "{}: {} {}{}, {} mm² in all, cannot be reached by a tool of {} mm; the largest, {} mm² near ({}, {})",
 }
 #: English words that no Spanish line contains, except in quotes and in flags with their values (`TYPED`).

@@ -137,7 +137,7 @@ def given_options(options: dict[str, Any]) -> dict[str, Any]:
 def check_file_name(flag: str, name: str | None) -> None:
     """Raise OptionError if standard output is named for an output that is not a program."""
     if dashed(name) == DASH:
-        raise OptionError(f"{flag} -: only a program can go to standard output; name a file")
+        raise OptionError(f"{flag} -: only a program can be written to standard output; name a file")
 
 
 def dashed(word: Any) -> Any:

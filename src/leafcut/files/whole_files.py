@@ -203,7 +203,7 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
         return
     path = Path(target)
     if str(target) == "-":
-        raise OutputError("-: only a program can go to standard output; name a file")
+        raise OutputError("-: only a program can be written to standard output; name a file")
     if not str(target):
         raise OutputError("the name of the output is empty; name a file")
     if path.is_dir():

@@ -353,7 +353,9 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     known = _kinds(Dialect)
     for key in table.get("sources", {}):
         if key not in (*known, "torch") or not isinstance(table["sources"][key], str):
-            raise refused(f"sources.{key}", f"'{shown(key)}' in [sources] is no key of a dialect with a text behind it")
+            raise refused(
+                f"sources.{key}", f"'{shown(key)}' in [sources] must be a key of the dialect, with a text as its value"
+            )
     torch = {**_defaults(Torch), **table["torch"]} if "torch" in table else None
     for key, words in faults_of_words({**_defaults(Dialect), **table, "torch": torch}):
         raise refused(key, f"'{key}' {words}")

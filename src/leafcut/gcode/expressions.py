@@ -273,7 +273,7 @@ class Scanner:
         if plain is not None:
             number = float(plain)
             if number in (math.inf, -math.inf):
-                raise BlockError(f"'{plain}' is more than any number of a machine")
+                raise BlockError(f"'{plain}' exceeds the number range of controllers")
             return number
         self._depth += 1
         if self._depth > MAX_DEPTH:

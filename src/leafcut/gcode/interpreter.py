@@ -725,7 +725,7 @@ class Interpreter:
         special = g.get("non-modal")
         moving = not letters.keys().isdisjoint(AXES)
         if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
-            raise BlockError("a move to machine coordinates with a length offset on; D0 is missing")
+            raise BlockError("a move in machine coordinates while a length offset is active; D0 is missing")
         if special in (280, 300, 530):
             if state.cycle is not None or (special != 530 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
@@ -871,4 +871,4 @@ def _check_one_command(block: Block, tool_alone: bool) -> None:
         return
     commands = [word for word in block.words if word.letter in "GM"]
     if len(commands) != 1 or block.words[0] != commands[0]:
-        raise BlockError("each block must be one G or M word, followed by its other words")
+        raise BlockError("each block must contain a single G or M word, and start with it")

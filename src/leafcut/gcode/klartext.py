@@ -71,7 +71,7 @@ def _blocks(program: str) -> Iterator[tuple[int, str]]:
     begin, parts, expected = 0, list[str](), 0
     for number, line in lines(program):
         if len(line) > MAX_LINE:
-            raise BlockError(f"the line has {len(line)} characters; this is no program")
+            raise BlockError(f"the line has {len(line)} characters; this is not a program")
         text = " ".join(line.split())
         if not text:
             continue
@@ -116,13 +116,13 @@ class _Reader:
     def _begin(self, block: str) -> None:
         begin = _BEGIN.fullmatch(block)
         if begin is None:
-            raise BlockError("a program starts with BEGIN PGM, its name and MM")
+            raise BlockError("a program must start with BEGIN PGM, its name and MM")
         self.name = begin[1]
 
     def _end(self, block: str) -> bool:
         """Return whether the block ends the program; refuse blocks after its end."""
         if self.ended:
-            raise BlockError("there is more behind END PGM")
+            raise BlockError("the program continues after END PGM")
         if self.dwelling and not block.startswith("CYCL DEF 9.1"):
             raise BlockError("CYCL DEF 9.1 with the time is missing")
         if block == f"END PGM {self.name} MM":
@@ -130,7 +130,7 @@ class _Reader:
                 raise BlockError("M30 is missing before the end")
             self.ended = True
         elif self.stopped:
-            raise BlockError("there is more behind M30")
+            raise BlockError("the program continues after M30")
         return self.ended
 
     def _work(self, block: str) -> None:
@@ -148,7 +148,9 @@ class _Reader:
             self._move(move)
         else:
             shown = re.sub(r"[^\x20-\x7e]+", " ", block[:30])
-            raise BlockError(f"'{shown}' is not understood: of Heidenhain's programs leafcut reads only its own")
+            raise BlockError(
+                f"'{shown}' is not understood: leafcut reads only Heidenhain programs that it wrote itself"
+            )
 
     def _switch(self, word: str) -> None:
         path = self.path
@@ -168,7 +170,9 @@ class _Reader:
 
     def _dwell(self, found: re.Match[str]) -> None:
         if (found[1] == "1") != self.dwelling or (found[1] == "1") != (found[2] is not None):
-            raise BlockError("a dwell is CYCL DEF 9.0 DWELL TIME, then CYCL DEF 9.1 DWELL and its seconds")
+            raise BlockError(
+                "a dwell must be written as CYCL DEF 9.0 DWELL TIME, then CYCL DEF 9.1 DWELL and the time in seconds"
+            )
         self.dwelling = not self.dwelling
         if found[2] is not None:
             if float(found[2]) < 0.0:
@@ -186,7 +190,9 @@ class _Reader:
         if not (q["Q200"] > 0.0 > q["Q201"] and after >= r_plane and q["Q206"] > 0.0):
             raise BlockError("cycle 200: Q200 and Q206 must be above 0, Q201 below it, and Q204 not below Q200")
         if q["Q202"] < -q["Q201"] - _SAME or q["Q210"] != 0.0 or q["Q211"] < 0.0:
-            raise BlockError("cycle 200: Q202 must reach the depth in one, Q210 be 0, and Q211 not be negative")
+            raise BlockError(
+                "cycle 200: Q202 must not be less than the depth, Q210 must be 0, and Q211 must not be negative"
+            )
         name = "G82" if q["Q211"] else "G81"
         self.path.end_cycles()
         self.cycle = DrillCycle(name, r_plane, bottom, after > r_plane, dwell=q["Q211"])
@@ -197,7 +203,7 @@ class _Reader:
         if x is None and y is None and z is None:
             raise BlockError("L without an axis")
         if self.tool is None:
-            raise BlockError("a move before the first TOOL CALL: the tool's length is not known")
+            raise BlockError("a move before the first TOOL CALL: the tool length is unknown")
         rapid = found[4] == "MAX"
         if found[5]:
             self._drill(x, y, z, rapid)
@@ -211,14 +217,14 @@ class _Reader:
     def _drill(self, x: float | None, y: float | None, z: float | None, rapid: bool) -> None:
         path, cycle = self.path, self.cycle
         if cycle is None:
-            raise BlockError("M99 without a cycle: CYCL DEF 200 is missing behind the last tool call")
+            raise BlockError("M99 without a cycle: CYCL DEF 200 is missing after the last tool call")
         here = path.position
         place = (here[0] if x is None else x, here[1] if y is None else y)
         if z is not None or not rapid or not all(map(math.isfinite, (*place, here[2]))):
-            raise BlockError("a hole is reached by L X Y R0 FMAX M99, from a height that is known")
+            raise BlockError("a hole must be approached with L X Y R0 FMAX M99, from a known height")
         if here[2] < cycle.r_plane - _SAME:
-            raise BlockError("a hole is reached from below its set-up clearance")
+            raise BlockError("a hole is approached from below its set-up clearance")
         initial = here[2] if path.initial_plane is None else path.initial_plane
         if abs(cycle.height_after(initial) - self.after) > _SAME:
-            raise BlockError("Q204 is neither Q200 nor the height where the tool was before the cycle")
+            raise BlockError("Q204 is neither Q200 nor the height of the tool before the cycle")
         path.drill(*place, cycle, feed=self.feed, line=self.line)

@@ -79,7 +79,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     axes = plane_axes(state.plane)
     first, second, normal = axes
     if math.isnan(begin[first]) or math.isnan(begin[second]):
-        raise UnclearBlock("an arc from a place that is not known")
+        raise UnclearBlock("an arc from an unknown position")
     clockwise = state.motion == 2
     if "R" in letters:
         if targets[first] is None and targets[second] is None:

@@ -41,7 +41,9 @@ def sinumerik_block(line: str, number: int) -> Block:
         raise BlockError("R is a parameter of Siemens controls; the radius of an arc is CR=")
     plain = _SUPA.sub("G53", _RADIUS.sub("R", _TOOL.sub(r"T\1", body)))
     if "(" in plain or "=" in plain or '"' in plain:
-        raise BlockError(f"'{_shown(body)}' is not understood: of Siemens programs leafcut reads only its own")
+        raise BlockError(
+            f"'{_shown(body)}' is not understood: leafcut reads only Siemens programs that it wrote itself"
+        )
     return Block(number, words_of(plain), comments)
 
 
@@ -62,17 +64,17 @@ def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -
         raise BlockError(f"{name} is understood in the XY plane (G17) with G90 only")
     rtp, rfp, sdis, bottom = (_length(state, name, said, key) for key in ("RTP", "RFP", "SDIS", "DP"))
     if sdis < 0.0:
-        raise BlockError(f"{name}: SDIS has no sign")
+        raise BlockError(f"{name}: SDIS must not be negative")
     r_plane, here = rfp + sdis, state.path.position[2]
     if not (math.isfinite(here) and here >= r_plane and rtp >= r_plane > bottom):
         raise BlockError(f"{name}: RTP and the tool must be at the reference plane or above it, and DP below it")
     if rtp not in (r_plane, here):
-        raise BlockError(f"{name}: RTP is neither its reference plane nor the height where the tool is")
+        raise BlockError(f"{name}: RTP is neither the reference plane nor the height of the tool")
     peck = dwell = 0.0
     if name == "CYCLE82":
         dwell = _number(name, said, "DTB")
         if dwell < 0.0:
-            raise BlockError("CYCLE82: a dwell below 0 is in revolutions; leafcut does not read it")
+            raise BlockError("CYCLE82: a negative dwell is a number of revolutions, which leafcut does not read")
     if name == "CYCLE83":
         wrong = [key for key, value in _FIXED.items() if said.get(key, "") != value]
         if wrong:
@@ -113,9 +115,11 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
     """
     letters, cycle = words.letters, state.call
     if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
-        raise BlockError("a block that is no place while a cycle is called (MCALL): it would drill, too")
+        raise BlockError(
+            "a block other than a hole position while a cycle is modal (MCALL): it would drill a hole, too"
+        )
     if state.motion != 0:
-        raise BlockError("a hole is reached in G0")
+        raise BlockError("a hole must be approached with G0")
     x, y = (state.target(letters, axis) for axis in range(2))
     here = state.path.position
     place = (here[0] if x is None else x, here[1] if y is None else y)

@@ -207,7 +207,7 @@ class _TorchWriter:
             return
         if row.ref and not torch.mark_on:
             raise PostError(
-                f"{self.dialect.name} has no words for marking; leave the marks out (--ignore-layers), or choose "
+                f"{self.dialect.name} has no command for marking; leave the marks out (--ignore-layers), or choose "
                 "another dialect"
             )
         if torch.mark_on == torch.on:  # the same beam, at another power

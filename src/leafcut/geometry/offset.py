@@ -38,7 +38,7 @@ def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Pol
         The path is open or crosses itself.
     """
     if not path.closed:
-        raise PlanError("only a closed path can be grown or shrunk; the path is open")
+        raise PlanError("only a closed path can be offset; the path is open")
     path = path if path.area >= 0.0 else path.reversed()
     if distance == 0.0:
         return [path]
@@ -90,7 +90,7 @@ class _OffsetCheck:
         self.region = shapely.Polygon(points)
         if not self.region.is_valid:
             location = shapely.is_valid_reason(self.region).partition("[")[2].rstrip("]").replace(" ", ", ")
-            raise PlanError(f"the path crosses or touches itself at ({location}) and cannot be grown or shrunk")
+            raise PlanError(f"the path crosses or touches itself at ({location}) and cannot be offset")
         self.edge = shapely.LineString(points)
         shapely.prepare(self.edge)
 

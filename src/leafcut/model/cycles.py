@@ -53,7 +53,7 @@ def _peck_count(cycle: DrillCycle) -> int:
         return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
     if not strokes <= _MAX_PECKS:
-        raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes a hole; use a larger one")
+        raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes per hole; use a larger one")
     return max(1, math.ceil(strokes - _EPSILON))
 
 

@@ -66,7 +66,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     except Exception as problem:
         if problem is ends.raised:
             raise
-        raise SolveError(f"algorithm '{name}' failed ({reason(problem)}); it is no part of leafcut") from problem
+        raise SolveError(f"algorithm '{name}' failed ({reason(problem)}); it is not part of leafcut") from problem
     finally:
         best.progress = ends.progress
     tours = [found.tour, best.tour] if len(best.tour) else [found.tour]
@@ -103,7 +103,7 @@ def _checked(name: str, instance: Instance, tour: Any) -> NDArray[np.int32]:
         right = max(place) - min(place) in (1, instance.n - 1)
     if not right:
         raise SolveError(
-            f"algorithm '{name}' returned no tour of all {instance.n} nodes, each once and the ends side by side; it is"
-            " no part of leafcut"
+            f"algorithm '{name}' did not return a tour that visits each of the {instance.n} nodes once, with its ends "
+            "adjacent; it is not part of leafcut"
         )
     return np.ascontiguousarray(nodes, dtype=np.int32)

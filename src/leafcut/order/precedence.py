@@ -94,10 +94,10 @@ def _ring_words(pairs: Ints, left: set[int]) -> str:
         way.append(before[way[-1]])
     ring: Sequence[int] = way[way.index(way[-1]) : -1]
     if len(ring) == 1:
-        return f"cluster {ring[0]} must come before itself: no order can keep that; remove that pair"
-    through = f" (by way of {len(ring) - 2} more)" if len(ring) > 2 else ""
+        return f"cluster {ring[0]} must come before itself: no order satisfies this; remove that pair"
+    through = f" (via {len(ring) - 2} more)" if len(ring) > 2 else ""
     last, first = ring[0], ring[1]
     return (
         f"cluster {first} must come before cluster {last}, and cluster {last} before cluster {first}{through}: "
-        "no order can keep both; remove one of the pairs"
+        "no order satisfies both; remove one of the pairs"
     )

@@ -164,7 +164,7 @@ class Writer:
             raise PostError(f"{self.dialect.name} has no arcs of several turns")
         start = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
         if any(math.isnan(start[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
-            raise PostError("an arc from a place that is not known")
+            raise PostError("an arc from an unknown position")
         self._check_chord(row, axes)
         centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - start[a])}" for a in sorted(axes[:2])]
         turns = [f"P{arc.turns}"] if arc.turns > 1 else []

@@ -56,7 +56,7 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
         The controller lacks a tapping cycle, which cannot be expanded, or the cycle lacks a required parameter.
     """
     if cycle.name in ("G83", "G73") and not cycle.peck > 0:
-        raise PostError(f"{cycle.name} needs the depth of a peck")
+        raise PostError(f"{cycle.name} needs a peck depth")
     supported = cycle.name in dialect.cycles
     if cycle.name != "G84":
         return supported

@@ -70,14 +70,15 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     if hits:
         often = "once" if len(hits) == 2 else f"{len(hits) - 1} times"
         often = f"at least {often}" if len(hits) > MOST_LISTED else often
-        route = f"over it at Z{heights.min():g} or above" if lifts else "around it"
+        route = f"passes over the zones at Z{heights.min():g} or higher" if lifts else "goes around the zones"
         message = f"rapids of the original cross --keep-out zones, here and {often} more"
-        message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program goes {route}"
+        message = f"{message if len(hits) > 1 else message.partition(', here')[0]}; the new program {route}"
         issues.append(Issue("L508", message, f"line {hits[0].new}"))
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
         message = (
-            f"the diameter of {tools} is unknown: only its centre stays out; widen the rectangles by its radius, or "
+            f"the diameter of {tools} is unknown: only the tool's centre stays out of the zones; widen the rectangles "
+            f"by its radius, or "
             f"set --tools"
         )
         issues.append(Issue("L509", message))

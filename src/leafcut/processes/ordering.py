@@ -116,9 +116,9 @@ def check_order(stages: Sequence[Stage], order: Order) -> None:
         position[tasks] = np.arange(len(tasks))
         before, after = problem.precedence.T
         if len(nodes) != problem.n_clusters or (position < 0).any():
-            fault = f"{len(nodes)} visits do not do each of the {problem.n_clusters} tasks once"
+            fault = f"an order of {len(nodes)} visits does not contain each of the {problem.n_clusters} tasks once"
         elif (position[before] > position[after]).any():
-            fault = "a task precedes its predecessor"
+            fault = "a task comes before its predecessor"
         else:
             continue
         raise PlanError(f"{stage.name}: {fault}; this is a defect of the algorithm; choose another --algorithm")

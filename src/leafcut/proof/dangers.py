@@ -211,7 +211,7 @@ def _untracked_moves(program: Program) -> Iterator[Issue]:
     block = int(program.row_block[rows[0]])
     location = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
-    message = f"where the tool goes {location} is not known: neither timed nor checked{first}"
+    message = f"the tool path {location} is unknown and is neither timed nor checked{first}"
     yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
 
 

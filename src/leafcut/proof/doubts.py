@@ -98,8 +98,8 @@ def _long_dwells(program: Program, dialect: Dialect) -> Iterator[Issue]:
         dwells, longest = count_of(len(rows), "dwell"), f"{seconds.max():,.0f} s"
         unit = _UNITS.get(dialect.dwell_unit, "its own unit")
         message = (
-            f"{dwells} of more than {_LONG:g} s, the longest {longest}: {dialect.name} reads {dialect.dwell_letter} in "
-            f"{unit}, and other controllers in another unit; check it"
+            f"{dwells} longer than {_LONG:g} s, the longest {longest}: {dialect.name} reads {dialect.dwell_letter} in "
+            f"{unit}, but other controllers use another unit; check the value"
         )
         yield Issue("L102", message, f"line {int(path.line[rows[0]])}")
 

@@ -156,8 +156,9 @@ def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
 def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
     start, end = ends_of(path, row)
     rapid = path.kind[row] == Kind.RAPID
-    allowed = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
-    rule = f"a rapid may cross a --keep-out zone {allowed}" if rapid else "cutting is forbidden in a --keep-out zone"
+    allowed = f"a rapid may cross a --keep-out zone only at Z{height:.3f} or above"
+    allowed = allowed if math.isfinite(height) else "no rapid may cross a --keep-out zone"
+    rule = allowed if rapid else "cutting is forbidden in a --keep-out zone"
     if body:
         rule = "the shank or holder of the tool meets a --keep-out zone below its height"
     return Difference(

@@ -107,7 +107,7 @@ def load_chart(path: Path | None = None) -> list[ChartRow]:
         rows: list[ChartRow] = []
         for data in reader:
             if len(rows) >= MOST_ROWS:
-                raise ReadError(place, f"has more than {MOST_ROWS:,} rows; no cut chart has")
+                raise ReadError(place, f"has more than {MOST_ROWS:,} rows, too many for a cut chart")
             if any((value or "").strip() for key, value in data.items() if key != "?"):
                 rows.append(_row(place, reader.line_num, data))
     except csv.Error as problem:

@@ -135,7 +135,7 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
         return None
     return Issue(
         "L102",
-        f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
+        f"{len(positions)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the diameter of the largest, "
         f"{widest:g} mm: implausible; export the file with decimal points",
     )
 

@@ -55,7 +55,7 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
     message = f"drilled in one program: {files}; one tool for each diameter, plated or not"
     issues = [Issue("L409", message, severity=Severity.NOTE)]
     if far := _far_apart(parts):
-        message = f"{far} lie far apart: do they belong to the same board, with the same zero and units?"
+        message = f"{far} lie far apart: do they belong to the same board, with the same origin and units?"
         issues.append(Issue("L409", message))
     issues += [issue for issue in selection_issues if issue.code in ("L301", "L302")]
     warnings = [issue for issue in issues if issue.severity is Severity.WARNING]

@@ -61,7 +61,8 @@ def load_mesh(
             raise OptionError("--solid: only STEP files have solids; leave it out")
         if pose != AS_DRAWN:
             raise OptionError(
-                "--up, --z-zero: an STL file keeps its own axes and Z0, a STEP file is turned; leave them out"
+                "--up, --z-zero: these options turn and shift only STEP files; an STL file keeps its axes and Z0; "
+                "leave them out"
             )
         triangles = _stl(file, head, size) * UNITS[unit]
     return _check_mesh(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")

@@ -135,7 +135,7 @@ class _PlanReader:
 
     def point(self, value: Any, label: str) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
-            raise self.refuse(label, "a place [x, y] was expected")
+            raise self.refuse(label, "a point [x, y] was expected")
         return self.number(value[0], label), self.number(value[1], label)
 
     def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:

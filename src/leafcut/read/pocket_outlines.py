@@ -140,7 +140,8 @@ def _kinds(
     if guessed:
         layers = shown(", ".join(guessed), 80)
         message = (
-            f"pockets and islands by the names of layers: {layers}; choose others with --pocket-layers, --island-layers"
+            f"pockets and islands are chosen by layer name: {layers}; to change this, use --pocket-layers and "
+            f"--island-layers"
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # If layers name islands only, all other lines are pockets.
@@ -204,11 +205,11 @@ def _join_strokes(
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
-        message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
+        message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
         issues.append(Issue("L311", message, places_of([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
-        message = f"more than two ends meet in {number}: check the outlines"
+        message = f"more than two ends meet at {number}: check the outlines"
         issues.append(Issue("L314", message, places_of(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"

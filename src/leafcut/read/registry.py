@@ -243,6 +243,8 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     if format_.name != "step":
         for name in ("solid", "up", "z_zero"):
             if getattr(options, name) is not None and (name, options.z_zero) != ("z_zero", "drawn"):
-                raise OptionError(f"{flag_name(name)}: {format_.name} has no solids, a STEP file has; leave it out")
+                raise OptionError(
+                    f"{flag_name(name)}: {format_.name} has no solids; remove the option, or use a STEP file"
+                )
     with parsing(source.path, f"could not be read as {format_.name}"):
         return format_.read(source, options)

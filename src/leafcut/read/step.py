@@ -221,7 +221,8 @@ def _issues(data: dict[str, Any], up: str) -> list[Issue]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(data['free'], 'face')} of free form, not searched for holes: export walls of holes as "
+                f"{count_of(data['free'], 'face')} of free form were not searched for holes: export the walls of holes "
+                f"as "
                 f"cylinders",
             )
         )

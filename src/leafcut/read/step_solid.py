@@ -259,7 +259,7 @@ def _read_solid(
     faces = [face_of(face) for face in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
     if len(triangles) > max_triangles:
-        return {"problem": f"the solid has {len(triangles):,} triangles; at most {max_triangles:,} are taken"}, none
+        return {"problem": f"the solid has {len(triangles):,} triangles; at most {max_triangles:,} are read"}, none
     z = 0.0
     if len(triangles) and level != "drawn":
         z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())

@@ -69,7 +69,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     try:
         rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     except csv.Error as problem:
-        raise DataError(f"{path}: is no table ({shown(str(problem), 60)})") from None
+        raise DataError(f"{path}: is not a table ({shown(str(problem), 60)})") from None
     if len(rows) > _MOST_ROWS:
         raise DataError(f"{path}: has more than {_MOST_ROWS} rows")
     columns = [_column(cell) for cell in rows[0]] if rows else []

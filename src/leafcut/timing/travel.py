@@ -81,9 +81,9 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
     from leafcut.kernels.cost import CODES, distance
 
     if metric.relief is not None:
-        raise PlanError("this cost is for travel at one height")
+        raise PlanError("this cost model covers travel at a single height only")
     if metric.name not in _MACHINES:
-        raise PlanError(f"the metric {metric.name} is one of maps, not of a machine")
+        raise PlanError(f"the metric {metric.name} is for maps, not for machines")
     numbers = map(float, (*a, *b, *metric.velocity, *metric.acceleration, metric.per_mm))
     cost = float(distance(CODES[metric.name], *numbers))
     if len(metric.zones) and touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]:

@@ -140,8 +140,8 @@ STYLES = Path(__file__).parents[2] / "styles"
 def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: str) -> None:
     """Nothing needs time to start at M3, M4 or M5, not on a 3018 either; the chosen machine is reported."""
     for machine, taken, said in (
-        (None, "grbl-laser-5w", "name yours with --machine"),
-        ("grbl-3018", "grbl-3018", "without a spindle's start"),
+        (None, "grbl-laser-5w", "name your machine with --machine"),
+        ("grbl-3018", "grbl-3018", "without spindle start-up"),
     ):
         found = leafcut.simulate(STYLES / name, **({} if machine is None else {"machine": machine}))
         assert found.machine.name == taken and found.measure.by_kind["spindle"] == 0.0

@@ -39,7 +39,7 @@ def test_a_way_over_a_named_clamp_keeps_its_height_and_the_others_do_not(tmp_pat
         (k, b) for k, (a, b) in enumerate(zip(text.splitlines(), found.text.splitlines(), strict=False)) if a != b
     ]
     assert changed == [(10, "G0 Z2.0")]
-    assert told(found) == ["L513 a rapid over a named obstacle keeps its height (line 8)"]
+    assert told(found) == ["L513 a rapid over a --keep-out zone keeps its height (line 8)"]
 
 
 def moves_of_cut(path: Toolpath, row: int) -> list[np.ndarray]:
@@ -94,7 +94,7 @@ def test_a_series_rises_over_a_named_clamp_and_that_is_told(tmp_path: Path, rs27
     found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK, **CLAMP)
     path = interpret_program(found.text, dialect("linuxcnc")).path
     assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 15, 1, 1, 1, 15]
-    assert told(found) == ["L513 a rapid over a named obstacle keeps its height (line 9)"]
+    assert told(found) == ["L513 a rapid over a --keep-out zone keeps its height (line 9)"]
     status, said = run_rs274(rs274, found.text, tmp_path)
     assert status == 0
     assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)
@@ -208,7 +208,7 @@ def test_the_proof_refuses_a_series_that_stays_too_low(tmp_path: Path, monkeypat
     found = reordered(tmp_path, text, low_retracts=True, workpiece=BLOCK)
     assert "G99" not in found.text
     assert len(told(found)) == 1
-    assert "a lower way comes too near to the material" in told(found)[0]
+    assert "a lowered move comes too close to the material" in told(found)[0]
 
 
 def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
@@ -220,7 +220,7 @@ def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
     monkeypatch.setattr(
         pace._Pacing, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW)
     )
-    for program, options, words in ((text, {}, "too near to the material"), (over, clamp, "the speeds are unchanged")):
+    for program, options, words in ((text, {}, "too close to the material"), (over, clamp, "the speeds are unchanged")):
         found = reordered(tmp_path, program, air=True, workpiece=BLOCK, **options)
         assert "G3" in found.text
         assert [words in line for line in told(found)] == [True]

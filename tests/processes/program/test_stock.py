@@ -251,7 +251,7 @@ def test_a_shank_and_a_holder_in_the_stock_are_dangers_and_with_strict_status_1(
     if z == 10:
         out = capsys.readouterr().out
         assert "danger: L809 the shank of T1 is in the stock, 5.00 mm deep (line 6)" in out
-        assert "the holder of T1 is in the stock, 1.00 mm deep at most, on 4 lines from here on (line 5)" in out
+        assert "the holder of T1 is in the stock, 1.00 mm deep at most, in 4 lines starting here (line 5)" in out
 
 
 def test_a_body_that_the_library_does_not_know_meets_nothing(tmp_path: Path) -> None:

@@ -89,15 +89,19 @@ def test_an_order_that_loses_a_cut_is_not_written_even_if_the_other_proof_sees_n
     assert "X88 F600" in found.text
     assert found.text.split("G21", 1)[1] == text.split("G21", 1)[1]
     (issue,) = [one for one in found.issues if one.code == "L505"]
-    assert "it leaves the stock at Z0.000, not at Z-2.000" in issue.message
+    assert "the new program leaves the stock at Z0.000, not at Z-2.000" in issue.message
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("G1 X58", "G1 X57", r"at X5\d\.\d+ Y\d+\.\d+ it leaves the stock at Z0\.000, not at Z-2\.000"),
-        ("Z-2.0 F300\nG1 X58", "Z-2.05 F300\nG1 X58", r"it leaves the stock at Z-2\.050, not at Z-2\.000"),
-        ("G0 X50 Y45\nG0 Z2", "G0 Z-1\nG0 X50 Y45", r"a rapid of T1 goes 1\.00 mm deep into the stock, from line \d+"),
+        ("G1 X58", "G1 X57", r"at X5\d\.\d+ Y\d+\.\d+ the new program leaves the stock at Z0\.000, not at Z-2\.000"),
+        ("Z-2.0 F300\nG1 X58", "Z-2.05 F300\nG1 X58", r"the new program leaves the stock at Z-2\.050, not at Z-2\.000"),
+        (
+            "G0 X50 Y45\nG0 Z2",
+            "G0 Z-1\nG0 X50 Y45",
+            r"a rapid of T1 goes 1\.00 mm deep into the stock, first in line \d+",
+        ),
     ],
 )
 def test_what_leaves_something_else_or_meets_more_is_refused(old: str, new: str, words: str) -> None:
@@ -126,7 +130,7 @@ def test_an_order_in_which_a_holder_meets_what_was_cut_away_before_is_refused(tm
     given = {"tools": tmp_path / "tools.toml", "workpiece": "0,0,-30,100,100,0"}
     one, other = part(face, deep, "G0 Z5\n"), part(deep, "G0 Z5\n", face)
     check(one, one, **given)
-    with pytest.raises(VerifyError, match=r"the holder of T1 gets 2\.00 mm deep into the stock, from line \d+"):
+    with pytest.raises(VerifyError, match=r"the holder of T1 gets 2\.00 mm deep into the stock, first in line \d+"):
         check(one, other, **given)
     assert judging(one, **given)[0].issues == ()
     (issue,) = judging(other, **given)[0].issues

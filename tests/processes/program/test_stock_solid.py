@@ -113,7 +113,7 @@ def test_undercuts_are_told_and_count_as_material(tmp_path: Path, capsys: pytest
         assert run(["stock", program(tmp_path), "--workpiece", stl(tmp_path / name, triangles), "--json"]) == 0
         answer = json.loads(capsys.readouterr().out)
         assert [one["message"] for one in answer["issues"] if one["code"] == "L811"] == [
-            "the stock has undercuts, 200.0 mm² seen from below: they count as full of material"
+            "the stock has undercuts, 200.0 mm² seen from below: they are treated as solid material"
         ]
         assert answer["removed_mm3"] == pytest.approx(6 * 20 * 2, rel=0.02)
 
@@ -159,13 +159,13 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
     assert "1,600,000,000 of them are needed, but at most 64,000,000 fit" in capsys.readouterr().err
     small = stl(tmp_path / "small.stl", box((0, 0, -10), (40, 18, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", small]) == 0
-    assert "a cut reaches Y30.00, but the stock that was given ends at Y18 (line 6)" in capsys.readouterr().out
+    assert "a cut reaches Y30.00, but the given stock ends at Y18 (line 6)" in capsys.readouterr().out
     inches = stl(tmp_path / "inches.stl", box((0, 0, -0.4), (1.6, 1.6, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", inches]) == 1
     assert "never touches the stock" in (told := capsys.readouterr().err)
     assert told.endswith("; in inches it would hold all cuts: save it in mm\n")
     assert run(["stock", program(tmp_path), "--workpiece", "0,0,-1,1e9,9,0"]) == 2
-    assert "1e+06 m long, which no" in capsys.readouterr().err
+    assert "1e+06 m long, too long" in capsys.readouterr().err
 
 
 def test_the_stock_is_never_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

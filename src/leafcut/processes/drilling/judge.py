@@ -440,7 +440,9 @@ def _read_motions(
                 plunges.append(_Plunge(x, y, z, tool, line))
             plunging = True
         elif kind in _FOREIGN_KINDS:
-            text = "an arc, a probe, another zero or a block that is not understood, in a drilling program"
+            text = (
+                "a drilling program contains an arc, a probe, a shift of the origin or a block that is not understood"
+            )
             foreign.append(Difference("not drilling", 0, line, text))
         elif kind == Kind.TOOL or (kind in (Kind.RAPID, Kind.MACHINE) and not upright):
             plunging = False
@@ -538,7 +540,8 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
         where = f"the slot from {place(x0, y0)} to {place(x1, y1)}"
         if depths[number] - z1 > slots[number].step + tolerance:
             text = (
-                f"{where}: a pass is {depths[number] - z1:.3f} mm deep, {motion.tool} takes {slots[number].step:g} mm"
+                f"{where}: a pass is {depths[number] - z1:.3f} mm deep, but the maximum step-down of {motion.tool} is "
+                f"{slots[number].step:g} mm"
             )
             differences.append(Difference("deep pass", 0, motion.line, text))
         depths[number] = min(depths[number], z1)

@@ -142,8 +142,10 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
         issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
     if needed := holes(descents):
-        words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
+        words = f"{len(needed)} holes" if len(needed) > 1 else "a hole"
         places = list(needed)[:4]
         at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
-        issues.append(Issue("L703", f"{words} to exist before this program runs, as deep as the pocket", f"at {at}"))
+        issues.append(
+            Issue("L703", f"drill {words} to the depth of the pocket before you run this program", f"at {at}")
+        )
     return issues

@@ -106,7 +106,9 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     asked = _asked(run)
     if plan.kind in BEAMS:
-        raise OptionError(f"{asked[0]}: {source} drives a beam, which has no width of cut; leave it out")
+        raise OptionError(
+            f"{asked[0]}: {source} drives a laser or a torch, whose width of cut is not simulated; leave it out"
+        )
     blind = [flag for flag in asked if flag != "--air"]
     workpiece = run.settings.stock.workpiece
     if blind and not workpiece:
@@ -119,7 +121,9 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
     if not tools:
         return Paced(text, program, PaceChange())
     if line := _skippable(program):
-        message = "speeds and heights are unchanged: block delete (/) can skip moves, and their material then remains"
+        message = (
+            "speeds and heights are unchanged: a block-delete switch (/) can skip moves, so that their material remains"
+        )
         return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
@@ -196,7 +200,7 @@ class _Pacing:
         try:
             return read_new(self.run, self.plan.dialect, text)
         except ReadError as problem:
-            raise VerifyError(f"the new program is not understood: {problem}") from None
+            raise VerifyError(f"the new program cannot be read: {problem}") from None
 
     def seconds(self, program: Program) -> float:
         from leafcut.timing.toolpath import measure
@@ -243,8 +247,8 @@ class _Pacing:
                 change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
                 found = replace(found, text=text, program=new, change=change)
         if kept:
-            message = f"{len(kept)} rapids over named obstacles keep their heights"
-            message = message if len(kept) > 1 else "a rapid over a named obstacle keeps its height"
+            message = f"{len(kept)} rapids over --keep-out zones keep their heights"
+            message = message if len(kept) > 1 else "a rapid over a --keep-out zone keeps its height"
             found = replace(found, issues=(*found.issues, Issue("L513", message, f"line {min(kept)}")))
         return found
 
@@ -398,7 +402,7 @@ class _Pacing:
         near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
-            raise VerifyError(f"line {line} of the new program: a rapid comes too near to the material")
+            raise VerifyError(f"line {line} of the new program: a rapid comes too close to the material")
         self.check_rest(new)
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
@@ -504,7 +508,8 @@ class _Pacing:
             yield "power and torque do not limit feeds: give --material"
         elif not spindle.limited:
             yield (
-                "power and torque do not limit feeds: those of the machine are unknown; give spindle.power in its "
+                "power and torque do not limit feeds: the machine's profile does not state them; set spindle.power in "
+                "its "
                 "profile"
             )
         elif toothless:
@@ -518,17 +523,18 @@ class _Pacing:
 _KEPT_WORDS = {
     "stated": "the chip thickness of its library feed and speed is the limit in {share:.0f} % of its cutting time, "
     "first at line {line}",
-    "slot": "its worst cut is a full slot at line {line}, and its chips are as thick in {share:.0f} % of its cutting "
-    "time; give its own feed and speed with --tools",
-    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and its chips are as thick in {share:.0f} % of its "
+    "slot": "its worst cut is a full slot at line {line}, and its chips are equally thick in {share:.0f} % of its "
     "cutting time; give its own feed and speed with --tools",
+    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and its chips are equally thick in {share:.0f} % of "
+    "its cutting time; give its own feed and speed with --tools",
     "rate": "it removes material as fast as in its worst cut in {share:.0f} % of its cutting time, first at line "
     "{line}",
     "spindle": "power or torque of the spindle is the limit in {share:.0f} % of its cutting time, first at line {line}",
     "ramp": "it cuts on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
     "with --tools",
     "finish": "it finishes walls in {share:.0f} % of its cutting time, first at line {line}",
-    "machine": "it has the maximum feed of the machine in {share:.0f} % of its cutting time, first at line {line}",
+    "machine": "it already runs at the maximum feed of the machine in {share:.0f} % of its cutting time, first at "
+    "line {line}",
     "lines": "lines that cannot be changed take {share:.0f} % of its cutting time, first line {line}",
     "short": "a higher feed saves no time in {share:.0f} % of its cutting time, first at line {line}: the cuts are too "
     "short",

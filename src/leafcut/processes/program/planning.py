@@ -102,8 +102,10 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
 
     words = dialect(job.settings.post.dialect or job.machine.controller)
     if words.one_command or words.language != "g-code":
-        reason = "has one command a line" if words.language == "g-code" else "is no G-code"
-        raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
+        reason = "has one command per line" if words.language == "g-code" else "is not G-code"
+        raise OptionError(
+            f"{words.name} {reason}: leafcut writes and verifies such programs, but does not reorder them"
+        )
     text, encoding = decoded(data)
     read = read_foreign(
         text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,

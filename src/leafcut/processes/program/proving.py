@@ -155,9 +155,12 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
     for reason, places in by_reason.items():
         number, piece = places[0]
         line = work.sequence.sections[number].pieces[piece].line
-        said = f"1 piece of work keeps its place, because another order failed: {reason}"
+        said = f"1 task keeps its original position, because verification rejected a new order: {reason}"
         if len(places) > 1:
-            said = f"{len(places):,} pieces of work keep their place, because another order failed: {reason}"
+            said = (
+                f"{len(places):,} tasks keep their original positions, because verification rejected a new order: "
+                f"{reason}"
+            )
         yield Issue("L505", said, f"line {line}")
 
 

@@ -176,7 +176,7 @@ def read_foreign(
         return replace(again, process="laser", issues=(_chosen(again.machine, "laser"), *again.issues))
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
         head, what = _BEAMS[read.process]
-        message = f"the program drives {what}: S is its power, and {machine.name} is timed without a spindle's start"
+        message = f"the program drives {what}: S is its power, and {machine.name} is timed without spindle start-up"
         note = Issue("L807", message, severity=Severity.NOTE)
         machine = replace(machine, head=head, spindle_start_s=0.0)
         return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
@@ -245,7 +245,9 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
 
 def _chosen(machine: Machine, what: str) -> Issue:
     what = {"laser": "a laser", "plasma": "a plasma table"}[what]
-    message = f"this is a program for {what}: read for {machine.name}; name yours with --machine"
+    message = (
+        f"this program is for {what}; it was read as a program for {machine.name}: name your machine with --machine"
+    )
     return Issue("L807", message, severity=Severity.NOTE)
 
 

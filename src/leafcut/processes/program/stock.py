@@ -250,7 +250,7 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
         Issue(
             "L809",
             f"the {body} of T{tool} is in the stock, {max(one.depth_mm for one in found):.2f} mm deep"
-            + (f" at most, on {len(found)} lines from here on" if len(found) > 1 else ""),
+            + (f" at most, in {len(found)} lines starting here" if len(found) > 1 else ""),
             f"line {found[0].line}",
             Severity.DANGER,
         )

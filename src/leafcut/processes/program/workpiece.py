@@ -79,7 +79,9 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
         raise OptionError(f"--workpiece {text}: {problem}") from None
     longest = max(high - low for low, high in zip(block.low, block.high, strict=True))
     if longest > LONGEST:
-        raise OptionError(f"--workpiece {text}: is {longest / 1000.0:.4g} m long, which no stock is; check its numbers")
+        raise OptionError(
+            f"--workpiece {text}: is {longest / 1000.0:.4g} m long, too long for a stock; check its coordinates"
+        )
     return block
 
 
@@ -109,7 +111,7 @@ def told_of(
 
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
-            message = f"the stock has undercuts, {area:.1f} mm² seen from below: they count as full of material"
+            message = f"the stock has undercuts, {area:.1f} mm² seen from below: they are treated as solid material"
             found.append(Issue("L811", message))
     return found
 
@@ -312,7 +314,7 @@ class Beyond(NamedTuple):
         """Return a warning; `unit` is the unit in which the stock would contain all cuts, or ""."""
         more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
-        message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
+        message = f"a cut reaches {place}, but the given stock ends at {edge}{more}"
         return Issue("L810", message, f"line {self.line}")
 
 

@@ -43,7 +43,7 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
     torch, name = dialect.torch, dialect.name
     if marks and (torch is None or not torch.mark_on):
         raise PostError(
-            f"{name} has no words for marking; leave the marks out (--ignore-layers), or choose another dialect"
+            f"{name} has no command for marking; leave the marks out (--ignore-layers), or choose another dialect"
         )
     if marks and torch is not None and torch.power and options.mark_power >= options.beam_power:
         raise PostError(

@@ -89,7 +89,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     probe = probe_for(job.machine, words)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
         if options.pierce_delay:
-            raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
+            raise OptionError(f"{words.name} has no pierce delay; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is off at standstill can only pierce in motion
     torch = _torch_setup(job, words, data, probe)
     planned = settings.job.plan is not None

@@ -172,7 +172,10 @@ class HoleOrder(Undoable[HoleOrders]):
 
     def place(self, stop: int, to: Point) -> None:
         """Raise `OptionError`: holes cannot be moved."""
-        raise OptionError("holes cannot be moved; drop one onto another to take its place in the order")
+        raise OptionError(
+            "hole positions are fixed; to change the drilling order, drop a hole onto the hole that it should replace "
+            "in the order"
+        )
 
     def free_after(self, stop: int) -> None:
         """Fix the order of an operation's holes up to this hole, and release the order of later holes."""

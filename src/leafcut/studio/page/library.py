@@ -42,7 +42,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
 def check(kind: str, name: str, text: str) -> None:
     """Check a text with the reader for such files; raise `OptionError` if it is invalid."""
     if len(text) > MAX_CHARACTERS:
-        raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters; no profile is")
+        raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters, too long for a profile")
     from leafcut.read.machine import load_machine
     from leafcut.read.tools import load_tools
 

@@ -209,11 +209,13 @@ def test_an_assumed_speed_that_is_much_too_high_is_a_warning_that_names_the_righ
     router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
     (issue,) = chosen(Hole(0, 0, 2.1), router)[1]
     assert issue.severity is Severity.WARNING
-    assert issue.message.endswith("; 3032 rpm would be suitable, but the spindle of router turns at least 6000")
+    assert issue.message.endswith(
+        ". Recommended spindle speed: 3032 rpm; minimum speed of the spindle of router: 6000 rpm"
+    )
     (issue,) = chosen(Hole(0, 0, 1.5), router)[1]
-    assert issue.severity is Severity.NOTE and "would be suitable" not in issue.message
+    assert issue.severity is Severity.NOTE and "Recommended" not in issue.message
     (issue,) = chosen(Hole(0, 0, 2.1), router, spindle_speed=6000.0)[1]
-    assert "would be suitable" not in issue.message
+    assert "Recommended" not in issue.message
 
 
 @pytest.mark.hazard
@@ -223,11 +225,11 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0)[1]
     assert issue.severity is Severity.WARNING
     assert issue.message.endswith(
-        "at 6000 rpm, for high-speed steel in mild steel or aluminium; check them, or give "
-        "--tools; 249 rpm would be suitable"
+        "at 6000 rpm (for high-speed steel in mild steel or aluminium): check these values, or give --tools. "
+        "Recommended spindle speed: 249 rpm"
     )
     (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0, feed=1.0)[1]
-    assert issue.severity is Severity.NOTE and "would be suitable" not in issue.message
+    assert issue.severity is Severity.NOTE and "Recommended" not in issue.message
 
 
 def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material() -> None:

@@ -96,7 +96,7 @@ def test_a_passage_that_is_too_narrow_parts_the_region_and_is_told() -> None:
     assert len(regions) == 2
     # The passage by itself, and all corners (four of each square) in one line.
     passage, corners = issues
-    assert "near (50.00, 20.00) is cut off" in passage.message and passage.severity is Severity.MISSING
+    assert "near (50.00, 20.00) remains uncut" in passage.message and passage.severity is Severity.MISSING
     assert "8 corners" in corners.message
 
 
@@ -106,7 +106,7 @@ def test_a_slot_narrower_than_the_tool_is_cut_off_and_a_shallow_notch_is_as_a_co
 ) -> None:
     shape = shapely.union(shapely.box(0, 0, 60, 60), shapely.box(60, 20, 60 + deep, 20 + wide))
     issues = centre_regions(Pocket(as_polyline(shape.exterior.coords, True)), RULES)[1]
-    assert ["is cut off" in issue.message for issue in issues] == ([True, False] if off else [False])
+    assert ["remains uncut" in issue.message for issue in issues] == ([True, False] if off else [False])
 
 
 @pytest.mark.parametrize("degrees", [30.0, 60.0, 120.0])

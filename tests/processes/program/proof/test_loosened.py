@@ -15,7 +15,7 @@ def differences(cuts: list[str], new: list[str]) -> list[str]:
 
 
 WORK = [*BORES[:2], *SLOTS[:2]]
-FREES = "part free too early"
+FREES = "part detached too early"
 
 
 @pytest.mark.hazard
@@ -48,5 +48,7 @@ def test_finishing_a_skin_before_another_part_has_its_holes_is_caught() -> None:
 def test_the_two_lines_and_places_are_named() -> None:
     cuts = [SLOTS[1], OUTLINES[2]]
     found = certify(program_of(text_of(cuts)), program_of(text_of(cuts[::-1]))).differences[0]
-    assert str(found).startswith("part free too early: X20.000 Y60.000 Z-2.000 (line 6) was made before the part whose")
+    assert str(found).startswith(
+        "part detached too early: X20.000 Y60.000 Z-2.000 (line 6) was made before the part whose"
+    )
     assert "(original line 6, line " in str(found)

@@ -81,7 +81,7 @@ def test_new_speeds_are_found_with_their_shares(
     ],
 )
 def test_any_other_way_or_work_is_refused(old: str, new: str) -> None:
-    with pytest.raises(VerifyError, match=r"^line \d+: the program with new speeds does something else than line \d+"):
+    with pytest.raises(VerifyError, match=r"^line \d+: the program with new speeds differs from line \d+"):
         stretches(changed(old, new))
 
 
@@ -91,9 +91,9 @@ def test_a_program_that_goes_on_or_stops_early_is_refused_with_the_place() -> No
     short = builder.build()
     builder.feed(z=1.0, feed=1.0, line=2)
     long = builder.build()
-    with pytest.raises(VerifyError, match=r"^the end: .* does something else than line 2 did"):
+    with pytest.raises(VerifyError, match=r"^the end: .* differs from line 2 of the original"):
         stretches_of(long, short)
-    with pytest.raises(VerifyError, match=r"^line 2: the program with new speeds is longer"):
+    with pytest.raises(VerifyError, match=r"^line 2: the program with new speeds continues after the end"):
         stretches_of(short, long)
 
 

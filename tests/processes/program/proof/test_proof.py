@@ -321,7 +321,7 @@ def test_a_plunge_that_drifts_by_rounding_hides_no_part_that_comes_free_too_earl
     part = f"G0 X0 Y0\nG1 Z-6\nX50\nY50\nX0\nY0\n{up}"
     other = f"G0 X70 Y70\nG1 Z-2\nX80\n{up}"
     found = certified(head + drilled + other + part, head + drilled + part + other).differences
-    assert [d.what for d in found] == ["part free too early"]
+    assert [d.what for d in found] == ["part detached too early"]
 
 
 def test_an_inner_cut_may_not_move_behind_an_outer_one_with_a_lead_in_and_an_overcut_either() -> None:

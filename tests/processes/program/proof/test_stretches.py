@@ -71,7 +71,7 @@ def test_the_stretches_of_a_row_have_their_shares_and_speeds(
     )
 
 
-DIFFERS = "line 2: the program with new speeds does something else than line 2 did"
+DIFFERS = "line 2: the program with new speeds differs from line 2 of the original in more than its speed"
 
 
 @pytest.mark.parametrize(
@@ -114,14 +114,17 @@ def test_a_longer_and_a_shorter_program_are_refused() -> None:
     one, two = path_of(rapid(1.0)), path_of(rapid(1.0), rapid(2.0))
     with pytest.raises(VerifyError) as refused:
         stretches_of(one, two)
-    assert str(refused.value) == "line 2: the program with new speeds is longer"
+    assert str(refused.value) == "line 2: the program with new speeds continues after the end of the original"
     for shorter, longer in ((one, two), (path_of(), path_of(feed(3.0)))):
         with pytest.raises(VerifyError) as refused:
             stretches_of(longer, shorter)
-        assert str(refused.value) == "the end: the program with new speeds does something else than line 2 did"
+        assert (
+            str(refused.value)
+            == "the end: the program with new speeds differs from line 2 of the original in more than its speed"
+        )
 
 
 def test_lower_heights_with_different_work_are_refused() -> None:
     with pytest.raises(VerifyError) as refused:
         check_lowered(path_of(feed(3.0)), path_of(feed(4.0)), None, None)  # type: ignore[arg-type]
-    assert str(refused.value) == "the program with lower heights does different work"
+    assert str(refused.value) == "the program with lower heights differs from the original in more than its heights"

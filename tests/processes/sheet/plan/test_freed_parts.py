@@ -188,8 +188,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     assert check_detached_parts(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
     assert (
-        f"a nozzle of 8 mm comes over parts that are cut free on {laser.detail.plan.close} of 24 travel moves"
-        in told.message
+        f"a nozzle of 8 mm passes over detached parts on {laser.detail.plan.close} of 24 travel moves" in told.message
     )
     rapid = path.kind == Kind.RAPID
     last = ~(rapid & np.append(rapid[1:], False))
@@ -200,7 +199,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     assert "0 reported" in str(found[0])
     laid, path = laid_of(replace(laser, detail=SheetDetail((replace(laser.detail.plan, close=0),))), laser.text)
     (wide,) = check_detached_parts(laid, path, words, 8.0)
-    assert "a nozzle of 8 mm comes over parts" in str(wide)
+    assert "a nozzle of 8 mm passes over detached parts" in str(wide)
 
 
 def test_no_order_of_the_summary_is_faster_and_as_safe(laser: Outcome) -> None:

@@ -414,8 +414,8 @@ def _check_flutes(
         deepest = float((tops[operation.targets] - operation.bottoms(tops, deeper)).max(initial=0.0))
         if operation.tool.flute_length is not None and deepest > operation.tool.flute_length + 1e-9:
             raise PlanError(
-                f"{operation.tool.label} cuts {operation.tool.flute_length:g} mm deep at most, but the thickest place "
-                f"needs {deepest:.3g} mm; use a longer tool"
+                f"{operation.tool.label} cuts {operation.tool.flute_length:g} mm deep at most, but the part is "
+                f"{deepest:.3g} mm thick at its thickest hole; use a longer tool"
             )
 
 
@@ -592,7 +592,10 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
         ready = next((s for s in remaining if not predecessors[s] - set(order)), None)
         if ready is None:
             names = ", ".join(s.tool.label for s in remaining)
-            raise PlanError(f"the recipes contradict each other: {names} each come before another; change a recipe")
+            raise PlanError(
+                f"the recipes contradict each other: each of {names} would have to come before another one of them; "
+                f"change a recipe"
+            )
         order.append(ready)
         remaining.remove(ready)
     return order

@@ -145,8 +145,8 @@ class ToolChooser:
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
-                f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
-                f"{self._material_note()}; check them, or give --tools{self._speed_advice(tool)}",
+                f"{tool.label} is assumed, with {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
+                f"{self._material_note()}: check these values, or give --tools{self._speed_advice(tool)}",
                 severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
@@ -160,8 +160,8 @@ class ToolChooser:
         for tool in self._with_assumed_feeds.values():
             yield Issue(
                 "L401",
-                f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
-                f"assumed{self._material_note()}; check them{self._speed_advice(tool)}",
+                f"{tool.label}: no feeds in the tool library. Assumed {tool.feed * 60:.6g} mm/min at "
+                f"{tool.spindle_rpm:.0f} rpm{self._material_note()}; check both values{self._speed_advice(tool)}",
                 severity=Severity.WARNING if self._speed_advice(tool) else Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
@@ -298,17 +298,20 @@ class ToolChooser:
         """Return the material for which feeds and speeds are assumed, for a message; empty if both are given."""
         if self.job.feed and self.job.spindle_speed:
             return ""
-        return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
+        return " (for circuit boards)" if self._board else " (for high-speed steel in mild steel or aluminium)"
 
     def _speed_advice(self, tool: Tool) -> str:
         """Return a suitable speed as the end of a message if the tool turns much too fast, else ""."""
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
         if tool.spindle_rpm > MAX_SPEED_RATIO * right and not self.job.feed:
-            return f"; {right:.0f} rpm would be suitable"
+            return f". Recommended spindle speed: {right:.0f} rpm"
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
-        return f"; {right:.0f} rpm would be suitable, but the spindle of {self.machine.name} turns at least {lowest:g}"
+        return (
+            f". Recommended spindle speed: {right:.0f} rpm; minimum speed of the spindle of {self.machine.name}: "
+            f"{lowest:g} rpm"
+        )
 
 
 def _rpm(surface_speed: float, diameter: float) -> float:

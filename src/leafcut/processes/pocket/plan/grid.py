@@ -149,7 +149,7 @@ def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
 
 def _refuse(count: float, rules: PocketRules) -> None:
     raise PlanError(
-        f"a grid for a tool of {rules.tool_diameter:g} mm has some {count:.0f} points here; up to {MOST_POINTS} are "
+        f"a grid for a tool of {rules.tool_diameter:g} mm has about {count:.0f} points here; at most {MOST_POINTS} are "
         "ordered; use another --strategy or a larger tool"
     )
 

@@ -126,7 +126,7 @@ def _unreached_issues(name: str, places: list[Unreached], rules: PocketRules) ->
     issues = [
         Issue(
             "L701",
-            f"{name}: {_area_and_place(place)} is cut off: {tool} cannot enter it",
+            f"{name}: {_area_and_place(place)} remains uncut: {tool} cannot enter it",
             missing=MissingWork("place", 1, (place.place,)),
         )
         for place in off[:NAMED_PLACES]
@@ -134,7 +134,11 @@ def _unreached_issues(name: str, places: list[Unreached], rules: PocketRules) ->
     if rest := off[NAMED_PLACES:]:
         work = MissingWork("place", len(rest), tuple(place.place for place in rest))
         issues.append(
-            Issue("L701", f"{name}: {_count_and_area(rest, 'more place')} are cut off for {tool}", missing=work)
+            Issue(
+                "L701",
+                f"{name}: {_count_and_area(rest, 'more place')} remain uncut: {tool} cannot enter them",
+                missing=work,
+            )
         )
     if corners:
         largest = _area_and_place(corners[0])

@@ -127,14 +127,14 @@ def with_data(
         return replace(tool, assumed=False), []
     too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
     words = (
-        f"{tool.label}: {feed * 60:.6g} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
-        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --feed and "
+        f"{tool.label}: assumed {feed * 60:.6g} mm/min at {rpm:.0f} rpm (for high-speed steel in "
+        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm per tooth); check both values, or give --material, --feed and "
         "--spindle-speed"
     )
     if too_fast:
         # The requested speed is too high for the material for which the feed was assumed.
-        lowest = f", but the spindle of {machine.name} turns at least {rpm:.0f}"
-        words += f"; {careful:.0f} rpm would be suitable{' for that' if asked_rpm else lowest}"
+        lowest = "" if asked_rpm else f"; minimum speed of the spindle of {machine.name}: {rpm:.0f} rpm"
+        words += f". Recommended spindle speed: {careful:.0f} rpm{lowest}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 

@@ -105,7 +105,9 @@ def pocket_motion(
     """
     moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
-        raise PlanError(f"{moves:,} moves are too many; raise --step-down or the tolerance of the drawing")
+        raise PlanError(
+            f"the toolpath has too many moves ({moves:,}); raise --step-down or the tolerance of the drawing"
+        )
     builder = ToolpathBuilder()
     if corner_tolerance > 0.0:
         builder.blending(640, corner_tolerance)

@@ -578,7 +578,7 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
     chosen = np.where(given < 0, ~given, given)
     if chosen.shape != (len(section.pieces),) or not np.array_equal(np.sort(chosen), np.arange(len(chosen))):
         raise PostError(
-            f"line {section.pieces[0].line}: the order does not have each of {len(section.pieces)} pieces once"
+            f"line {section.pieces[0].line}: the order does not contain each of the {len(section.pieces)} tasks once"
         )
     fixed = [section.pieces[k].line for k in chosen[given < 0].tolist() if not section.pieces[k].reversible]
     if fixed:
@@ -588,5 +588,5 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
     for before, after in section.precedence.tolist():
         if place[before] > place[after]:
             one, other = section.pieces[before].line, section.pieces[after].line
-            raise PostError(f"the piece at line {other} would come before line {one}, which must be first")
+            raise PostError(f"the task at line {other} would come before line {one}, which must come first")
     return given

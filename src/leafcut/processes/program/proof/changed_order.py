@@ -118,7 +118,7 @@ class ChangedOrder:
         yield from (self._difference("order", *pair) for pair in changed)
         text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
         for other, outline in islice(self._freed_too_early(visits, visit), MOST_LISTED + 1):
-            yield self._difference("part free too early", other, outline, text)
+            yield self._difference("part detached too early", other, outline, text)
 
     def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
         begins = self.new_of[visits.first]

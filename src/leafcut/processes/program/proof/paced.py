@@ -53,7 +53,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
-        raise VerifyError(f"line {after.line[at]}: the program with new speeds is longer")
+        raise VerifyError(f"line {after.line[at]}: the program with new speeds continues after the end of the original")
     return found
 
 
@@ -106,7 +106,10 @@ def _ends_alike(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
 
 def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
     line = f"line {after.line[at]}" if at < len(after) else "the end"
-    return VerifyError(f"{line}: the program with new speeds does something else than line {before.line[row]} did")
+    return VerifyError(
+        f"{line}: the program with new speeds differs from line {before.line[row]} of the original in more "
+        "than its speed"
+    )
 
 
 def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
@@ -165,7 +168,8 @@ def check_limits(
         at = int(np.flatnonzero(wrong)[0])
         x, y, z = loads.moves.ends[at, :3].tolist()
         raise VerifyError(
-            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed asks more than is allowed"
+            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed exceeds the load limit of the tool or "
+            f"the spindle"
         )
     return speed
 
@@ -214,7 +218,7 @@ def check_lowered(
     """
     lowered = _lowered_rows(before, after)
     if lowered is None:
-        raise VerifyError("the program with lower heights does different work")
+        raise VerifyError("the program with lower heights differs from the original in more than its heights")
     # A move with a lower start is a changed move as well.
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
     rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
@@ -239,7 +243,7 @@ def check_lowered(
     near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)
     if near.any():
         line = int(after.line[loads.source[int(np.flatnonzero(near)[0])]])
-        raise VerifyError(f"line {line}: a lower way comes too near to the material")
+        raise VerifyError(f"line {line}: a lowered move comes too close to the material")
 
 
 def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:

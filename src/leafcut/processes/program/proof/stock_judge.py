@@ -87,7 +87,8 @@ class StockJudge:
             one = differences[0]
             more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
             raise VerifyError(
-                f"at X{fixed(one.x, 3)} Y{fixed(one.y, 3)} it leaves the stock at Z{fixed(one.after, 3)}, not at "
+                f"at X{fixed(one.x, 3)} Y{fixed(one.y, 3)} the new program leaves the stock at Z{fixed(one.after, 3)}, "
+                f"not at "
                 f"Z{fixed(one.before, 3)}{more}"
             )
         for (tool, kind), found in met.items():
@@ -95,7 +96,7 @@ class StockJudge:
             if found.deepest > (before.deepest if before else 0.0) + TOLERANCE:
                 what = f"a rapid of T{tool} goes" if kind == "rapid" else f"the {kind} of T{tool} gets"
                 raise VerifyError(
-                    f"{what} {found.deepest:.2f} mm deep into the stock, from line {found.line} of the new program on"
+                    f"{what} {found.deepest:.2f} mm deep into the stock, first in line {found.line} of the new program"
                 )
 
     def issues(self) -> Iterator[Issue]:

@@ -410,9 +410,9 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
         away = shapely.distance(shapely.points(points), contour.line)
         worst = int(np.argmax(away))
         if away[worst] > rules.half + rules.kerf:
-            left = f"{away[worst] - rules.half:.2g} mm of it stay uncut"
-            words = f"a place of part {source.part} is narrower than the kerf: {left}"
-            several = "{n} contours have a place narrower than the kerf, which stays uncut"
+            left = f"{away[worst] - rules.half:.2g} mm remain uncut"
+            words = f"part {source.part} has a gap narrower than the kerf: {left}"
+            several = "{n} contours have a gap narrower than the kerf, which remains uncut"
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
             found.append(_remark("L612", words, several, _contour_place(contour.index, source, px, py), work))

@@ -51,21 +51,22 @@ class HeadRoutes:
         """Return a warning about moves that cross or approach detached parts, a note about detours, or None."""
         if not (self.crossing or self.close or self.corners):
             return None
-        detours = f"{len(self.corners)} of {self.moves} travel moves go around parts that are cut free"
-        unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its "
+        detours = f"{len(self.corners)} of {self.moves} travel moves go around detached parts"
+        unknown = "; the nozzle diameter is unknown (nozzle_diameter in the machine's profile), so only the head's "
         unknown = "" if self.radius > 0.0 else f"{unknown}centre is checked"
         if not (self.crossing or self.close):
-            words = f"the head stays down between cuts: {detours}, none of them crosses such a part{unknown}"
+            words = f"the head stays down between cuts: {detours}, none crosses such a part{unknown}"
             return Issue("L623", words, "", Severity.NOTE)
         first = min((*self.crossing, *self.close))
         x, y = cuts[min(first, len(cuts) - 1)].path.start
         crossing, close = len(self.crossing), len(self.close)
-        over = [f"{crossing} of {self.moves} travel moves cross parts that are cut free"] if crossing else []
+        over = [f"{crossing} of {self.moves} travel moves cross detached parts"] if crossing else []
         if close:
             more = count_of(close, "more travel move") if crossing else f"{close} of {self.moves} travel moves"
-            over.append(f"a nozzle of {2.0 * self.radius:g} mm comes over parts that are cut free on {more}")
+            over.append(f"a nozzle of {2.0 * self.radius:g} mm passes over detached parts on {more}")
         words = (
-            f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({detours}){unknown}: "
+            f"the head stays down between cuts, and {' and '.join(over)}; detached parts may tip up "
+            f"({detours}){unknown}: "
             "hold them with --micro-joints, or watch them"
         )
         return Issue("L623", words, f"the first on the move to ({x:.4g}, {y:.4g})")

@@ -67,7 +67,9 @@ def with_slot_cuts(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
     wider = [place for width, place in widths if abs(width - kerf) > ROUNDING]
     places = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in wider[:3]) + (" …" if len(wider) > 3 else "")
     many = "a slot is" if len(wider) == 1 else f"{len(wider)} slots are"
-    words = f"{many} narrower than two kerfs and cut once along the middle: {kerf:.4g} mm wide, not as wide as drawn"
+    words = (
+        f"{many} narrower than two kerfs and cut once along the centreline: {kerf:.4g} mm wide, not as wide as drawn"
+    )
     return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if wider else []
 
 

@@ -116,7 +116,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     tidied = tidy([s.path for s in strokes], options.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
-        message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
+        message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
         issues.append(Issue("L311", message, _at_places([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
@@ -124,7 +124,7 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
             "draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
-        message = f"more than two ends meet in {count_of(len(tidied.branches), 'place')}: check the outlines"
+        message = f"more than two ends meet at {count_of(len(tidied.branches), 'place')}: check the outlines"
         issues.append(Issue("L314", message, _at_places(tidied.branches)))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
@@ -224,7 +224,7 @@ def _sort_open_paths(
     if options.open_paths == "mark":
         issues.append(Issue("L424", f"{number} marked", places, Severity.NOTE))
         return [], [replace(m, kind="mark") for m in opened]
-    issues.append(Issue("L424", f"{number} cut as drawn, without kerf to one side", places))
+    issues.append(Issue("L424", f"{number} cut as drawn, without kerf compensation", places))
     return opened, []
 
 

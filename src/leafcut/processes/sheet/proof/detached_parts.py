@@ -33,16 +33,16 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
-        text = f"{count} over parts that are cut free, {reported} reported; the first to {place(*where)}"
-        return [Difference("travel over a free part", 0, line, text)]
+        text = f"{count} over detached parts, {reported} reported; the first to {place(*where)}"
+        return [Difference("travel over a detached part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
         text = (
-            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {count_of(len(near), 'travel move')}, "
+            f"a nozzle of {nozzle:g} mm passes over detached parts on {count_of(len(near), 'travel move')}, "
             f"{reported + close} reported; the first to {place(*where)}"
         )
-        return [Difference("travel over a free part", 0, line, text)]
+        return [Difference("travel over a detached part", 0, line, text)]
     return []
 
 
