@@ -109,7 +109,7 @@ def test_a_profile_names_no_file_elsewhere(controller: str, ours: Path) -> None:
     inner = ours.parent / "inner"
     inner.mkdir(exist_ok=True)
     with pytest.raises(
-        OptionError, match=r"'controller' is .*, but the file of a dialect must be in the folder of the profile"
+        OptionError, match=r"'controller' names .*, but a dialect file must be in the folder of the profile"
     ):
         load_machine(str(machine_of(inner, controller)))
 
@@ -120,7 +120,7 @@ def test_a_wrong_dialect_of_a_profile_is_told_by_its_own_file_and_line(ours: Pat
     with pytest.raises(OptionError, match=r"ours\.toml:3: 'max_line' is long, but must be a whole number"):
         load_machine(str(profile))
     ours.unlink()
-    with pytest.raises(OptionError, match=r"is 'ours\.toml': file not found in the folder of the profile"):
+    with pytest.raises(OptionError, match=r"names 'ours\.toml', which does not exist in the folder of the profile"):
         load_machine(str(profile))
 
 

@@ -47,11 +47,11 @@ FAULTS = [
     ("G83 X1 Z-1 R1", 3, "needs a peck"),
     ("G81 X1 Z5 R1", 3, "drills upwards"),
     ("G81 X1 Z-1 R1\nG20 X1", 4, "units changed inside a cycle"),
-    ("G20 F5", 3, "a change of units in the block of an F"),
+    ("G20 F5", 3, "the block changes the units and sets F"),
     ("G92", 3, "without an axis"),
     ("G10 L2 X1", 3, "needs P"),
     ("G52", 3, "G52 without an axis"),
-    ("G92 X1 G1", 3, "only one set of axes"),
+    ("G92 X1 G1", 3, "only one set of axis words"),
     ("M98 P1\nM2\nO1\nG1 X1", 5, "has no end (M99)"),
     ("O5\nO6", 3, "another program starts"),
     ("o1 sub\no1 call", 3, "is not closed"),
@@ -62,7 +62,7 @@ FAULTS = [
     ("o1 jump", 3, "'jump' is a letter without a number"),
     ("o<a> jump", 3, "not an O-word of LinuxCNC"),
     ("o#1 call", 3, "number is computed"),
-    ("o1 call extra\no1 sub\no1 endsub", 3, "has no use after 'call'"),
+    ("o1 call extra\no1 sub\no1 endsub", 3, "after 'call'"),
     ("#1", 3, "'=' is expected"),
     ("# 4mm square outline", 3, "if # starts a comment, put it in ( )"),
     ("#<_x>=3", 3, "cannot be set"),
@@ -176,7 +176,7 @@ def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None
     """A thousand lines with L9999 come to ten million holes."""
     monkeypatch.setattr(interpreter, "MAX_ROWS", 50_000)
     text = HEAD + "G91 G81 X1 R-1 Z-1 L9999\n" + "X1 L9999\n" * 10
-    with pytest.raises(ReadError, match=":8: the program comes to more than 50,000 moves"):
+    with pytest.raises(ReadError, match=":8: the program has more than 50,000 moves"):
         interpret_program(text, dialect("linuxcnc"))
 
 

@@ -416,4 +416,4 @@ def test_of_many_dangers_fifty_are_listed_and_the_others_are_counted(count: int,
     assert [d.new for d in found[:50]] == list(range(1, 51))
     assert found[-1].what == last and len(found) == min(count, 51)
     if count > 50:
-        assert found[-1] == Difference("and more", 0, 0, f"{count - 50} more of them")
+        assert found[-1] == Difference("and more", 0, 0, f"{count - 50} more differences")

@@ -78,7 +78,7 @@ def test_each_row_is_described_in_words() -> None:
         "pause M0",
         "rapid in machine coordinates to X1.000 Y2.500",
         "rapid in machine coordinates to an unknown position",
-        "shift of the origin by which the tool is at X1.000 Z3.000 and an unknown Y",
+        "shift of the origin that puts the tool at X1.000 Z3.000 and an unknown Y",
         "work offset G54",
         "work offset G59.1",
         "block that is not understood, number 4",
@@ -109,5 +109,5 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
 )
 def test_fifty_differences_are_listed_and_the_others_counted(n: int, count: int | None, more: int) -> None:
     given = [Difference("feed", k, k, "") for k in range(n)]
-    rest = [Difference("and more", 0, 0, f"{more} more of them")] if more else []
+    rest = [Difference("and more", 0, 0, f"{more} more differences")] if more else []
     assert shorten(given, count) == given[: min(n, 50)] + rest

@@ -195,7 +195,7 @@ def test_a_cut_is_the_first_difference_although_many_rapids_cross_the_obstacle_b
     text = f"G21 G90 G17\nT1 M6\nS1000 M3\nG0 X0. Y10.\nG43 H1 Z5.\n{rapids}G1 X30. F100.\nM30\n"
     found = check_obstacles(interpret_program(text, dialect("linuxcnc")).path, [[15, 5, 25, 15]], 20.0)
     assert [(d.what, d.new) for d in (found[0], found[1])] == [("cuts in an obstacle", 86), ("crosses an obstacle", 6)]
-    assert found[-1].text == "31 more of them"
+    assert found[-1].text == "31 more differences"
 
 
 def crossing(z: float, feed: bool = False) -> ToolpathBuilder:
@@ -371,7 +371,7 @@ def test_of_many_meetings_fifty_are_listed_and_the_others_are_counted() -> None:
     found = check_obstacles(builder.build(), ZONE, 2.0)
     assert [d.what for d in found[:50]] == ["may cross an obstacle", *["crosses an obstacle"] * 49]
     assert [d.new for d in found[1:50]] == list(range(49))
-    assert found[50:] == [Difference("and more", 0, 0, "11 more of them")]
+    assert found[50:] == [Difference("and more", 0, 0, "11 more differences")]
 
 
 @pytest.mark.parametrize("plane", [18, 19])

@@ -187,7 +187,7 @@ def test_an_unknown_machine_is_told_the_nearest_name() -> None:
             'controller = "linuxnc"',
             "'linuxnc', which is not a dialect; did you mean 'linuxcnc'",
         ),
-        ('controller = "linuxcnc"', 'controller = "none.toml"', "file not found in the folder of the profile"),
+        ('controller = "linuxcnc"', 'controller = "none.toml"', "which does not exist in the folder of the profile"),
         ('controller = "linuxcnc"', 'controller = "../a.toml"', "must be in the folder of the profile"),
         ("[spindle]", "[sources]\nrapids = 'a book'\n[spindle]", "[sources]: unknown key 'rapids'"),
         ("[rapid]", "rapid = 3\n[x]", "unknown key 'x'"),

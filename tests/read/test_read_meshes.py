@@ -62,7 +62,7 @@ def _header(count: int) -> bytes:
         (text(BOX).replace(b"vertex 80", b"vertex eighty", 1), "a corner is not a number"),
         (binary(BOX * np.nan), "triangle 1 has a corner that is not a number"),
         (text(BOX).replace(b"vertex 80", b"vertex 1e999", 1), "a corner that is not a number"),
-        (binary(BOX / 1000), "is 0.08 mm long, too long for a part; say its unit"),
+        (binary(BOX / 1000), "is 0.08 mm long, too long for a part; give its unit"),
         (binary(BOX * 1000), "too long for a part"),
     ],
 )

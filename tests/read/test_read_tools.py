@@ -152,12 +152,12 @@ def test_a_library_says_what_is_above_the_flutes_of_a_tool(tmp_path: Path) -> No
     [
         ('holder = "28 x 40"', "'holder' needs 'stickout': its start above the tip"),
         ('shank_diameter = "6 mm"', "'shank_diameter' needs 'flute_length'"),
-        ('stickout = "9 mm"\nholder = "28 x 40, 30"', "has the piece '30', but must be such as '28 x 40'"),
-        ('stickout = "9 mm"\nholder = "28 x -4"', "has the piece '28 x -4'"),
-        ('stickout = "9 mm"\nholder = "28-x 4"', "has the piece '28-x 4'"),
-        ('stickout = "9 mm"\nholder = "28 x 2000"', "has the piece '28 x 2000'"),
-        ('stickout = "9 mm"\nholder = ""', "has the piece ''"),
-        (f'stickout = "9 mm"\nholder = "{", ".join(["9 x 1"] * 41)}"', "has 41 pieces; the limit is 40"),
+        ('stickout = "9 mm"\nholder = "28 x 40, 30"', "has the section '30', but must be such as '28 x 40'"),
+        ('stickout = "9 mm"\nholder = "28 x -4"', "has the section '28 x -4'"),
+        ('stickout = "9 mm"\nholder = "28-x 4"', "has the section '28-x 4'"),
+        ('stickout = "9 mm"\nholder = "28 x 2000"', "has the section '28 x 2000'"),
+        ('stickout = "9 mm"\nholder = ""', "has the section ''"),
+        (f'stickout = "9 mm"\nholder = "{", ".join(["9 x 1"] * 41)}"', "has 41 sections; the limit is 40"),
         ('stickout = "0 mm"', "'stickout' is 0 mm, but must be above 0"),
     ],
 )

@@ -100,9 +100,11 @@ REFUSED = {
     "number = 1\ndiameter = '5 mm'\nholder = '20 x 30'":
         "[[tool]] 1: 'holder' needs 'stickout': its start above the tip",
     "number = 1\ndiameter = '5 mm'\nstickout = '9 mm'\nholder = '2 by 3'":
-        "[[tool]] 1: 'holder' has the piece '2 by 3', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+        "[[tool]] 1: 'holder' has the section '2 by 3', but must be such as '28 x 40', or '20-28 x 5' for a cone, "
+        "in mm",
     "number = 1\ndiameter = '5 mm'\nstickout = '9 mm'\nholder = '20 x 0'":
-        "[[tool]] 1: 'holder' has the piece '20 x 0', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+        "[[tool]] 1: 'holder' has the section '20 x 0', but must be such as '28 x 40', or '20-28 x 5' for a cone, "
+        "in mm",
     "number = 1\ndiameter = '5 mm'\n[[tool]]\nnumber = 1\ndiameter = '6 mm'":
         "[[tool]] 2: 'number' 1 is used twice; every tool needs its own",
     "number = 1\ndiameter = '5 mm'\n[[hole]]\ndiameter = '5 mm'\nsteps = [2]":
@@ -112,7 +114,7 @@ REFUSED = {
     "number = 1\ndiameter = '5 mm'\n[[hole]]\ndiameter = '5 mm'\nsteps = [1, 1]":
         "[[hole]] 1: 'steps' names a tool twice",
     "number = 1\ndiameter = '5 mm'\nkind = 'end-mill'\n[[hole]]\ndiameter = '5 mm'\nsteps = [1]":
-        "[[hole]] 1: 'steps' names tool 1, a mill, which makes no hole",
+        "[[hole]] 1: 'steps' names tool 1, a mill; a step needs a drilling tool",
     "number = 1\ndiameter = '5 mm'\n[[hole]]\ndiameter = '5 mm'\nsteps = [1]\n[[hole]]\ndiameter = '5 mm'\nsteps = [1]":
         "[[hole]] 2: 'diameter' 5 mm on layer '*' already has a recipe",
 }  # fmt: skip

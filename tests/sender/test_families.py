@@ -284,7 +284,7 @@ def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that
     "was, now, told",
     [
         ("must_home: true", "must_home: false", "does not report whether it was homed"),
-        ("cycle: 1", "cycle: -1", r"homing is off \(not every axis has homing with a cycle\)"),
+        ("cycle: 1", "cycle: -1", r"homing is off \(not every axis has a homing cycle\)"),
         ("max_travel_mm: 100.000000", "max_travel_mm: much", r"\$CD:\d+: max_travel_mm of z is 'much'"),
         ("axes:", "axes: &a", "has an anchor"),
     ],

@@ -104,7 +104,7 @@ def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of
     text = library.shipped_text("machines", "haas-vf2").replace(
         'controller = "haas"', 'controller = "controls/a.toml"', 1
     )
-    with pytest.raises(OptionError, match=r"'controls/a\.toml': file not found in the folder"):
+    with pytest.raises(OptionError, match=r"'controls/a\.toml', which does not exist in the folder"):
         library.save(studio.folder, "machines", "mine", text)
     folder = studio.folder.root / "machines"
     (folder / "controls").mkdir()

@@ -26,7 +26,7 @@ _NUMBER = re.compile(r"^(/?)N[0-9]+")
 _INPUTS = {
     "parameters": "a parameter that it may read has another value",
     "calls": "the text of a subprogram that it may call has changed",
-    "again": "what it may run once more has changed",
+    "again": "the code that it may repeat has changed",
 }
 _DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
 

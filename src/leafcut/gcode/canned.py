@@ -44,7 +44,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     if state.plane != 17:
         raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
     if state.feed_mode == 93:
-        raise BlockError("a canned cycle cannot be cut in inverse time (G93)")
+        raise BlockError("a canned cycle cannot be used in inverse time mode (G93)")
     x, y = state.path.position[:2]
     step_x, step_y = _place(state, letters, "X", x), _place(state, letters, "Y", y)
     cycle = _cycle(state, letters)
@@ -57,7 +57,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     for _ in range(repeats):
         x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
         if math.isnan(x) or math.isnan(y):
-            raise UnclearBlock("a hole at a place that is not known: X and Y are not both given")
+            raise UnclearBlock("a hole at an unknown position: X and Y are not both given")
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
@@ -145,10 +145,10 @@ def _planes(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[f
         missing = ("Z, its reference plane" if r is None else "I, its depth") if fagor else ("R" if r is None else "Z")
         raise BlockError(f"the cycle lacks {missing}")
     if state.to_initial and math.isnan(initial):
-        raise UnclearBlock("G98 returns to a height that is not known; move Z before the cycle, or use G99")
+        raise UnclearBlock("G98 returns to an unknown height; move Z before the cycle, or use G99")
     if state.incremental:
         if math.isnan(initial):
-            raise UnclearBlock("R is incremental (G91), but the height of the tool is not known")
+            raise UnclearBlock("R is incremental (G91), but the height of the tool is unknown")
         r += initial
         z += r
     if r < z:

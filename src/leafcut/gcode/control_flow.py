@@ -150,7 +150,7 @@ class Flow:
                 raise BlockError(f"'o{control.label} {control.keyword}' has no matching start before it")
             after = getattr(self, f"_obey_{control.keyword}")(construct, scanner, line)
         if not scanner.at_end():
-            raise BlockError(f"'{control.rest[scanner.position :][:12]}' has no use after '{control.keyword}'")
+            raise BlockError(f"unexpected '{control.rest[scanner.position :][:12]}' after '{control.keyword}'")
         return int(after)
 
     def go_back(self, line: int, goal: int) -> None:
@@ -274,7 +274,7 @@ class Flow:
 
     def _obey_return(self, construct: Construct, scanner: Scanner, _line: int) -> int:
         if not self.calls or self.calls[-1].construct is not construct:
-            raise BlockError("the end of a subroutine that does not run")
+            raise BlockError("the end of a subroutine that is not running")
         value = None if scanner.at_end() else scanner.value()
         call, parameters = self.calls.pop(), self.parameters
         for number in range(1, ARGUMENTS + 1):

@@ -198,7 +198,7 @@ class Interpreter:
         if not block.words:
             return
         if block.deleted and not state.keeps_unknown:
-            raise BlockError("'/': whether the block is run depends on a switch of the machine")
+            raise BlockError("'/' (block delete): execution of this block depends on the machine's block-delete switch")
         state.line = block.line
         if state.dialect.one_command and not state.keeps_unknown:
             _check_one_command(block, state.dialect.tool_change == "pause")
@@ -254,7 +254,7 @@ class Interpreter:
         stops = [99] if self.returns else words.m.get("stop", [])
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
-            raise BlockError(f"the program comes to more than {MAX_ROWS:,} moves")
+            raise BlockError(f"the program has more than {MAX_ROWS:,} moves")
 
     def _sorted(self, block: Block) -> SortedBlock:
         keeps_unknown = self.state.keeps_unknown
@@ -289,7 +289,7 @@ class Interpreter:
     def _comments(self, block: Block) -> None:
         self.obeyed = active_comments(block.comments)
         if block.deleted:
-            self.reason = "a switch of the machine may skip it"
+            self.reason = "the block-delete switch may skip it"
         if self.obeyed:
             self.reason = "its comment may stop the program" if may_stop(self.obeyed) else _MESSAGE
         if not block.comments or self.state.dialect.cycle_words != "fagor":
@@ -438,7 +438,7 @@ class Interpreter:
         if "units" in g:
             unit = unit_of(g["units"])
             if state.unit not in (None, unit) and feed is not None:
-                raise BlockError("a change of units in the block of an F: which of them F is in is not certain")
+                raise BlockError("the block changes the units and sets F: the unit of F is ambiguous")
             state.set_unit(unit)
         state.feed_mode = g.get("feed mode", 10 * state.feed_mode) // 10
         if state.feed_mode != mode_before:
@@ -657,7 +657,7 @@ class Interpreter:
             letters.pop("H", None)
             self._keep(f"G{length / 10:g} is not understood", (False, False, True))
         if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
-            raise BlockError(f"G{g['offset'] / 10:g}: another work offset than G54 is not understood")
+            raise BlockError(f"G{g['offset'] / 10:g}: only the work offset G54 is understood")
         if "offset" in g:
             state.set_frame(g["offset"])
 
@@ -732,7 +732,7 @@ class Interpreter:
             (run_machine if special == 530 else run_home)(state, letters)
         elif special is not None and chooses_origin(special):
             if "motion" in g:
-                raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+                raise BlockError(f"G{special / 10:g} and a motion share a block that has only one set of axis words")
             if special == _SET_OFFSETS:
                 raise BlockError("G10 changes stored offsets, which no program of leafcut does")
             run_origin(state, special, letters)
@@ -754,7 +754,7 @@ class Interpreter:
         special = g.get("non-modal")
         if special is not None and chooses_origin(special):
             if "motion" in g and g["motion"] != 0 and moving:
-                raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+                raise BlockError(f"G{special / 10:g} and a motion share a block that has only one set of axis words")
             run_origin(state, special, letters)
             return
         self._check_clear(special, words, moving)
@@ -799,7 +799,7 @@ class Interpreter:
             and repeat.value == 0.0
             and ("X" in letters or "Y" in letters)
         ):
-            raise UnclearBlock(f"{repeat}: whether the tool goes to a place where nothing is drilled")
+            raise UnclearBlock(f"{repeat}: it is unknown whether the tool moves to a position where nothing is drilled")
 
     def _check_modes_known(self) -> None:
         """Raise `UnclearBlock` if a mode that matters to the active motion is unknown."""

@@ -44,7 +44,7 @@ def run_probe(state: InterpreterState, letters: dict[str, Word]) -> None:
         raise BlockError("a probe (G38.2) that does not go straight down is not understood")
     before, z = state.path.position[2], state.target(letters, 2)
     if z is None or not z < before:
-        raise BlockError("a probe (G38.2) from a height that is not known, or not downwards")
+        raise BlockError("a probe (G38.2) that starts at an unknown height or does not move downwards")
     state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
 
 
@@ -187,7 +187,7 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
         _, values = _take_axes(letters)
         state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
     elif code in (_G28_1, _G30_1):
-        raise UnclearBlock(f"G{code / 10:g} stores where the tool is")
+        raise UnclearBlock(f"G{code / 10:g} stores the current position of the tool")
     elif code == _G10:
         _set_table(state, letters)
     else:

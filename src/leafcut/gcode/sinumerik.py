@@ -124,7 +124,7 @@ def drill_call(state: InterpreterState, words: SortedBlock) -> None:
     here = state.path.position
     place = (here[0] if x is None else x, here[1] if y is None else y)
     if not all(map(math.isfinite, place)):
-        raise BlockError("a hole at a place that is not known: X and Y are not both given")
+        raise BlockError("a hole at an unknown position: X and Y are not both given")
     state.path.drill(*place, cycle, feed=state.feed_for(letters, math.nan), line=state.line)
 
 

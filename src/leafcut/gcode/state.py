@@ -199,7 +199,7 @@ class InterpreterState(Modal):
         if not self.incremental:
             return value
         if math.isnan(here) and value != 0.0:
-            raise UnclearBlock(f"{word} is incremental (G91), but where {AXES[axis]} is before it is not known")
+            raise UnclearBlock(f"{word} is incremental (G91), but the position of {AXES[axis]} before it is unknown")
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:
@@ -225,11 +225,11 @@ class InterpreterState(Modal):
         if self.feed_mode == 93:
             return self._feed_of_time(letters, length)
         if "feed" in self.unknown_modes:
-            raise UnclearBlock("its feed is not known")
+            raise UnclearBlock("its feed is unknown")
         feed = self.feed_rate
         if self.feed_mode == 95:
             if "speed" in self.unknown_modes:
-                raise UnclearBlock("its feed per revolution is that of a speed that is not known")
+                raise UnclearBlock("its feed per revolution needs a spindle speed, which is unknown")
             if self.surface:
                 raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
             if self.spindle == 0:

@@ -352,6 +352,10 @@ def _joining_process(inputs: Sequence[tuple[Format, Source]], asked: str) -> Pro
         if process_.joins and not other_files and asked in ("auto", *process_.asked_as):
             return process_
         if process_.joins:
-            reason = f"{other_files[0].path} is not one" if other_files else f"--process {asked} cannot combine them"
+            reason = (
+                f"{other_files[0].path} is not a drill file"
+                if other_files
+                else f"--process {asked} cannot combine them"
+            )
             raise OptionError(f"only drill files can be combined into one program; {reason}")
     raise OptionError("several inputs cannot be combined into one program")

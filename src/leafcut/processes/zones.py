@@ -69,7 +69,7 @@ def _zone(text: str) -> tuple[float, float, float, float, float]:
     if len(numbers) not in (4, 5):
         raise OptionError(
             f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25', or '0 0 40 25 20' with its height: four or "
-            "five numbers, with spaces between"
+            "five numbers, separated by spaces"
         )
     if not all(map(math.isfinite, numbers)):
         raise OptionError(f"--keep-out: '{text}' contains a number that is not finite")

@@ -17,7 +17,7 @@ def shorten(differences: list[Difference], count: int | None = None) -> list[Dif
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
         return differences
-    summary = Difference("and more", 0, 0, f"{total - MOST_LISTED} more of them")
+    summary = Difference("and more", 0, 0, f"{total - MOST_LISTED} more differences")
     return [*differences[:MOST_LISTED], summary]
 
 
@@ -46,7 +46,7 @@ def describe(motion: Motion) -> str:
     if motion.kind <= Kind.DRILL or motion.kind is Kind.PROBE:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind is Kind.SHIFT:
-        return f"{_WORDS[motion.kind]} by which the tool is at {place(*motion.end)}"
+        return f"{_WORDS[motion.kind]} that puts the tool at {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
     if motion.kind is Kind.RADIUS:

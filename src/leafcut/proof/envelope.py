@@ -79,7 +79,7 @@ def _outside_limits(
     first = int(out[np.argmin(rows[out])])
     text = (
         f"{name} {values[first]:.3f} mm is outside the machine's travel, "
-        f"{low + _TOLERANCE:.3f} to {high - _TOLERANCE:.3f} mm; {len(out)} such places"
+        f"{low + _TOLERANCE:.3f} to {high - _TOLERANCE:.3f} mm; number of such positions: {len(out)}"
     )
     return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
 
@@ -108,7 +108,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
         if len(rows):
             value = path.value[rows[0]] * 60.0
             feed = f"{value:,.0f}" if value >= 1e6 else f"{value:.6g}"
-            text = f"the feed is {feed} mm/min, {limit}; {len(rows)} such moves"
+            text = f"the feed is {feed} mm/min, {limit}; number of such moves: {len(rows)}"
             wrong.append(Difference(kind, 0, int(path.line[rows[0]]), text))
     return wrong
 

@@ -51,7 +51,9 @@ def _refuse_obeyed_comments(text: str) -> None:
         obeyed = next(filter(is_active_comment, comments), None)
         if obeyed is not None:
             raise ReadError(
-                "program", f"a controller would execute the comment '{obeyed[:60]}'; rename what it names", number
+                "program",
+                f"a controller would execute the comment '{obeyed[:60]}'; rename the item in this comment",
+                number,
             )
 
 

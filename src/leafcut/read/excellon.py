@@ -207,7 +207,10 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
     if line in _COUNTERS or line == "/" or _NO_ZERO_SET.fullmatch(line):
         return
     if line.startswith("G93"):
-        reason = f"'{shown(line)}' moves the zero, and leafcut reads drill files with one zero; export it without G93"
+        reason = (
+            f"'{shown(line)}' moves the origin, but leafcut reads only drill files with a single origin; export the "
+            f"file without G93"
+        )
         raise ReadError(source.path, reason, number)
     if re.match(r"G0[23]", line):
         raise ReadError(source.path, f"routed arc '{shown(line)}': only holes and straight slots are read", number)
@@ -287,7 +290,7 @@ def _reason(text: str) -> str:
             "give --units in (format 00.0000) or --units mm (000.000)"
         )
     if "Unknown excellon statement" in text:
-        return "unknown Excellon command; export only drills: header M48, tools with a C size, and places X Y"
+        return "unknown Excellon command; export only drills: header M48, tools with a C size, and coordinates X Y"
     return shown(text, 100)
 
 

@@ -210,11 +210,13 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
         file = Path(name)
         if file.is_absolute() or file.drive or ".." in file.parts:
             raise top.problem(
-                "controller", f"is '{shown(name)}', but the file of a dialect must be in the folder of the profile"
+                "controller", f"names '{shown(name)}', but a dialect file must be in the folder of the profile"
             )
         name = str(Path(place).parent / file)
         if not Path(name).is_file():
-            raise top.problem("controller", f"is '{shown(str(file))}': file not found in the folder of the profile")
+            raise top.problem(
+                "controller", f"names '{shown(str(file))}', which does not exist in the folder of the profile"
+            )
         return name, dialect(name).family
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family

@@ -65,7 +65,7 @@ def load_mesh(
                 "leave them out"
             )
         triangles = _stl(file, head, size) * UNITS[unit]
-    return _check_mesh(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
+    return _check_mesh(triangles, file, mend or f"give its unit (--surface-unit {', '.join(UNITS)})")
 
 
 def _step_bytes(file: Path, size: int) -> bytes:
@@ -111,7 +111,7 @@ def _check_mesh(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
         raise ReadError(file, f"triangle {number} has a corner that is not a number")
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
-        length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
+        length_text = f"{longest:.3g} mm" if math.isfinite(longest) else "infinitely"
         raise ReadError(file, f"is {length_text} long, too long for a part; {mend}")
     return Mesh(triangles, file.name, is_closed(triangles))
 

@@ -163,7 +163,7 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
     """Parse segments such as ``20-28 x 5, 28 x 40``."""
     pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
     if len(pieces) > _MOST_SEGMENTS:
-        raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
+        raise table.problem(key, f"has {len(pieces)} sections; the limit is {_MOST_SEGMENTS}")
     segments = []
     for piece in pieces:
         diameters, separator, length = piece.lower().partition("x")
@@ -175,7 +175,8 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
         if not separator or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
             raise table.problem(
                 key,
-                f"has the piece '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+                f"has the section '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in "
+                f"mm",
             )
         segments.append(BodySegment(*lengths))
     return tuple(segments)
@@ -254,7 +255,7 @@ def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
         if number not in tools:
             raise table.problem("steps", f"names tool {number}, which is not in this library")
         if tools[number].kind in MILLS:
-            raise table.problem("steps", f"names tool {number}, a mill, which makes no hole")
+            raise table.problem("steps", f"names tool {number}, a mill; a step needs a drilling tool")
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
     return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))

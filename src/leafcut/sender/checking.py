@@ -83,7 +83,7 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
     if len(arcs) and not facts.arcs:
         line = int(job.program.path.line[arcs[0]])
         raise SendError(
-            f"the firmware has no arcs (ARC_SUPPORT), and line {line} is one; post the program without arcs"
+            f"the firmware has no arcs (ARC_SUPPORT), but line {line} is an arc; post the program without arcs"
         )
     _check_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.knows_place)
@@ -102,7 +102,7 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         row = int(rows[0])
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
-        raise SendError(f"{problem}; is this the program of another machine?")
+        raise SendError(f"{problem}; is this program for another machine?")
     if not job.laser and _speed_now(facts) == 0.0:
         _check_spindle(job)
 
@@ -274,8 +274,8 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             if highest - lowest > high[axis] - low[axis] + _TOLERANCE:
                 raise SendError(
                     f"the program needs {highest - lowest:.3f} mm in {name}, but the machine's travel is "
-                    f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
-                    "program of another machine?"
+                    f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this program "
+                    "for another machine?"
                 )
             continue
         outside = known & ((values < low[axis] - _TOLERANCE) | (values > high[axis] + _TOLERANCE))

@@ -44,7 +44,7 @@ _GRBL_NAMES = SettingNames(
     "$22=0", "$20=0", _numbered(_TRAVELS), _numbered(_RATES), _numbered(_ACCELERATIONS), "$30", "$32"
 )
 _FLUIDNC_NAMES = SettingNames(
-    "not every axis has homing with a cycle",
+    "not every axis has a homing cycle",
     "soft_limits",
     _of_axes("max_travel_mm"),
     _of_axes("max_rate_mm_per_min"),
@@ -92,7 +92,9 @@ class _Settings(dict[str, str]):
         try:
             return float(text) if text else default
         except ValueError:
-            raise SendError(f"the controller has ${setting}={text}, which is no number; check its settings") from None
+            raise SendError(
+                f"the controller has ${setting}={text}, which is not a number; check its settings"
+            ) from None
 
     def known(self, setting: int) -> float | None:
         return self.number(setting) if self.get(f"${setting}") else None

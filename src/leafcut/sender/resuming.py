@@ -33,7 +33,7 @@ _TOLERANCE = 2e-4
 def line_of_hole(job: SendJob, number: int) -> int:
     """Return the first line of a hole, counted from 1 in program order; raise `OptionError` if it does not exist."""
     if not 1 <= number <= len(job.holes):
-        have = count_of(len(job.holes), "hole") if job.holes else "the program has no holes: use --from-line instead"
+        have = count_of(len(job.holes), "hole") if job.holes else "no holes; use --from-line instead"
         raise OptionError(f"--from-hole {number}: the program has {have}")
     return job.holes[number - 1].first
 

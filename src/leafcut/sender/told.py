@@ -32,13 +32,13 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
     parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
-        standing = "it stands at" if ending.homed else "it was last seen at"
+        standing = "its position is" if ending.homed else "its last known position is"
         parts.append(f"{standing} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
         last_position = f"{'' if ending.sure else 'or after '}line {ending.line}" + (
             f", hole {ending.hole.number}" if ending.hole else ""
         )
-        parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were taken")
+        parts.append(f"it was in {last_position}; lines up to {ending.taken} of {lines} were accepted")
         advice = f"resume with {ending.go_on}" if ending.go_on else "start from the beginning"
         parts.append(advice + ("" if ending.homed else " after homing, or after setting the position"))
     else:

@@ -271,7 +271,7 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
 
 def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
     odd = [
-        ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its zero"),
+        ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its origin"),
         ((0, 0, 0, 1, 1, 1), "in inches it would be next to it"),
         ((0, 0, 0, 9000, 10, 10), "in mm, not inches, it would be next to it"),
     ]

@@ -342,9 +342,7 @@ def test_a_binary_file_is_no_program(tmp_path: Path) -> None:
         leafcut.optimize(file)
 
 
-@pytest.mark.parametrize(
-    "stage", ["reading", "finding what can be reordered", "ordering section 1", "writing", "verifying"]
-)
+@pytest.mark.parametrize("stage", ["reading", "finding tasks to reorder", "ordering section 1", "writing", "verifying"])
 def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
     stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

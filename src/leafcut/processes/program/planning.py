@@ -172,7 +172,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
 
     options, steps = job.settings.of(ResequenceOptions), 0
-    tell = job.start_step("finding what can be reordered")
+    tell = job.start_step("finding tasks to reorder")
 
     def look(_: float = 0.0, /) -> None:
         nonlocal steps

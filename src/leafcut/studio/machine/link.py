@@ -238,7 +238,7 @@ class MachineLink:
         """Answer the program's question: empty to continue, ``all`` to stop asking before holes, None to stop."""
         self._claim(holder)
         if self.state.question is None:
-            raise SendError("nothing is asked")
+            raise SendError("no question is open")
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
@@ -251,7 +251,7 @@ class MachineLink:
         elif request is Request.HOLD:
             self._cancel = True
         else:
-            raise SendError("no program runs")
+            raise SendError("no program is running")
 
     def stop(self) -> None:
         """Stop the machine, whichever page has control: hold, wait for rest, reset."""
@@ -339,7 +339,9 @@ class MachineLink:
         except LeafcutError as problem:
             message = str(problem)
         except Exception as fault:  # after an internal error, no page must show a connected machine
-            message = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
+            message = (
+                f"an internal error in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
+            )
         finally:
             if port is not None:
                 port.close()
@@ -400,7 +402,7 @@ class MachineLink:
             raise
         except Exception as fault:
             if not future.done():
-                future.set_exception(SendError(f"a fault in leafcut ({fault})"))
+                future.set_exception(SendError(f"an internal error in leafcut ({fault})"))
             raise
         finally:
             self._heard_at = self._clock()

@@ -213,4 +213,4 @@ def test_the_power_of_a_slot_grows_with_its_feed_and_is_limited() -> None:
 
 def test_of_many_wrong_moves_fifty_are_listed() -> None:
     wrong = measured(DOWN, *((10.0 + k, None, 12.0) for k in range(60))).wrong
-    assert len(wrong) == 51 and wrong[-1] == Difference("and more", 0, 0, "10 more of them")
+    assert len(wrong) == 51 and wrong[-1] == Difference("and more", 0, 0, "10 more differences")

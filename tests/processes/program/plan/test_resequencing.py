@@ -91,7 +91,7 @@ BARRIERS = {
     "G64 P0.1": "a change of path control (G61, G64)",
     "G20 / F4 / G21 / F100": "a change of units",
     "G93 / G94 F100": "a change of feed mode",
-    "/G0 Z9 / G0 Z5": "a switch of the machine may skip it",
+    "/G0 Z9 / G0 Z5": "the block-delete switch may skip it",
 }
 
 

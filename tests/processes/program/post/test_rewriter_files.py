@@ -29,7 +29,7 @@ FIXED = {
     "camotics_genes_encoder.ngc": "from a loop or a subprogram",
     "camotics_heart_cutout.ngc": "holds",
     "camotics_scorpion.nc": "only",
-    "cncjs_helical_thread.gcode": "is incremental (G91), but where Z is before it is not known",
+    "cncjs_helical_thread.gcode": "is incremental (G91), but the position of Z before it is unknown",
     "lcnc_cam_nisley.ngc": "from a loop or a subprogram",
     "lcnc_test_12mmflat.ngc": "only",
     "pcb2gcode_easysdr_outline.ngc": "only",

@@ -36,7 +36,7 @@ def proof(old: list[str], new: list[str]) -> Certificate:
 def test_a_part_that_comes_free_before_what_lies_inside_it_is_a_difference() -> None:
     found = proof([HOLES[0], PARTS[0], HOLES[1], PARTS[1]], [PARTS[0], HOLES[0], HOLES[1], PARTS[1]])
     assert [d.what for d in found.differences] == ["inner after outer"]
-    assert str(found.differences[0]).count("in a part that is free by then") == 1
+    assert str(found.differences[0]).count("in a part that is already detached by then") == 1
     assert found.notes == (), "the two parts come free in their order"
 
 
@@ -64,5 +64,5 @@ def test_the_command_prints_the_note_and_says_the_same_work(tmp_path: Path, caps
     assert cli.run(["verify", *files, "--machine", "grbl-laser-5w"]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[0] == "the same work"
-    assert said[1].startswith("note: parts come free in another order: 3 of 4 outlines")
+    assert said[1].startswith("note: parts detach in a different order: 3 of 4 outlines")
     assert len(api.verify(*files, machine="grbl-laser-5w").notes) == 1

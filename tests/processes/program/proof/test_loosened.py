@@ -49,6 +49,6 @@ def test_the_two_lines_and_places_are_named() -> None:
     cuts = [SLOTS[1], OUTLINES[2]]
     found = certify(program_of(text_of(cuts)), program_of(text_of(cuts[::-1]))).differences[0]
     assert str(found).startswith(
-        "part detached too early: X20.000 Y60.000 Z-2.000 (line 6) was made before the part whose"
+        "part detached too early: X20.000 Y60.000 Z-2.000 (line 6) was cut before the part whose"
     )
     assert "(original line 6, line " in str(found)

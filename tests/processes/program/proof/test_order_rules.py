@@ -94,7 +94,7 @@ def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(doubt: Doub
     assert pairs_of(passes_side_by_side, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * (not apart)
     said = [(said, pairs.tolist()) for said, pairs in passes_beside(
         visits_at(cuts), *index_of(cuts), doubt, 6.0, lambda a, b: a < b)]  # fmt: skip
-    word = "is at another level beside" if apart else "runs side by side with"
+    word = "is at another level beside" if apart else "runs beside"
     assert said == [(word, [[0, 1]])]
 
 

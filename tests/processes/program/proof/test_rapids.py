@@ -155,7 +155,7 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     "another place at the end": (
         "X0 Y0", "X1 Y0",
         [("parked elsewhere", 24, 24,
-          "the tool does not go to where it was for 'end of program M2': X0.000 Y0.000 Z9.000")],
+          "the tool does not return to its original position for 'end of program M2': X0.000 Y0.000 Z9.000")],
     ),
     "lower at the start": (
         HEAD, HEAD.replace("Z9", "Z2 / Z9"),
@@ -164,7 +164,7 @@ LOWER: dict[str, tuple[str, str, list[tuple[str, int, int, str]]]] = {
     "an unknown height": (
         "Z8 / X20", "G53 G0 Z-9 / X20",
         [("extra machine move", 0, 16, "'rapid in machine coordinates to Z-9.000  refused by LinuxCNC' is new"),
-         ("unknown height", 16, 17, "a rapid next to X20.000 Y2.000 goes across at a height that is not known")],
+         ("unknown height", 16, 17, "a rapid next to X20.000 Y2.000 crosses at an unknown height")],
     ),
 }  # fmt: skip
 

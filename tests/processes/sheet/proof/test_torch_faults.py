@@ -178,7 +178,7 @@ def test_rapids_are_high_enough_and_dark() -> None:
         ("rapid too low", 2, "a rapid across the sheet at Z4.998, below Z5.000, to X1.000 Y2.000"),
         ("rapid too low", 4, "a rapid across the sheet at Z4.998, below Z5.000, to X5.000 Y2.000"),
     ]
-    unknown = "a rapid across the sheet at a height that is not known, below Z5.000, to"
+    unknown = "a rapid across the sheet at an unknown height, below Z5.000, to"
     assert [text for _, _, text in found(travelled(start=""))] == [
         f"{unknown} X1.000 Y2.000",
         f"{unknown} X5.000 Y2.000",

@@ -236,4 +236,4 @@ def test_of_many_differences_fifty_are_listed() -> None:
     moves: list[Row] = [(Kind.RAPID, (0.0, 3.8)), *((Kind.FEED, (1.0 + k,)) for k in range(60))]
     lit = [moves[0], (Kind.SPINDLE, (1.0, 0)), *moves[1:]]
     found = check_cut_motion(path_of(moves), path_of(lit), dialect("qtplasmac"), "mm")
-    assert len(found) == 51 and found[-1] == Difference("and more", 0, 0, "10 more of them")
+    assert len(found) == 51 and found[-1] == Difference("and more", 0, 0, "10 more differences")

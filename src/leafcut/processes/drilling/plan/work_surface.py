@@ -144,7 +144,7 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         )
         if other_unit:
             raise PlanError(f"{message}; in {other_unit} it would be next to it: save it in the unit of the surface")
-        raise PlanError(f"{message}: check its unit (--surface-unit) and its zero")
+        raise PlanError(f"{message}: check its unit (--surface-unit) and its origin")
     issues = [
         Issue(
             "L444",
@@ -325,7 +325,7 @@ def tops_of(
         raise PlanError(
             f"the hole at {x:g}, {y:g} is beside the surface {surface.mesh.name}, or on its edge "
             f"({count_of(len(outside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
-            "both must have the same zero"
+            "both must have the same origin"
         )
     issues = [*surface.issues, *_unit_issues(part, surface.mesh, rims.top - rims.under, radius)]
     tops = rims.top

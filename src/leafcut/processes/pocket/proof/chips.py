@@ -162,7 +162,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
     for cut, at in thick:
         words = (
             f"{_move_at_feed(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near "
-            f"{place(*cut.path[-1])}; {limits.chip:.4g} mm are allowed"
+            f"{place(*cut.path[-1])}; the limit is {limits.chip:.4g} mm"
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:

@@ -222,7 +222,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
         gouges = level.removal.gouges
         if gouges.area > 0.0:
             point, name = gouges.representative_point(), pockets[level.number].label
-            words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² beyond the wall"
+            words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² are cut beyond the wall"
             wrong.append(Difference("gouge", 0, 0, f"{words} near {place(point.x, point.y)}"))
     return wrong
 
@@ -273,7 +273,9 @@ def depth_differences(
         wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
         if not wide.is_empty:
             point = wide.representative_point()
-            words = f"more than a level of {step:.3f} mm would be cut at once near {place(point.x, point.y, level.z)}"
+            words = (
+                f"more than the step-down of {step:.3f} mm would be cut at once near {place(point.x, point.y, level.z)}"
+            )
             wrong.append(Difference("too deep", 0, level.line, words))
     return shorten(wrong)
 
@@ -402,7 +404,7 @@ def _rapids(
             "rapid in material",
             0,
             int(path.line[row]),
-            f"{text}; this one goes from {place(*before[row])} to {place(*path.end[row])}",
+            f"{text}; this move goes from {place(*before[row])} to {place(*path.end[row])}",
         )
         for row, text in sorted(wrong)
     ]

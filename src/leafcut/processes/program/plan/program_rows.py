@@ -245,9 +245,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         line = int(program.line[block])
         text = program.lines[line - 1]
         if not inner and ((plain := plain_block(text)) is None or plain.percent is not None):
-            inner = (
-                "its numbers come from parameters" if "#" in text else "it does not consist of words with numbers only"
-            )
+            inner = "its numbers come from parameters" if "#" in text else "it contains more than words with numbers"
         if inner and block == begin:
             return inner
         if inner:

@@ -186,7 +186,7 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
     )
     if [said.value for said in one] != [said.value for said in other]:
         lines = one[0].line if one else 0, other[0].line if other else 0
-        text = "the settings that the controller takes from lines which are not run differ: "
+        text = "the controller settings in lines that are not executed differ: "
         told = [", ".join(said.text for said in side) or "none" for side in (one, other)]
         yield Difference("changed setting", *lines, text + " became ".join(told))
 
@@ -372,8 +372,8 @@ def _differing(
         text = f"'{one.said}' became '{other.said}'"
         if one.said == other.said:
             reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
-            around = "with the spindle, the coolant or the work around it in another state than before"
-            text = f"'{one.said}': {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
+            around = "now runs with a different state of the spindle, the coolant or the tasks around it"
+            text = f"'{one.said}' differs: {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
         found.append(Difference(f"changed {_noun(one)}", one.line, other.line, text))
     found += (Difference(f"missing {_noun(mark)}", mark.line, 0, f"'{mark.said}' is gone") for mark in gone[len(new) :])
     found += (Difference(f"extra {_noun(mark)}", 0, mark.line, f"'{mark.said}' is new") for mark in new[len(gone) :])
@@ -434,7 +434,10 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
         here, there = np.array(mark.place), np.array(new.place)
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
         if mark.exactly and apart.any():
-            text = f"'{mark.said}' may begin where the tool is: {place(*mark.place)} became {place(*new.place)}"
+            text = (
+                f"'{mark.said}' may start at the current position of the tool, which changed: {place(*mark.place)} "
+                f"became {place(*new.place)}"
+            )
             yield Difference("barrier at another place", mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
             text = f"at '{mark.said}' the height of the tool is no longer known"

@@ -264,7 +264,10 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bo
             room = max(reached, sign * (highest if sign > 0 else lowest)[axis])
             if was < 0 or reaches <= room + tolerance + 1e-9:
                 continue
-            text = f"{name}{after.end[now, axis]:.3f} is {word} all of the original, {name}{before.end[was, axis]:.3f}"
+            text = (
+                f"{name}{after.end[now, axis]:.3f} is {word} every move of the original, "
+                f"{name}{before.end[was, axis]:.3f}"
+            )
             yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
 
 

@@ -67,9 +67,9 @@ class ChangedOrder:
         self.look()
         pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.look)
         for one, other in pairs[:MOST_LISTED].tolist():
-            yield self._difference("order", one, other, "{} touches {}, which came after it and is now before")
+            yield self._difference("order", one, other, "{} touches {}, which used to come later and now comes first")
         if not proved:
-            yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
+            yield Difference("order", 0, 0, "too many cuts overlap, so their order cannot be verified")
 
     def inside(self) -> Iterator[Difference]:
         """Yield work that changed sides in the order with a closed cut or a tabbed outline around it.
@@ -102,8 +102,11 @@ class ChangedOrder:
                 counts[outline.joined] += 1
                 was, now = ("before", "after") if k < closes else ("after", "before")
                 what = "an outline with tabs" if outline.joined else "a closed cut"
-                text = f"{{}} lies inside {what} that ends at {{}}, and was made {was} it; now it is made {now} it"
-                text += ", in a part that is free by then" if self.flat and not outline.joined else ""
+                text = (
+                    f"{{}} lies inside {what} that ends at {{}}; it used to be cut {was} this cut and is now cut {now} "
+                    f"it"
+                )
+                text += ", in a part that is already detached by then" if self.flat and not outline.joined else ""
                 yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
 
     def passes(self, width: float) -> Iterator[Difference]:
@@ -116,7 +119,7 @@ class ChangedOrder:
         visits = visits_of(self.features, self.traces, visit, int(visit[-1]) + 1, FREE)
         changed = islice(self._passes(visits, visit, width), 2 * MOST_LISTED)
         yield from (self._difference("order", *pair) for pair in changed)
-        text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
+        text = "{} was cut before the part whose outline ends at {} was detached; now it is cut afterwards"
         for other, outline in islice(self._freed_too_early(visits, visit), MOST_LISTED + 1):
             yield self._difference("part detached too early", other, outline, text)
 
@@ -138,11 +141,11 @@ class ChangedOrder:
                 # Long cuts meet in several parts of the index.
                 new = [pair for pair in ((said, *pair) for pair in pairs.tolist()) if pair not in known]
                 known.update(new)
-                text = f"{{}} {said} {{}}, which came after it and is now before"
+                text = f"{{}} {said} {{}}, which used to come later and now comes first"
                 yield from ((*visits.first[list(pair)].tolist(), text) for _, *pair in new)
         for one, other in rows_in_order(visits, FREE, width).tolist():
             if 0 <= begins[other] < begins[one]:
-                text = "{} is a row beside {}, which came after it and is now before"
+                text = "{} clears a row beside {}, which used to come later and now comes first"
                 yield int(visits.first[one]), int(visits.first[other]), text
 
     def _freed_too_early(self, visits: Visits, visit: Indices) -> Iterator[tuple[int, int]]:
@@ -194,9 +197,8 @@ class ChangedOrder:
             for k in last[[one, other]].tolist()
         ]
         return [
-            f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used "
-            f"to come first, such as the outline that ends at {said[0]}: it is now cut before the path that ends at "
-            f"{said[1]}"
+            f"parts detach in a different order: {len(moved)} of {len(parts)} outlines are cut earlier than before. "
+            f"Example: the outline that ends at {said[0]} is now cut before the path that ends at {said[1]}"
         ]
 
     def _part_outlines(self) -> Indices:

@@ -85,7 +85,7 @@ def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explan
     if not found and (missing or extra) and not implied:
         # Without an explanation, the programs still differ.
         one, other = (side[0].line if side else 0 for side in (missing, extra))
-        found.append(Difference("not compared", one, other, "so much lies at one place that it cannot be compared"))
+        found.append(Difference("not compared", one, other, "too many moves lie at one position"))
     found.sort(key=lambda one: one.original or one.new)
     return Explanation(found, len(found) + counted, {phrase for one in pairs for phrase in one.rest})
 

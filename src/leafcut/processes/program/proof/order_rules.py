@@ -227,7 +227,7 @@ def passes_beside(
     """
     for said, rule in (
         ("is at another level beside", passes_at_levels),
-        ("runs side by side with", passes_side_by_side),
+        ("runs beside", passes_side_by_side),
     ):
         for pairs in rule(visits, near, owner, doubt, width, wanted):
             yield said, pairs

@@ -411,7 +411,7 @@ def _heights_by_feature(
         found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
         yield (
             "unknown height",
-            lambda row: ("a rapid next to {} goes across at a height that is not known", place(*places[row, :2])),
+            lambda row: ("a rapid next to {} crosses at an unknown height", place(*places[row, :2])),
             *lines,
             _less_known(found, was) & np.isfinite(places[:, 2]),
         )
@@ -491,7 +491,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         return _named(f"a rapid {word} '{{}}' is lower than before", pairs)
 
     parked = known & old_gaps.across[old]
-    text = "the tool does not go to where it was for {}"
+    text = "the tool does not return to its original position for {}"
     yield (
         "parked elsewhere",
         lambda row: (text, f"'{pairs[row][0].said}': {place(*here[row])}"),
@@ -512,7 +512,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     limit = np.fmin(old_gaps.down_there[old], here[:, 2])
     yield "deeper rapid", message("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
     for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
-        text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
+        text_unknown = f"a rapid {word} '{{}}' crosses at an unknown height"
         # Rapids farther from the barrier may belong to other work.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
         less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]

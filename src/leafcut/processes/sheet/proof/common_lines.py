@@ -55,7 +55,7 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
-        text = f"{len(around)} runs go around parts with common lines, instead of one"
+        text = f"{len(around)} cuts go around parts with common lines instead of one"
         yield wrong("out of order", text, runs[own[0]].line)
         return
     last = around[0]

@@ -18,7 +18,7 @@ def plan_faults(laid: MatchedRuns) -> list[Difference]:
     """Return a fault if the number of cuts differs from the plan, and for each contour that the plan lacks."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
-        text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
+        text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, but the plan has {len(cuts)}"
         found.append(wrong("number of cuts", text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
