@@ -183,7 +183,7 @@ def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, 
     _check_names(inputs, names)
     if folder == _DASH:
         raise OptionError(
-            f"{flag} -: only one program can go to standard output; for {len(inputs)} inputs name a folder"
+            f"{flag} -: only one program can be written to standard output; for {len(inputs)} inputs name a folder"
         )
     if not Path(folder).is_dir():
         raise OutputError(f"{folder}: not a folder; with several inputs {flag} names a folder, create it first")

@@ -25,8 +25,8 @@ class NestOptions(OptionGroup):
     sheet: tuple[str, ...] = option(
         "names",
         ("2500x1250",),
-        "sheet size, such as 3000x1500 or 120inx60in, with count and price 3000x1500:4@180, or a drawing of a remnant; "
-        "several are allowed, the cheapest are used",
+        "sheet size, such as 3000x1500 or 120inx60in, with count and price if needed (3000x1500:4@180), or a drawing "
+        "of a remnant; of several sheets, the cheapest are used",
         default_words="the table of --machine; 2500x1250 for plasma-table",
         of_file=True,
     )

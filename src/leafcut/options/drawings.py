@@ -86,10 +86,10 @@ class ReadOptions(OptionGroup):
     z_zero: str | None = option(
         "text",
         None,
-        "Z0 of the program on a solid, after turning: its highest point, its lowest point, or its own Z0 (drawn); for "
-        "a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing",
+        "Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after turning; with drawn, "
+        "each hole of a drawing starts at its drawn height, and Z0 is the drawing's",
         choices=("top", "bottom", "drawn"),
-        default_words="top; of a --workpiece as drawn",
+        default_words="top; drawn for a --workpiece",
         needs=(input_is("step"),),
     )
     mirror: str | None = option(
@@ -103,7 +103,7 @@ class ReadOptions(OptionGroup):
     rotate: float = option(
         "quantity",
         0.0,
-        "rotate the drawing about its zero, counter-clockwise, after mirroring",
+        "rotate the drawing about its origin, counter-clockwise, after mirroring",
         unit="rad",
         minimum=-2 * math.pi,
         maximum=2 * math.pi,
@@ -112,10 +112,10 @@ class ReadOptions(OptionGroup):
     origin: str | tuple[float, ...] | None = option(
         "place",
         None,
-        "program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's "
-        "outline, which is the same for all commands; or a point x,y",
+        "program zero after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's outline "
+        "(the same for all commands), or a point x,y",
         unit="mm",
-        default_words="the drawing's zero",
+        default_words="the drawing's origin",
         of_file=True,
     )
     strict: bool = option(
@@ -137,7 +137,7 @@ class SheetOptions(OptionGroup):
         "names", (), "layers to cut; * and ? are wildcards", default_words="all others"
     )
     mark_layers: tuple[str, ...] = option(
-        "names", (), "layers to mark, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
+        "names", (), "layers to mark instead of cutting", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
     )
     sheet_layers: tuple[str, ...] = option(
         "names",
@@ -173,9 +173,10 @@ class PocketDrawingOptions(OptionGroup):
     outline: str | None = option(
         "text",
         None,
-        "what the outermost outlines are: edges of plates with pockets in them, or pockets with islands in them",
+        "meaning of the outermost outlines: edges of plates that contain pockets (edge), or pockets that may contain "
+        "islands (pocket)",
         choices=("edge", "pocket"),
-        default_words="by layer; required for outlines inside each other",
+        default_words="by layer; required for nested outlines",
         needs=(input_is_not("picture", "wkt", "step"),),
     )
     pocket_layers: tuple[str, ...] = option(

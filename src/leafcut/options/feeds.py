@@ -18,6 +18,6 @@ class FeedOptions(OptionGroup):
     feeds: bool = option(
         "flag",
         False,
-        "adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, slower "
-        "where its worst cut exceeds its data; a foreign program also needs --workpiece",
+        "adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in its worst "
+        "cut, slower where the worst cut exceeds the tool's data; a foreign program also needs --workpiece",
     )

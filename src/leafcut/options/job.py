@@ -61,7 +61,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="must be given, for holes unless the thickness is",
+        default_words="required, except for holes with --thickness",
         of_file=True,
     )
     thickness: float | None = option(
@@ -71,13 +71,13 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="unknown; must be given for sheets, and for holes unless the depth is",
+        default_words="unknown; required for sheets, and for holes without --depth",
         of_file=True,
     )
     break_through: float = option(
         "quantity",
         0.5,
-        "break-through: how far through holes go below the plate",
+        "break-through: distance that through holes extend below the plate",
         unit="mm",
         minimum=0,
         maximum=100,
@@ -96,7 +96,7 @@ class JobOptions(OptionGroup):
     retract_height: float = option(
         "quantity",
         2.0,
-        "retract height (R plane): where rapid changes to feed",
+        "retract height (R plane): height at which a rapid changes to a feed move",
         unit="mm",
         minimum=0.05,
         maximum=1000,
@@ -112,17 +112,17 @@ class JobOptions(OptionGroup):
     keep_out: tuple[str, ...] = option(
         "names",
         (),
-        "keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0, "
-        "separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around, "
-        "with the radius of the tool as margin, or that of a shank or holder below h",
+        "keep-out zones such as clamps, separated by commas: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with "
+        "the height h above Z0. Cuts stay outside. Rapids cross a zone 1 mm above h (without h, at "
+        "--clearance-height), or go around it. The margin is the radius of the tool, or of a shank or holder below h",
         default_words="none",
         of_file=True,
     )
     tool_diameter: float | None = option(
         "quantity",
         None,
-        "diameter of the flat end mill of a pocket, of the drill of tools speeds without a library, or of the flat "
-        "mills that a program does not describe",
+        "diameter of the end mill for a pocket, of the drill for `leafcut tools speeds` without a library, or of the "
+        "flat mills that a program does not describe",
         unit="mm",
         minimum=0.01,
         maximum=1000,
@@ -131,7 +131,7 @@ class JobOptions(OptionGroup):
     feed: float | None = option(
         "quantity",
         None,
-        "feed rate of assumed drills, or of the end mill",
+        "feed rate of the end mill, or of drills without a tool library",
         unit="mm/s",
         minimum=0.001,
         default_words="from the tool library, else assumed by diameter",
@@ -139,10 +139,10 @@ class JobOptions(OptionGroup):
     spindle_speed: float | None = option(
         "quantity",
         None,
-        "spindle speed of assumed drills, or of the end mill",
+        "spindle speed of the end mill, or of drills without a tool library",
         unit="rpm",
         minimum=1,
-        default_words="20 m/min surface speed; for end mills from the tool library or --material",
+        default_words="drills: 20 m/min surface speed; end mills: from the tool library or --material",
     )
     step_over: float | None = option(
         "share",
@@ -164,7 +164,8 @@ class JobOptions(OptionGroup):
     diameter_tolerance: float = option(
         "quantity",
         0.05,
-        "largest difference between tool and hole diameter; assumed drills have catalogue sizes within it",
+        "largest difference between tool and hole diameter; without a tool library, drills have catalogue sizes within "
+        "this tolerance",
         unit="mm",
         minimum=0,
         maximum=5,
@@ -173,9 +174,9 @@ class JobOptions(OptionGroup):
     material: str = option(
         "text",
         "mild_steel",
-        "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for "
-        "tools speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses "
-        "among the presets of the tools of a Fusion library",
+        "material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name "
+        "in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It "
+        "also selects the presets of a Fusion tool library",
         may_be_path=".toml",
         of_file=True,
     )

@@ -80,9 +80,9 @@ class _ReadOptions6(TypedDict, total=False):
 class _ReadOptions7(TypedDict, total=False):
     # Of optimize, drill, pocket, reorder, stock, tool_speeds.
     z_zero: Literal["top", "bottom", "drawn", None]
-    """Z0 of the program on a solid, after turning: its highest point, its lowest point, or its own Z0 (drawn); for
-    a drawing, drawn: each hole starts at its own height, and Z0 is that of the drawing (default: top; of a
-    --workpiece as drawn).
+    """Z0 of the program: the highest point, the lowest point or the drawn Z0 of a solid after turning; with drawn,
+    each hole of a drawing starts at its drawn height, and Z0 is the drawing's (default: top; drawn for a
+    --workpiece).
     """
 
 
@@ -91,10 +91,10 @@ class _ReadOptions8(TypedDict, total=False):
     mirror: Literal["x", "y", None]
     """Mirror the drawing: x reverses X (a board flipped sideways), y reverses Y (default: as drawn)."""
     rotate: Quantity | None
-    """Rotate the drawing about its zero, counter-clockwise, after mirroring (deg)."""
+    """Rotate the drawing about its origin, counter-clockwise, after mirroring (deg)."""
     origin: str | Sequence[Quantity] | None
-    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's
-    outline, which is the same for all commands; or a point x,y (mm; default: the drawing's zero).
+    """Program zero after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's
+    outline (the same for all commands), or a point x,y (mm; default: the drawing's origin).
     """
 
 
@@ -109,7 +109,7 @@ class _SheetOptions1(TypedDict, total=False):
     cut_layers: str | Sequence[str] | None
     """Layers to cut; * and ? are wildcards (default: all others)."""
     mark_layers: str | Sequence[str] | None
-    """Layers to mark, not cut through (default: MARK*, SCRIBE*, ENGRAV*, ETCH*)."""
+    """Layers to mark instead of cutting (default: MARK*, SCRIBE*, ENGRAV*, ETCH*)."""
     sheet_layers: str | Sequence[str] | None
     """Layers with the sheet outline (default: SHEET*, PLATE*, STOCK* if they hold one outline around everything
     else).
@@ -150,38 +150,38 @@ class _JobOptions2(TypedDict, total=False):
     # Of optimize, drill, pocket, tool_speeds.
     depth: Quantity | str | None
     """Depth of blind holes or pockets below Z0; through: each hole goes through the part under --surface (mm;
-    default: must be given, for holes unless the thickness is).
+    default: required, except for holes with --thickness).
     """
     break_through: Quantity | None
-    """Break-through: how far through holes go below the plate (mm; default: 0.5mm)."""
+    """Break-through: distance that through holes extend below the plate (mm; default: 0.5mm)."""
     retract_height: Quantity | None
-    """Retract height (R plane): where rapid changes to feed (mm; default: 2mm)."""
+    """Retract height (R plane): height at which a rapid changes to a feed move (mm; default: 2mm)."""
     retract: Literal["r", "initial", None]
     """Retract after a hole to the R plane (G99) or the initial plane (G98) (default: r)."""
     feed: Quantity | None
-    """Feed rate of assumed drills, or of the end mill (mm/min; default: from the tool library, else assumed by
-    diameter).
+    """Feed rate of the end mill, or of drills without a tool library (mm/min; default: from the tool library, else
+    assumed by diameter).
     """
     spindle_speed: Quantity | None
-    """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills
-    from the tool library or --material).
+    """Spindle speed of the end mill, or of drills without a tool library (rpm; default: drills: 20 m/min surface
+    speed; end mills: from the tool library or --material).
     """
     diameter_tolerance: Quantity | None
-    """Largest difference between tool and hole diameter; assumed drills have catalogue sizes within it (mm;
-    default: 0.05mm).
+    """Largest difference between tool and hole diameter; without a tool library, drills have catalogue sizes
+    within this tolerance (mm; default: 0.05mm).
     """
 
 
 class _JobOptions3(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, simulate, tool_speeds, verify.
     thickness: Quantity | None
-    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown; must be given for
-    sheets, and for holes unless the depth is).
+    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown; required for
+    sheets, and for holes without --depth).
     """
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
-    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
-    the presets of the tools of a Fusion library (default: mild_steel).
+    """Material: for sheets, a name in the cut chart; for `leafcut tools speeds` and for feeds of a program, a name
+    in `leafcut list materials` or a TOML file. For pockets, it sets the speed of an end mill without data. It
+    also selects the presets of a Fusion tool library (default: mild_steel).
     """
 
 
@@ -194,9 +194,10 @@ class _JobOptions4(TypedDict, total=False):
 class _JobOptions5(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, tool_speeds.
     keep_out: str | Sequence[str] | None
-    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0,
-    separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around,
-    with the radius of the tool as margin, or that of a shank or holder below h (default: none).
+    """Keep-out zones such as clamps, separated by commas: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with
+    the height h above Z0. Cuts stay outside. Rapids cross a zone 1 mm above h (without h, at --clearance-
+    height), or go around it. The margin is the radius of the tool, or of a shank or holder below h (default:
+    none).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -207,8 +208,8 @@ class _JobOptions5(TypedDict, total=False):
 class _JobOptions6(TypedDict, total=False):
     # Of optimize, pocket, reorder, stock, tool_speeds, verify.
     tool_diameter: Quantity | None
-    """Diameter of the flat end mill of a pocket, of the drill of tools speeds without a library, or of the flat
-    mills that a program does not describe (mm; default: from the tool library).
+    """Diameter of the end mill for a pocket, of the drill for `leafcut tools speeds` without a library, or of the
+    flat mills that a program does not describe (mm; default: from the tool library).
     """
 
 
@@ -267,14 +268,14 @@ class _DrillOptions1(TypedDict, total=False):
     depth_to: Literal["shoulder", "tip", None]
     """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
     surface: str | Path | None
-    """STL file of the part or its blank, with the zero of the drawing: each hole starts at its surface, and travel
-    moves are as low as it allows (default: flat).
+    """STL file of the part or its blank, with the origin of the drawing: each hole starts at this surface, and
+    travel moves are as low as the surface allows (default: flat).
     """
     surface_unit: Literal["mm", "in", "cm", "m", None]
     """Unit of the STL files (default: mm)."""
     fixture: str | Path | None
-    """STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it
-    (default: none).
+    """STL or STEP file of the fixture, such as clamps or a vise, with the origin of the surface; rapids pass over
+    the fixture (default: none).
     """
     cycle: Literal["G81", "G82", "G83", "G73", "G84", "G85", None]
     """Drilling cycle for tools without one in the library (default: G83 with --peck, G82 with --dwell, else G81)."""
@@ -317,8 +318,8 @@ class _CutOptions1(TypedDict, total=False):
     (mm; default: 4 mm for plasma holes, else 0).
     """
     small_hole: Quantity | None
-    """Holes below this diameter count as small: cut slower, from near the centre, without a lead-out (mm; default:
-    32 mm for plasma, else 0).
+    """Holes below this diameter are cut more slowly, from near the centre, without a lead-out (mm; default: 32 mm
+    for plasma, else 0).
     """
     corner_loops: bool | None
     """Loop through the scrap at sharp outer corners, if there is room."""
@@ -327,15 +328,13 @@ class _CutOptions1(TypedDict, total=False):
     joint_width: Quantity | None
     """Width of a micro-joint (mm; default: 0.5mm)."""
     chains: bool | None
-    """Chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster."""
+    """Cut neighbouring outlines as a chain, with one pierce and bridges through the scrap, if that is faster."""
     common_lines: bool | None
-    """Common-line cutting: cut edges one kerf apart once for both parts."""
+    """Common-line cutting: separate edges that are one kerf apart by a single cut."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
     sweep: Literal["free", "x", "y", "-x", "-y", None]
-    """Cut parts in bands, one after the other in this direction, to keep the rest of the sheet flat (default:
-    free).
-    """
+    """Cut parts band by band in this direction, to keep the rest of the sheet flat (default: free)."""
     sheet_size: str | None
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else
     unknown).
@@ -345,9 +344,9 @@ class _CutOptions1(TypedDict, total=False):
     quantity: int | None
     """Number of sheets in the batch (default: 1)."""
     cutting_rate: float | None
-    """Gas, power and consumables cost per hour of cutting."""
+    """Cost of gas, power and consumables per hour of cutting."""
     pierce_cost: float | None
-    """Consumables cost per pierce."""
+    """Cost of consumables per pierce."""
 
 
 class _PocketOptions1(TypedDict, total=False):
@@ -355,8 +354,8 @@ class _PocketOptions1(TypedDict, total=False):
     strategy: Literal["best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive", None]
     """Clearing strategy; best tries all and writes the fastest (default: best)."""
     tool_number: int | None
-    """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, its end
-    mill of that diameter, or its only end mill).
+    """Tool number of the end mill, also used to select it in the tool library (default: 1; with a library, the end
+    mill of --tool-diameter, or the only end mill).
     """
     pocket_top: Literal["highest", "surface", None]
     """Top of the material over the pockets of a solid: its highest point, or the surface around each pocket if the
@@ -391,17 +390,17 @@ class _ResequenceOptions1(TypedDict, total=False):
     air: bool | None
     """Replace feed moves in air by rapids where the stock shows that they stay clear of all material."""
     low_retracts: bool | None
-    """Lower retracts and R planes to just above the material below each move; clamps are unknown: name them with
-    --keep-out; needs --workpiece.
+    """Lower retracts and R planes to just above the material below each move; needs --workpiece, and --keep-out
+    for clamps.
     """
 
 
 class _NestOptions1(TypedDict, total=False):
     # Of nest.
     sheet: str | Sequence[str] | None
-    """Sheet size, such as 3000x1500 or 120inx60in, with count and price 3000x1500:4@180, or a drawing of a
-    remnant; several are allowed, the cheapest are used (default: the table of --machine; 2500x1250 for plasma-
-    table).
+    """Sheet size, such as 3000x1500 or 120inx60in, with count and price if needed (3000x1500:4@180), or a drawing
+    of a remnant; of several sheets, the cheapest are used (default: the table of --machine; 2500x1250 for
+    plasma-table).
     """
     gap: Quantity | None
     """Gap between parts, in addition to the kerf (mm; default: 5mm)."""
@@ -424,8 +423,8 @@ class _NestOptions1(TypedDict, total=False):
 class _PocketDrawingOptions1(TypedDict, total=False):
     # Of optimize, pocket.
     outline: Literal["edge", "pocket", None]
-    """What the outermost outlines are: edges of plates with pockets in them, or pockets with islands in them
-    (default: by layer; required for outlines inside each other).
+    """Meaning of the outermost outlines: edges of plates that contain pockets (edge), or pockets that may contain
+    islands (pocket) (default: by layer; required for nested outlines).
     """
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
@@ -462,7 +461,9 @@ class _SolveOptions1(TypedDict, total=False):
     target_gap: float | str | None
     """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
-    """Compute a lower bound and report the gap; a tenth of --time-limit is kept for it (on unless False)."""
+    """Compute a lower bound and report the gap; a tenth of --time-limit is reserved for the bound (on unless
+    False).
+    """
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).
@@ -476,7 +477,7 @@ class _SolveOptions2(TypedDict, total=False):
     preset: Literal["fast", "default", "thorough", None]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
-    """Time for all searches together; they end sooner when five colonies in a row find no improvement (s; default:
+    """Time for all searches together; they end earlier if five colonies in a row find no improvement (s; default:
     the preset decides).
     """
     seed: int | None
@@ -506,7 +507,7 @@ class _AcoOptions1(TypedDict, total=False):
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
     heuristic_weight: float | None
-    """Heuristic weight: how much short edges are preferred (β) (default: 2)."""
+    """Heuristic weight: preference for short edges (β) (default: 2)."""
     evaporation_rate: float | None
     """Evaporation rate: share of pheromone lost per iteration (ρ) (default: 0.5 as, eas · 0.1 asrank, acs · 0.02
     mmas, 0.2 with local search).
@@ -516,12 +517,12 @@ class _AcoOptions1(TypedDict, total=False):
     (default: from the nearest-neighbour tour).
     """
     parallel: Literal["threads", "processes", "exchange", "gpu", None]
-    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
-    of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs
-    (default: threads).
+    """Where ants run in parallel: in threads, in processes that receive the pheromone from a master (processes),
+    in processes that exchange the changes of their own pheromone (exchange), or in threads of a CUDA GPU, not
+    with acs (gpu) (default: threads).
     """
     n_processes: int | None
-    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
+    """Number of worker processes; changes the result with --parallel exchange (default: 2)."""
     greedy_probability: float | None
     """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
 
@@ -529,8 +530,8 @@ class _AcoOptions1(TypedDict, total=False):
 class _FireflyOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, solve.
     variant: Literal["leafcut", "published", "published-complex", None]
-    """Firefly variant; published: every pair makes β₀ inversions and the n shortest results survive, with the
-    rules for simple or for complex pockets, without local search (default: leafcut).
+    """Firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀
+    inversions, the n shortest tours survive, and there is no local search (default: leafcut).
     """
     moving_firefly: Literal["brighter", "darker", None]
     """Firefly of a pair that moves first, by the attractiveness of its partner (default: brighter)."""
@@ -541,11 +542,11 @@ class _FireflyOptions1(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11; 10 for published-complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀); published: moves of each pair (default: 20; 15
-    for published-complex).
+    """Attractiveness: inversions per move towards a near tour (β₀); in the published variants, moves of each pair
+    (default: 20; 15 for published-complex).
     """
     absorption: float | None
-    """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
+    """Absorption: decrease of attractiveness with tour distance (γ) (default: 0.015)."""
 
 
 class _PostOptions1(TypedDict, total=False):
@@ -580,7 +581,7 @@ class _PostOptions4(TypedDict, total=False):
     """Laser power for marking, S word (default: 200)."""
     material_number: int | None
     """Material number in the controller's table (QtPlasmaC M190); the controller then sets the feed (default:
-    cutting data are written in the program).
+    none: the program contains the cutting data).
     """
 
 
@@ -588,8 +589,8 @@ class _StockOptions1(TypedDict, total=False):
     # Of optimize, reorder, stock.
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
-    block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
-    (stock), or where no rapid has been (reorder --air)).
+    block, or an STL file in mm, or a STEP file (default: derived from the program: a block around the cuts
+    below Z0 (stock), or all space that no rapid has crossed (reorder --air)).
     """
     cell: Quantity | None
     """Cell size of the stock model; a cell takes 4 bytes, at most 64 million cells (256 MB) (mm; default: a
@@ -600,16 +601,16 @@ class _StockOptions1(TypedDict, total=False):
 class _StockOptions2(TypedDict, total=False):
     # Of stock.
     part: str | None
-    """The finished part that the program was made for, a STEP file or an STL file in mm: the stock is this part
-    before the program's own cuts, placed as the program's header states (default: a block (--workpiece)).
+    """STEP file, or STL file in mm, of the finished part that the program was made for; the stock is this part
+    before the program's own cuts, at the position in the program's header (default: a block (--workpiece)).
     """
 
 
 class _FeedOptions1(TypedDict, total=False):
     # Of optimize, pocket, reorder.
     feeds: bool | None
-    """Adapt the feeds of milling tools to the chip: faster where the tool cuts less than in its worst cut, slower
-    where its worst cut exceeds its data; a foreign program also needs --workpiece.
+    """Adapt the feeds of milling tools to the chip thickness: faster where the tool cuts less than in its worst
+    cut, slower where the worst cut exceeds the tool's data; a foreign program also needs --workpiece.
     """
 
 
@@ -622,7 +623,7 @@ class _SpeedOptions1(TypedDict, total=False):
 class _SpeedOptions2(TypedDict, total=False):
     # Of optimize, cut, tool_speeds.
     shop_rate: float | None
-    """Cost of machine and operator by the hour, in any currency (default: 60 for cutting-data, else 0)."""
+    """Cost of machine and operator per hour, in any currency (default: 60 for cutting-data, else 0)."""
 
 
 class OptimizeKeywords(

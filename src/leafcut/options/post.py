@@ -48,6 +48,6 @@ class PostOptions(OptionGroup):
         "material number in the controller's table (QtPlasmaC M190); the controller then sets the feed",
         minimum=0,
         maximum=9_999_999,
-        default_words="cutting data are written in the program",
+        default_words="none: the program contains the cutting data",
         of_file=True,
     )

@@ -11,7 +11,7 @@ from leafcut.options.option_spec import OptionGroup, option
 
 #: Value of `--algorithm` → description.
 ALGORITHM_TITLES = {
-    "auto": "the best for most work: colony",
+    "auto": "the best algorithm for most jobs: colony",
     "colony": "ants improve tours by Lin–Kernighan, then combine them along their trails (edge assembly)",
     "as": "Ant System",
     "eas": "Elitist Ant System",
@@ -72,7 +72,7 @@ class SolveOptions(OptionGroup):
     time_limit: float | None = option(
         "quantity",
         None,
-        "time for all searches together; they end sooner when five colonies in a row find no improvement",
+        "time for all searches together; they end earlier if five colonies in a row find no improvement",
         unit="s",
         minimum=0.001,
         default_words="the preset decides",
@@ -94,7 +94,7 @@ class SolveOptions(OptionGroup):
     bound: bool = option(
         "flag",
         True,
-        "compute a lower bound and report the gap; a tenth of --time-limit is kept for it",
+        "compute a lower bound and report the gap; a tenth of --time-limit is reserved for the bound",
         changes_program=False,
     )
     seed: int = option(
@@ -160,7 +160,7 @@ class AcoOptions(OptionGroup):
     )
     pheromone_weight: float = option("number", 1.0, "pheromone weight (α)", minimum=0, maximum=20, needs=(_ANTS,))
     heuristic_weight: float = option(
-        "number", 2.0, "heuristic weight: how much short edges are preferred (β)", minimum=0, maximum=20, needs=(_ANTS,)
+        "number", 2.0, "heuristic weight: preference for short edges (β)", minimum=0, maximum=20, needs=(_ANTS,)
     )
     evaporation_rate: float | None = option(
         "number",
@@ -184,15 +184,16 @@ class AcoOptions(OptionGroup):
     parallel: str = option(
         "text",
         "threads",
-        "parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone "
-        "of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs",
+        "where ants run in parallel: in threads, in processes that receive the pheromone from a master (processes), in "
+        "processes that exchange the changes of their own pheromone (exchange), or in threads of a CUDA GPU, not with "
+        "acs (gpu)",
         choices=("threads", "processes", "exchange", "gpu"),
         needs=(_ANTS,),
     )
     n_processes: int = option(
         "whole",
         2,
-        "number of worker processes; part of the result where they exchange changes",
+        "number of worker processes; changes the result with --parallel exchange",
         minimum=1,
         maximum=256,
         needs=(_ANTS, one_of("parallel", "processes", "exchange")),
@@ -217,8 +218,8 @@ class FireflyOptions(OptionGroup):
     variant: str = option(
         "text",
         "leafcut",
-        "firefly variant; published: every pair makes β₀ inversions and the n shortest results survive, with the rules "
-        "for simple or for complex pockets, without local search",
+        "firefly variant; in the published variants, for simple and for complex pockets, every pair makes β₀ "
+        "inversions, the n shortest tours survive, and there is no local search",
         choices=("leafcut", "published", "published-complex"),
         needs=(FIREFLIES,),
     )
@@ -248,7 +249,7 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "attractiveness: inversions per move towards a near tour (β₀); published: moves of each pair",
+        "attractiveness: inversions per move towards a near tour (β₀); in the published variants, moves of each pair",
         minimum=0,
         maximum=1000,
         default_words="20; 15 for published-complex",
@@ -257,7 +258,7 @@ class FireflyOptions(OptionGroup):
     absorption: float = option(
         "number",
         0.015,
-        "absorption: how fast attractiveness falls with tour distance (γ)",
+        "absorption: decrease of attractiveness with tour distance (γ)",
         minimum=0,
         maximum=100,
         needs=(FIREFLIES,),

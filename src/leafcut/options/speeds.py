@@ -25,7 +25,7 @@ class SpeedOptions(OptionGroup):
     shop_rate: float | None = option(
         "number",
         None,
-        "cost of machine and operator by the hour, in any currency",
+        "cost of machine and operator per hour, in any currency",
         minimum=0,
         maximum=1e6,
         default_words="60 for cutting-data, else 0",

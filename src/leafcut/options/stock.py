@@ -21,16 +21,16 @@ class StockOptions(OptionGroup):
         None,
         "material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a block, "
         "or an STL file in mm, or a STEP file",
-        default_words="as the program shows: just around the cuts below Z0 (stock), or where no rapid has been "
-        "(reorder --air)",
+        default_words="derived from the program: a block around the cuts below Z0 (stock), or all space that no rapid "
+        "has crossed (reorder --air)",
         may_be_path=(".stl", ".step", ".stp"),
         of_file=True,
     )
     part: str | None = option(
         "text",
         None,
-        "the finished part that the program was made for, a STEP file or an STL file in mm: the stock is this part "
-        "before the program's own cuts, placed as the program's header states",
+        "STEP file, or STL file in mm, of the finished part that the program was made for; the stock is this part "
+        "before the program's own cuts, at the position in the program's header",
         default_words="a block (--workpiece)",
         needs=(absent("workpiece"),),
         may_be_path=(".stl", ".step", ".stp"),

@@ -146,7 +146,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "nozzle_diameter",
-        "nozzle diameter of a head that stays down; its rapids go around parts that are cut free",
+        "nozzle diameter of a head that stays down; its rapids go around detached parts",
         "0 mm",
         "unknown: only the centre of the head goes around them",
         unit="mm",
@@ -263,7 +263,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "spindle.max_thrust",
-        "force with which z can push, a limit for `leafcut tools speeds`",
+        "maximum thrust of the Z axis, a limit for `leafcut tools speeds`",
         why="unknown: no limit",
         example="5 kN",
         unit="N",
@@ -271,7 +271,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "spindle.start_time",
-        "time until the spindle is up to speed",
+        "time until the spindle reaches its speed",
         "0 s",
         "no wait",
         reported=True,
@@ -292,7 +292,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("tool_change.optional_stop", "true: drilling programs stop (M1) before each change", False),
     ProfileKey(
         "tool_change.time",
-        "time of one change",
+        "duration of a tool change",
         "10 s",
         "estimate: between a carousel and a manual change",
         reported=True,

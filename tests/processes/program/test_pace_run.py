@@ -207,7 +207,7 @@ def test_what_cannot_be_done_is_refused_in_one_line(tmp_path: Path, options: dic
 def test_a_tool_of_unknown_shape_and_a_beam_are_refused(tmp_path: Path) -> None:
     with pytest.raises(OptionError, match=r"the shape of tool T1 is unknown"):
         reordered(tmp_path, SLOT_AND_SIDE.replace("(T1 D=6. - flat end mill)", "()"), air=True, workpiece=BLOCK)
-    with pytest.raises(OptionError, match=r"--air: .* drives a beam"):
+    with pytest.raises(OptionError, match=r"--air: .* drives a laser or a torch"):
         reordered(tmp_path, "G21 G90\nM3 S500\nG0 X0 Y0\nG1 X5 F500\nM5\nM2\n", air=True, process="laser")
 
 

@@ -31,8 +31,8 @@ class DrillOptions(OptionGroup):
     surface: Path | None = option(
         "path",
         None,
-        "STL file of the part or its blank, with the zero of the drawing: each hole starts at its surface, and travel "
-        "moves are as low as it allows",
+        "STL file of the part or its blank, with the origin of the drawing: each hole starts at this surface, and "
+        "travel moves are as low as the surface allows",
         default_words="flat",
         of_file=True,
     )
@@ -42,7 +42,8 @@ class DrillOptions(OptionGroup):
     fixture: Path | None = option(
         "path",
         None,
-        "STL or STEP file of the fixture, such as clamps or a vise, with the zero of the surface; rapids pass over it",
+        "STL or STEP file of the fixture, such as clamps or a vise, with the origin of the surface; rapids pass over "
+        "the fixture",
         default_words="none",
         needs=(given("surface"),),
         of_file=True,

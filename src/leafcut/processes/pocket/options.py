@@ -31,7 +31,7 @@ class PocketOptions(OptionGroup):
         "tool number of the end mill, also used to select it in the tool library",
         minimum=1,
         maximum=99_999_999,
-        default_words="1; with a library, its end mill of that diameter, or its only end mill",
+        default_words="1; with a library, the end mill of --tool-diameter, or the only end mill",
     )
     pocket_top: str = option(
         "text",

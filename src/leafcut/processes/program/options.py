@@ -39,7 +39,7 @@ class ResequenceOptions(OptionGroup):
     low_retracts: bool = option(
         "flag",
         False,
-        "lower retracts and R planes to just above the material below each move; clamps are unknown: name them with "
-        "--keep-out; needs --workpiece",
+        "lower retracts and R planes to just above the material below each move; needs --workpiece, and --keep-out for "
+        "clamps",
         of_file=True,
     )

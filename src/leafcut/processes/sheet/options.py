@@ -109,7 +109,7 @@ class CutOptions(OptionGroup):
     small_hole: float | None = option(
         "quantity",
         None,
-        "holes below this diameter count as small: cut slower, from near the centre, without a lead-out",
+        "holes below this diameter are cut more slowly, from near the centre, without a lead-out",
         unit="mm",
         minimum=0,
         maximum=1000,
@@ -123,18 +123,18 @@ class CutOptions(OptionGroup):
     chains: bool = option(
         "flag",
         False,
-        "chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster",
+        "cut neighbouring outlines as a chain, with one pierce and bridges through the scrap, if that is faster",
     )
     common_lines: bool = option(
         "flag",
         False,
-        "common-line cutting: cut edges one kerf apart once for both parts",
+        "common-line cutting: separate edges that are one kerf apart by a single cut",
     )
     heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
     sweep: str = option(
         "text",
         "free",
-        "cut parts in bands, one after the other in this direction, to keep the rest of the sheet flat",
+        "cut parts band by band in this direction, to keep the rest of the sheet flat",
         choices=("free", "x", "y", "-x", "-y"),
     )
     sheet_size: str | None = option(
@@ -148,5 +148,5 @@ class CutOptions(OptionGroup):
         "path", None, "plan file to write", default_words="none", changes_program=False, of_file=True
     )
     quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000, of_file=True)
-    cutting_rate: float = option("number", 0.0, "gas, power and consumables cost per hour of cutting", minimum=0)
-    pierce_cost: float = option("number", 0.0, "consumables cost per pierce", minimum=0)
+    cutting_rate: float = option("number", 0.0, "cost of gas, power and consumables per hour of cutting", minimum=0)
+    pierce_cost: float = option("number", 0.0, "cost of consumables per pierce", minimum=0)
