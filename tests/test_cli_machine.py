@@ -100,7 +100,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
     assert out.read_text() == "old" and sorted(f.name for f in tmp_path.iterdir()) == ["a.toml", "bad.txt", "out.toml"]
     assert "ends in .toml" in refused(["machine", "import", str(bad), "-o", str(tmp_path / "x.txt")], capsys)
     assert "no folder" in refused(["machine", "import", str(bad), "-o", str(tmp_path / "no" / "x.toml")], capsys)
-    assert "without -o it is printed" in refused(["machine", "import", str(bad), "-o", "-"], capsys)
+    assert "printed if you leave out -o" in refused(["machine", "import", str(bad), "-o", "-"], capsys)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
         ("machine check a.nc --measured soon --machine haas-vf2", "'soon' is not a number"),
         ("machine check a.nc --measured 0 --machine haas-vf2", "is not above 0"),
         ("machine check a.nc --measured 1:00 --machine haas-vf3", "did you mean 'haas-vf2'"),
-        ("machine check a.nc --measured 1:00 --times t.csv --machine haas-vf2", "leave the others out"),
+        ("machine check a.nc --measured 1:00 --times t.csv --machine haas-vf2", "leave out other programs"),
         ("machine check a.nc --measured 1:00 --machine haas-vf2 -o x.toml", "time at least two"),
         ("machine check none.nc --measured 1:00 --machine haas-vf2", "none.nc: cannot be read"),
         ("machine check --times none.csv --machine haas-vf2", "none.csv: cannot be read"),

@@ -125,7 +125,7 @@ def test_an_own_program_is_replaced_and_an_edited_one_is_not(shop: Path, capsys:
     edited = program.read_text().replace("G21", "G21 (checked)", 1)
     program.write_text(edited)
     assert run([*words, "6"]) == 1
-    assert "jobs/plate.ngc: exists, and leafcut did not write it or it was changed since; name it with -o" in (
+    assert "jobs/plate.ngc: the file exists and was not written by leafcut, or was changed since; name it with -o" in (
         capsys.readouterr().err
     )
     assert program.read_text() == edited
@@ -195,8 +195,9 @@ def test_nested_sheets_stand_beside_the_first_part_and_a_changed_one_is_not_repl
     edited = (shop / sheets[1]).read_text().replace("CUT_HOLES", "HOLES")
     (shop / sheets[1]).write_text(edited)
     assert run(["nest", "jobs/bracket.dxf:4", *NEST]) == 1
-    assert f"jobs/{sheets[1]}: exists, and leafcut did not write it or it was changed since; name it with -o" in (
-        capsys.readouterr().err
+    assert (
+        f"jobs/{sheets[1]}: the file exists and was not written by leafcut, or was changed since; name it with -o"
+        in (capsys.readouterr().err)
     )
     assert (shop / sheets[1]).read_text() == edited
 

@@ -190,8 +190,8 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
     [
         ("in", 2, "--watch needs -o FOLDER"),
         ("in out -o out", 2, "--watch takes one folder; 2 inputs were given"),
-        ("nosuch -o out", 1, "nosuch: not a folder; the folder to watch must be there"),
-        ("in -o nosuch", 1, "nosuch: not a folder; -o must be there"),
+        ("nosuch -o out", 1, "nosuch: not a folder; the folder to watch must exist"),
+        ("in -o nosuch", 1, "nosuch: not a folder; -o must exist"),
         ("in -o in", 2, "programs would be watched as well"),
         ("in -o out --machine haas-vf3", 2, "did you mean 'haas-vf2'"),
         ("in -o out --every 0", 2, "--every: choose 0.1s to 1h"),

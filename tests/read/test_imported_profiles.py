@@ -78,7 +78,7 @@ def test_a_changed_line_of_settings_changes_these_lines_of_the_profile(change: d
     assert [line for line in lines if line[:2] not in ("--", "++", "@@")] == change["profile"].splitlines()
 
 
-UNCLEAR = ", so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
+UNCLEAR = ", so M203 may be in mm/s or in mm/min; choose with --kind marlin or --kind rrf"
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ UNCLEAR = ", so M203 may be in mm/s or in mm/min; say which with --kind marlin o
         ("M203 X1\nM950 R0\n", "rrf"),
         ("M203 X1\nM208 X1\n", "rrf"),
         ('M98 P"a.g"\nM584 X1\n', "rrf"),
-        ("<svg/>", "is XML, but no profile of Mach3: <profile> with <Preferences> was expected"),
+        ("<svg/>", "is XML, but not a Mach3 profile: <profile> with <Preferences> was expected"),
         ("[Motor0]\n", "is an INI file of no controller that leafcut knows"),
         ("[ a]\n", "is of no kind that leafcut knows"),
         ("$0=1\n$1=2\n", "is of no kind that leafcut knows"),
@@ -129,7 +129,7 @@ def test_settings_are_recognised_by_their_contents(text: str, kind: str) -> None
     try:
         found = kind_of(text, "f")
     except ReadError as problem:
-        found = problem.reason.partition("; importable")[0]
+        found = problem.reason.partition("; leafcut imports")[0]
     assert found == kind
 
 

@@ -215,8 +215,8 @@ def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
         ("a.csv", b"T,D\n" + b"1,1\n" * 10_001, "has more than 10000 rows"),
         ("a.csv", b"x" * (17 << 20), "a tool library of 17 MiB"),
         ("a.csv", b"", "no column is called"),
-        ("a.toml", b"", "is a library of leafcut's own; importable are .csv"),
-        ("a.txt", b"", "not a tool library; importable are"),
+        ("a.toml", b"", "is a library of leafcut's own; leafcut imports .csv"),
+        ("a.txt", b"", "not a tool library; leafcut imports"),
         ("none.csv", None, "file not found"),
     ],
 )

@@ -100,7 +100,7 @@ def test_an_unknown_material_is_refused_with_the_nearest_name(name: str, words: 
         ("constant = 9.8", "", "[[life]] 1: the key 'constant' is missing"),
         ("constant = 9.8", "constant = 9.8\nspeed = '20 m/min'", "have the same meaning"),
         ("constant = 9.8", "speed = '20 m/min'\nat_life = '15 min'", "exponents other than 'life' need 'constant'"),
-        ("constant = 9.8", "constant = 9.8\nat_life = '15 min'", "'at_life' belongs to 'speed'"),
+        ("constant = 9.8", "constant = 9.8\nat_life = '15 min'", "'at_life' is used only with 'speed'"),
         ("life = 0.2", "life = 1.0", "Taylor's exponent must be above 0 and below 1"),
         ("life = 0.2", "", "the key 'life' is missing"),
         ("feed = 0.5", "feed = 9", "'feed' is 9, but an exponent must be from 0 to 4"),

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def simulate(
     *programs: Annotated[
         str,
-        Parameter(name="PROGRAM", help="a G-code program; - for standard input; several, or a pattern with * and ?"),
+        Parameter(name="PROGRAM", help="one or more G-code programs, or a pattern with * and ?; - for standard input"),
     ],
     dialect: DialectOption = None,
     no_defaults: NoDefaults = False,

@@ -21,7 +21,7 @@ def show_defaults(
     /,
     *,
     options_file: Annotated[
-        File | None, Parameter(name="--options", help="a TOML file of options that goes before your defaults")
+        File | None, Parameter(name="--options", help="a TOML file of options that overrides your defaults")
     ] = None,
     template: Annotated[
         bool,

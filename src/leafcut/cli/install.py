@@ -31,7 +31,7 @@ fi
 
 def install_addon(
     name: Annotated[
-        str | None, Parameter(name="NAME", help="inkscape or freecad; without one, they are listed")
+        str | None, Parameter(name="NAME", help="inkscape or freecad; without a name, all add-ons are listed")
     ] = None,
     folder: Annotated[
         str | None, Parameter(name="FOLDER", help="folder in which the other program looks for add-ons")
@@ -104,7 +104,7 @@ def install_kernels(*, as_json: Json = False) -> int:
     elif warmed.count:
         print(f"{count_of(warmed.count, 'kernel')} compiled in {warmed.seconds:.0f} s")
     if not warmed.kept:
-        problem = LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
+        problem = LeafcutError("no folder for compiled code is writable; set NUMBA_CACHE_DIR to a writable folder")
         problem.answered = as_json
         raise problem
     return 0

@@ -27,7 +27,7 @@ _USUAL_ITERATIONS = 50
 _HOLD_OUT = OptionSpec("", "share", minimum=0, maximum=1)
 
 _Name = Annotated[
-    str, Parameter(name="NAME", help="an experiment of `leafcut lab list`, or a TOML file that describes one")
+    str, Parameter(name="NAME", help="an experiment from `leafcut lab list`, or a TOML file that describes one")
 ]
 _Results = Annotated[File, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
 _Reduced = Annotated[
@@ -43,7 +43,7 @@ _Mixed = Annotated[
 ]
 _Executor = Annotated[
     Name,
-    Parameter(name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"),
+    Parameter(name="--executor", help="where to run: here (one run after the other), processes, or dask://host:port"),
 ]
 _Workers = Annotated[
     int | None, Parameter(name="--workers", help="number of parallel runs (default: one per core, all of a cluster)")
@@ -108,7 +108,7 @@ def run_experiment(
             f"{ran.done} of them now, in {results}"
         )
         if ran.left_out:
-            print(f"{count_of(ran.left_out, 'run')} left out: more threads than this machine has cores")
+            print(f"{count_of(ran.left_out, 'run')} left out: they need more threads than this machine has cores")
         for line in ran.failed:
             print(f"failed: {line}")
         words = [name, *(["--reduced"] if reduced else []), *(["--results", results] if results != RESULTS else [])]
@@ -155,13 +155,13 @@ def tune_options(
     ],
     /,
     *,
-    algorithm: Annotated[Name, Parameter(name="--algorithm", help="the algorithm whose parameters are sought")],
+    algorithm: Annotated[Name, Parameter(name="--algorithm", help="the algorithm whose parameters are tuned")],
     output: Annotated[File, Parameter(name=["--output", "-o"], help="the folder to write into")] = File("."),
     process: Annotated[Name, Parameter(name="--process", help="command to run: a process, or solve for maps")] = Name(
         "auto"
     ),
     options_file: Annotated[
-        File | None, Parameter(name="--options", help="a TOML file of options that all runs have")
+        File | None, Parameter(name="--options", help="a TOML file of options for all runs")
     ] = None,
     trials: Annotated[int, Parameter(name="--trials", help="number of parameter sets to try")] = 50,
     seeds: Annotated[int, Parameter(name="--seeds", help="number of runs of each set on each input")] = 3,
@@ -170,10 +170,12 @@ def tune_options(
     ] = None,
     time_limit: Annotated[
         Time | None,
-        Parameter(name="--time-limit", help="time of each run; the numbers of ants or fireflies are then sought, too"),
+        Parameter(
+            name="--time-limit", help="time limit of each run; the number of ants or fireflies is then tuned, too"
+        ),
     ] = None,
     hold_out: Annotated[
-        Percent, Parameter(name="--hold-out", help="share of the inputs that the search does not see")
+        Percent, Parameter(name="--hold-out", help="share of the inputs that is held out from the search")
     ] = Percent("30%"),
     seed: Annotated[int, Parameter(name="--seed", help="random seed of the search")] = 1,
     results: _Results = File(RESULTS),
@@ -194,7 +196,7 @@ def tune_options(
     budget = {"iterations": iterations, "time_limit": time_limit}
     shared |= {name: value for name, value in budget.items() if value is not None}
     if shared.keys() >= budget.keys():
-        raise OptionError("--iterations and --time-limit: give one of them; both would be two budgets")
+        raise OptionError("--iterations and --time-limit exclude each other; give one of them")
     if not shared.keys() & budget.keys():
         shared["iterations"] = _USUAL_ITERATIONS
     share = converted("hold_out", _HOLD_OUT, hold_out)

@@ -42,7 +42,7 @@ def import_machine(
     port: Annotated[
         Name | None,
         Parameter(
-            name="--port", help="instead of a file: serial port of a GRBL, grblHAL, FluidNC or Marlin board to ask"
+            name="--port", help="serial port of a GRBL, grblHAL, FluidNC or Marlin board to query, instead of a file"
         ),
     ] = None,
     baud: Annotated[int | None, Parameter(name="--baud", help="speed of the port (default: 115200)")] = None,
@@ -95,36 +95,47 @@ def new_machine(
     ] = None,
     base: Annotated[
         Name | None,
-        Parameter(name="--base", help="a profile to complete, such as an imported one: only its estimates are asked"),
+        Parameter(
+            name="--base",
+            help="a profile to complete, such as an imported one: only its estimated values are asked for",
+        ),
     ] = None,
     name: Annotated[Name | None, Parameter(name="--name", help="name of the machine")] = None,
     controller: Annotated[
-        Name | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut list dialects`")
+        Name | None, Parameter(name="--controller", help="haas, centroid, or another name from `leafcut list dialects`")
     ] = None,
     process: Annotated[
         Name | None, Parameter(name="--process", help="head: spindle, torch, laser, flame or water")
     ] = None,
     units: Annotated[
-        Name | None, Parameter(name="--units", help="of a program that does not state them: mm or in")
+        Name | None, Parameter(name="--units", help="units of a program that does not state them: mm or in")
     ] = None,
-    rapid: Annotated[Speed | None, Parameter(name="--rapid", help="speed of rapids, one or x,y,z: 1000ipm")] = None,
+    rapid: Annotated[
+        Speed | None, Parameter(name="--rapid", help="speed of rapids: one value, or x,y,z, such as 1000ipm")
+    ] = None,
     acceleration: Annotated[
         Acceleration | None,
-        Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: of a similar machine)"),
+        Parameter(
+            name="--acceleration",
+            help="acceleration: one value, or x,y,z, such as 0.25g (default: as a similar machine)",
+        ),
     ] = None,
     travel: Annotated[
-        Lengths | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, not checked)")
+        Lengths | None,
+        Parameter(name="--travel", help="travel of x,y,z, such as 30in,16in,20in (default: unknown, not checked)"),
     ] = None,
     max_feed: Annotated[
-        Speed | None, Parameter(name="--max-feed", help="highest feed rate (default: the rapid)")
+        Speed | None, Parameter(name="--max-feed", help="highest feed rate (default: the speed of rapids)")
     ] = None,
     spindle_speed: Annotated[
-        Rpm | None, Parameter(name="--spindle-speed", help="highest (default: of a similar machine)")
+        Rpm | None, Parameter(name="--spindle-speed", help="highest spindle speed (default: as a similar machine)")
     ] = None,
     tool_changer: Annotated[
         Name | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
     ] = None,
-    tool_change_time: Annotated[Time | None, Parameter(name="--tool-change-time", help="of one change")] = None,
+    tool_change_time: Annotated[
+        Time | None, Parameter(name="--tool-change-time", help="duration of a tool change")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
@@ -168,7 +179,7 @@ def _ask(question: str, likely: str) -> str:
     line = sys.stdin.readline()
     if not line:
         print(file=sys.stderr)
-        raise OptionError("the answers ended before the questions; nothing was written")
+        raise OptionError("the answers ended before the questions; no profile was written")
     return line
 
 
@@ -179,11 +190,14 @@ def check_machine(
         Parameter(
             name="--measured",
             negative="",
-            help="measured time of a program, 12:34 or 754s; once for each, in order",
+            help="measured time of a program, 12:34 or 754s; once for each program, in order",
         ),
     ] = None,
     times: Annotated[
-        File | None, Parameter(name="--times", help="a table instead (CSV): program,seconds in each row")
+        File | None,
+        Parameter(
+            name="--times", help="a CSV table with program,seconds in each row, instead of programs and --measured"
+        ),
     ] = None,
     machine: Annotated[Name, Parameter(name="--machine", help="the machine, by name or profile file")],
     output: Annotated[File | None, Parameter(name=["--output", "-o"], help="fitted profile to write (.toml)")] = None,
@@ -191,7 +205,7 @@ def check_machine(
         Name | None, Parameter(name="--dialect", help="dialect of the programs (default: the machine's)")
     ] = None,
     units: Annotated[
-        Literal["mm", "in"] | None, Parameter(name="--units", help="of programs that do not state them")
+        Literal["mm", "in"] | None, Parameter(name="--units", help="units of programs that do not state them")
     ] = None,
     as_json: Json = False,
 ) -> int:
@@ -250,7 +264,9 @@ def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) 
 
     if times is not None:
         if programs or measured:
-            raise OptionError("--times: the table has the programs and their times; leave the others out")
+            raise OptionError(
+                "--times: the table already has the programs and their times; leave out other programs and --measured"
+            )
         return read_times(times)
     if not programs:
         raise OptionError("machine check needs programs with --measured, or --times")
@@ -286,7 +302,7 @@ def import_tools(
         Name | None, Parameter(name="--units", help="unit of lengths without one in the file: mm or in")
     ] = None,
     material: Annotated[
-        Name | None, Parameter(name="--material", help="material to cut: chooses among the presets of each Fusion tool")
+        Name | None, Parameter(name="--material", help="material to cut: selects the preset of each Fusion tool")
     ] = None,
     as_json: Json = False,
 ) -> int:
@@ -319,7 +335,7 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
     from leafcut.files.whole_files import check_output
 
     if output in (DASH, HELD):
-        raise OptionError("-o -: without -o it is printed; name a file")
+        raise OptionError("-o -: the result is printed if you leave out -o; name a file, or leave it out")
     if output is not None and not output.lower().endswith(".toml"):
         raise OptionError(f"-o {output}: a profile or library is TOML; name a file that ends in .toml")
     check_output(output, [source for source in inputs if source not in (None, DASH)])

@@ -90,7 +90,7 @@ def optimize(
         Parameter(name="--executor", group=_MANY, help="where to work: threads, processes, or dask://host:port"),
     ] = None,
     workers: Annotated[
-        int | None, Parameter(name="--workers", group=_MANY, help="number of inputs at once (default: 1)")
+        int | None, Parameter(name="--workers", group=_MANY, help="number of inputs to process at once (default: 1)")
     ] = None,
     options: dict[str, Any],
 ) -> int:  # fmt: skip
@@ -401,7 +401,9 @@ def nest(
     if to_standard_output:
         drawings = [drawing for variant in outcome.drawings for drawing in variant]
         if len(drawings) != 1:
-            raise OptionError(f"-o -: the nest is {len(drawings)} drawings, and one alone can go there; name a file")
+            raise OptionError(
+                f"-o -: the nest has {len(drawings)} drawings, but standard output takes only one; name a file"
+            )
         write_program(drawings[0].encode())
         outcome = replace(outcome, files=(("standard output",),))
     if as_json:

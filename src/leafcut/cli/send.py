@@ -43,7 +43,7 @@ def send(
         Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
     ] = None,
     units: Annotated[
-        Literal["mm", "in"] | None, Parameter(name="--units", help="of a program that does not state them")
+        Literal["mm", "in"] | None, Parameter(name="--units", help="units of a program that does not state them")
     ] = None,
     from_hole: Annotated[
         int | None, Parameter(name="--from-hole", help="resume after a break at this hole, counted from 1")
@@ -53,7 +53,7 @@ def send(
     ] = None,
     check: Annotated[
         bool,
-        switch("--check", help="the controller reads the program, nothing moves ($C)"),
+        switch("--check", help="the controller reads the program without moving the machine ($C)"),
     ] = False,
     dry_run: Annotated[
         bool,
@@ -86,7 +86,7 @@ def send(
     ] = False,
     accept: Annotated[
         Name | None,
-        Parameter(name="--accept", help="codes of dangers that you accept, such as L801,L806"),
+        Parameter(name="--accept", help="codes of the dangers that you accept, such as L801,L806"),
     ] = None,
     log: Annotated[
         File | None, Parameter(name="--log", help="file to which all traffic on the serial line is appended")

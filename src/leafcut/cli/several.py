@@ -155,11 +155,14 @@ def check_own(target: str | None, inputs: Sequence[str], command: str) -> None:
         return
     if not _is_own(data):
         raise OutputError(
-            f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"
+            f"{target}: the file exists and was not written by leafcut, or was changed since; name it with -o to "
+            "replace it"
         )
     other = command_of(decoded(data)[0])
     if other and other != command:
-        raise OutputError(f"{target}: exists, and `leafcut {other}` wrote it; name another file with -o to keep both")
+        raise OutputError(
+            f"{target}: the file exists and was written by `leafcut {other}`; name another file with -o to keep both"
+        )
 
 
 def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:

@@ -36,8 +36,8 @@ def solve(
         bool,
         switch(
             "--json",
-            help="print the result as JSON; gap_percent is to the best known length (optimum) if the map has one, else "
-            "to lower_bound",
+            help="print the result as JSON; gap_percent refers to the best known length (optimum) if the map has one, "
+            "else to lower_bound",
         ),
     ] = False,
     no_defaults: NoDefaults = False,

@@ -28,12 +28,12 @@ def tool_speeds(
     drawing: Annotated[
         str | None,
         Parameter(
-            name="DRAWING", help="a drawing with the holes; without one, the figures are for one hole of --depth"
+            name="DRAWING", help="a drawing with the holes; without a drawing, the results are for one hole of --depth"
         ),
     ] = None,
     /,
     *more: Annotated[str, Parameter(show=False)],
-    objective: Annotated[Name, Parameter(name="--objective", help="goal of the speeds [time, cost, life]")] = Name(
+    objective: Annotated[Name, Parameter(name="--objective", help="objective of the choice [time, cost, life]")] = Name(
         "cost"
     ),
     save: Annotated[

@@ -125,7 +125,7 @@ class FolderWatch:
         """Raise OptionError or OutputError for invalid folders and options before any file is processed."""
         for role, folder in (("the folder to watch", self.folder), ("-o", self.output)):
             if not folder.is_dir():
-                raise OutputError(f"{folder}: not a folder; {role} must be there, create it first")
+                raise OutputError(f"{folder}: not a folder; {role} must exist; create it first")
         if self.folder.samefile(self.output):
             raise OptionError(f"-o {self.output}: programs would be watched as well; name another folder")
         check_output(self.output / TABLE, ())

@@ -176,7 +176,9 @@ class _Dask(WatchedExecutor):
         if known:
             self.seen = now
         elif now - self.seen > PATIENCE_SECONDS:
-            raise ExecutorError(f"{self.spec}: no worker for {PATIENCE_SECONDS / 60:.0f} minutes; start one and go on")
+            raise ExecutorError(
+                f"{self.spec}: no worker for {PATIENCE_SECONDS / 60:.0f} minutes; start one and repeat the command"
+            )
 
     def _check_connected(self) -> None:
         if self.client.status != "running":

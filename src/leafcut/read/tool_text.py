@@ -29,7 +29,7 @@ def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str,
     if path.suffix.lower() not in READERS:
         known = ", ".join(READERS)
         problem = "is a library of leafcut's own" if path.suffix.lower() == ".toml" else "not a tool library"
-        raise OptionError(f"{file}: {problem}; importable are {known}")
+        raise OptionError(f"{file}: {problem}; leafcut imports {known}")
     check_is_there("FILE", path)
     rows, library = foreign_rows(path, units, material)
     lines = [

@@ -161,7 +161,10 @@ def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
             (other_life.work, other_life.tool_material, other_life.least_feed) == _life_key(life)
             for other_life in lives
         ):
-            raise table.problem("work", "is given twice for such tools; only 'least_feed' may part several")
+            raise table.problem(
+                "work",
+                "is given twice for the same work and tool material; such entries need different 'least_feed' values",
+            )
         lives.append(life)
     return tuple(sorted(lives, key=_life_key))
 
@@ -186,7 +189,7 @@ def _life(table: TomlTable) -> ToolLife:
         constant = speed * life**exponent
     else:
         if "at_life" in table:
-            raise table.problem("at_life", "belongs to 'speed'")
+            raise table.problem("at_life", "is used only with 'speed'")
         constant = _above_0(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
     return ToolLife(
         work=CuttingWork(table.text("work", choices=tuple(CuttingWork))),

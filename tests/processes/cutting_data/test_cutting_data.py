@@ -285,7 +285,7 @@ def test_what_cannot_be_chosen_is_refused_in_one_line_that_says_why(given: dict[
 
 
 def test_a_spindle_without_the_power_for_any_speed_is_refused(tmp_path: Path) -> None:
-    words = "has a power of at most 0.001 kW: it is at least .*; change spindle.power of the machine"
+    words = "reaches a power of at most 0.001 kW; possible is at least .*; change spindle.power of the machine"
     with pytest.raises(PlanError, match=words):
         leafcut.tool_speeds(**DRILL, machine=machine_of_power(tmp_path, "1 W"))
 

@@ -112,8 +112,8 @@ def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
         if not limit.alone:
             least, most = ("at least", "at most") if limit.at_least else ("at most", "at least")
             return PlanError(
-                f"{label}: no speed and feed has a {limit.quantity} of {least} {limit.shown(limit.value)}: it is "
-                f"{most} {limit.shown(limit.nearest)}; change {limit.flag}"
+                f"{label}: no speed and feed reaches a {limit.quantity} of {least} {limit.shown(limit.value)}; "
+                f"possible is {most} {limit.shown(limit.nearest)}; change {limit.flag}"
             )
     flags = ", ".join(dict.fromkeys(limit.flag for limit in limits))
     return PlanError(f"{label}: no speed and feed is within all limits together; change {flags}")

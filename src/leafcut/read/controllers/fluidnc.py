@@ -264,7 +264,7 @@ def _parse_yaml(text: str, file: str) -> _Tree:
     import yaml
 
     if len(text.encode()) > MOST_BYTES:
-        raise ReadError(file, f"has more than {MOST_BYTES >> 10} KiB; a configuration of FluidNC has some")
+        raise ReadError(file, f"has more than {MOST_BYTES >> 10} KiB, too large for a FluidNC configuration")
     root: _Tree = {}
     #: Path of the parser: each mapping (None if skipped), and the key whose value comes next.
     stack: list[tuple[_Tree | None, str | None]] = []
@@ -301,5 +301,5 @@ def _parse_yaml(text: str, file: str) -> _Tree:
     except yaml.YAMLError as problem:
         mark = getattr(problem, "problem_mark", None)
         reason = shown(str(getattr(problem, "problem", None) or problem), 80)
-        raise ReadError(file, f"is no YAML ({reason})", mark.line + 1 if mark is not None else None) from None
+        raise ReadError(file, f"is not YAML ({reason})", mark.line + 1 if mark is not None else None) from None
     return root

@@ -106,7 +106,7 @@ def settings_text(data: bytes, path: str) -> str:
         The settings are empty, too large, or not text.
     """
     if len(data) > MOST_BYTES:
-        raise ReadError(path, f"is larger than {MOST_BYTES >> 20} MiB; settings of a controller have some kilobytes")
+        raise ReadError(path, f"is larger than {MOST_BYTES >> 20} MiB, too large for the settings of a controller")
     if not data.strip():
         raise ReadError(path, "is empty")
     if data.startswith(b"PK"):
@@ -130,7 +130,7 @@ def kind_of(text: str, file: str) -> str:
     if start.startswith("<"):
         if "<Preferences" in text or "<profile" in text[:2000]:
             return "mach3"
-        raise ReadError(file, "is XML, but no profile of Mach3: <profile> with <Preferences> was expected")
+        raise ReadError(file, "is XML, but not a Mach3 profile: <profile> with <Preferences> was expected")
     if _MACH4.search(text) and "CountsPerUnit" in text:
         return "mach4"
     if _LINUXCNC.search(text):
@@ -148,13 +148,13 @@ def kind_of(text: str, file: str) -> str:
         if marlin is duet:
             both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
             raise ReadError(
-                file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
+                file, f"has {both}, so M203 may be in mm/s or in mm/min; choose with --kind marlin or --kind rrf"
             )
         return "marlin" if marlin else "rrf"
     if "M98" in commands and commands & _RRF_WORDS:
         return "rrf"
     raise ReadError(
-        file, f"{_describe_unknown(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}"
+        file, f"{_describe_unknown(text)}; leafcut imports {', '.join(kind.help for kind in KINDS.values())}"
     )
 
 

@@ -85,7 +85,7 @@ class _Reading:
                 raise refused(f"one of more than {MOST_FILES} files; does a file include itself?")
             self.bytes_read += path.stat().st_size
             if self.bytes_read > MOST_INCLUDED:
-                raise refused(f"with which it holds more than {MOST_INCLUDED >> 20} MiB")
+                raise refused(f"with which the settings exceed {MOST_INCLUDED >> 20} MiB")
             text = path.read_bytes().decode("utf-8", "replace")
         except OSError as problem:
             raise refused(f"which cannot be read ({problem.strerror})") from None

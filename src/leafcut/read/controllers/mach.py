@@ -221,12 +221,12 @@ def _preferences(text: str, file: str) -> dict[str, str]:
     try:
         root: Element = fromstring(_NO_XML.sub("?", re.sub(r"^﻿?\s*<\?xml[^>]*\?>", "", text)))
     except DefusedXmlException:
-        raise ReadError(file, "has entities of its own, which Mach3 does not write; not read") from None
+        raise ReadError(file, "declares XML entities, which Mach3 never writes; the file is refused") from None
     except (ParseError, ValueError) as problem:
-        raise ReadError(file, f"is no whole XML file ({shown(str(problem), 60)})") from None
+        raise ReadError(file, f"is not a complete XML file ({shown(str(problem), 60)})") from None
     tags: dict[str, Any] = {}
     for section in [root] if root.tag == "Preferences" else root.findall("Preferences"):
         tags |= {element.tag: element.text or "" for element in section}
     if not tags:
-        raise ReadError(file, "is XML, but no profile of Mach3: <profile> with <Preferences> was expected")
+        raise ReadError(file, "is XML, but not a Mach3 profile: <profile> with <Preferences> was expected")
     return tags

@@ -284,7 +284,7 @@ def _as_answer(value: Any) -> str:
 
 def _take_text(question: Question, typed: str) -> dict[str, Any]:
     if not typed.strip() or not typed.isprintable():
-        raise OptionError(f"'{shown(typed, 30)}' is no answer")
+        raise OptionError(f"'{shown(typed, 30)}' is not an answer")
     text = typed.strip()
     if question.unit:
         value = parse_quantity(text, question.unit)
