@@ -447,7 +447,7 @@ def test_words_after_a_closing_percent_sign_are_refused(words: str) -> None:
     """GRBL and Marlin skip the sign, so a rapid after it is run there."""
     head = "%\nG21 G90\nM3 S1000\nG0 X10. Y10.\n"
     for sign in ("%", "% note"):
-        with pytest.raises(ReadError, match=r"6: the program goes on after the percent sign in line 5"):
+        with pytest.raises(ReadError, match=r"6: the program continues after the percent sign in line 5"):
             interpret_program(f"{head}{sign}\nG0 Z-5.\nM30\n%\n", dialect(words))
     for end in ("M30\n%\n", "%\n", "%\n(done)\n\n%\n", "M30\n%\n%\nG0 X5.\nM30\n%\n"):
         assert len(interpret_program(head + end, dialect(words)).path) > 0

@@ -78,7 +78,7 @@ CASES = [
     ("#1=5", "parameters and expressions"),
     ("G0 X#1", "letter without a number"),
     ("G0 X1 (open", "not closed"),
-    ("G20 F10", "change of units"),
+    ("G20 F10", "changes the units"),
 ]
 
 

@@ -51,7 +51,7 @@ def test_a_difference_names_the_kind_and_both_ends_of_the_move() -> None:
     (one,) = found(rapids((0, 15, 2), (30, 15, 2)))
     assert (one.what, one.original) == ("rapid into the part", 0)
     assert one.text == (
-        "the tool meets the surface, or comes nearer than 0.05 mm above it; this move goes from "
+        "the tool touches the surface, or comes closer than 0.05 mm to it; this move goes from "
         "X0.000 Y15.000 Z2.000 to X30.000 Y15.000 Z2.000"
     )
 

@@ -33,7 +33,7 @@ ES = words("es")
         (
             "line 40 'G0 Z0.5 M7': error 20: the controller does not support this word; the machine is standing still; "
             "its position is X1.000 Y2.000 Z-0.500 (machine coordinates); it was in line 44, hole 11; "
-            "lines up to 60 of 287 were taken; resume with --from-hole 11",
+            "lines up to 60 of 287 were accepted; resume with --from-hole 11",
             "línea 40 'G0 Z0.5 M7': error 20: el control no tiene esta palabra; la máquina está parada; "
             "está en X1.000 Y2.000 Z-0.500 (coordenadas de máquina); estaba en la línea 44, agujero 11; "
             "se aceptaron las líneas hasta la 60 de 287; siga con “Desde el agujero” 11",

@@ -343,7 +343,7 @@ class _ProgramReader:
         for k in range(last, len(self.lines)):
             if self._has_effect(k) and not self.lines[k].strip(_FILLING).startswith("%"):
                 reason = (
-                    f"the program goes on after the percent sign in line {last}, where some controllers end it; "
+                    f"the program continues after the percent sign in line {last}, where some controllers end it; "
                     "remove the sign, or what follows it"
                 )
                 raise ReadError(self.file, reason, k + 1)

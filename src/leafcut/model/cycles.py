@@ -187,7 +187,9 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
 def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
     rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
     if rows > _MAX_ROWS:
-        raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MAX_ROWS:,}; use larger pecks")
+        raise PlanError(
+            f"the drilling cycles have {rows:,} moves, more than the limit of {_MAX_ROWS:,}; use larger pecks"
+        )
     return [_steps_at_r(cycle) for cycle in cycles]
 
 

@@ -59,7 +59,7 @@ def check_surface(
     allowed = rises | _returns_into_holes(path, upright & ~rises, tool_radii)
     rapids = np.flatnonzero((path.kind == Kind.RAPID) & has_position & ~allowed)
     radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
-    text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
+    text = f"the tool touches the surface, or comes closer than {LEAST_CLEARANCE:g} mm to it"
     wrong = [
         Difference("rapid into the part", 0, int(path.line[row]), f"{text}; {_motion_text(path, row)}")
         for row in _rows_meeting(path, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)

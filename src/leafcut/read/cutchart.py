@@ -356,13 +356,15 @@ def _neighbours(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, Chart
 def _capacity_message(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
     """Message for the only current with complete data, which cannot pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
-    message = f"{thickness:g} mm is above what {_describe_process(edge)} pierces"
-    edge_start = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
+    message = f"{thickness:g} mm is above the pierce capacity of {_describe_process(edge)}"
+    edge_start = f"use --amps {edge.amps or 0:g} to start cuts at the sheet's edge"
     if not higher:
-        return f"{message}; {edge_start}, or --pierce-delay to pierce it all the same"
+        return f"{message}; {edge_start}, or give --pierce-delay to pierce it anyway"
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
     missing_values = " and the ".join(_missing_values(higher[0], {}))
-    return f"{message}; of {names} the cut chart does not give the {missing_values}: give them, or {edge_start}"
+    return (
+        f"{message}; for {names}, the cut chart does not give the {missing_values}: give these values, or {edge_start}"
+    )
 
 
 def _interpolate(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:

@@ -335,7 +335,7 @@ def test_a_drill_and_a_mill_without_a_spindle_speed_have_a_reason_each(tmp_path:
     hole = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG0 Z2\n"
     mill = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n"
     for text, reason in (
-        (HEAD.replace("flat end mill", "drill") + hole, "it mills nothing"),
+        (HEAD.replace("flat end mill", "drill") + hole, "it does not mill"),
         (HEAD.replace("S6000 M3\n", "M3\n") + mill, "the program does not state the spindle speed of its cuts"),
     ):
         found = reordered(tmp_path, text + TAIL, feeds=True, workpiece=BLOCK)

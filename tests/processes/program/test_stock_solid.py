@@ -163,7 +163,7 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
     inches = stl(tmp_path / "inches.stl", box((0, 0, -0.4), (1.6, 1.6, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", inches]) == 1
     assert "never touches the stock" in (told := capsys.readouterr().err)
-    assert told.endswith("; in inches it would hold all cuts: save it in mm\n")
+    assert told.endswith("; in inches, the stock would contain all cuts: save the file in mm\n")
     assert run(["stock", program(tmp_path), "--workpiece", "0,0,-1,1e9,9,0"]) == 2
     assert "1e+06 m long, too long" in capsys.readouterr().err
 

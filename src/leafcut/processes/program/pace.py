@@ -474,7 +474,7 @@ class _Pacing:
                 continue
             mine = loads.cuts_of(number)
             turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
-            why = "it mills nothing" if turns else "the program does not state the spindle speed of its cuts"
+            why = "it does not mill" if turns else "the program does not state the spindle speed of its cuts"
             yield Issue("L512", f"{tool.label} keeps its feed: {why}", severity=Severity.NOTE)
         if self.rules.feeds and pace.limits:
             for message in self.unlimited(pace):

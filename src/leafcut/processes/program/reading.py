@@ -343,7 +343,7 @@ def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float
     feed = settings.cut_data.cut_speed
     if feed is None:
         feed, whose = _chart_feed(settings)
-        said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
+        said = f"{word}: the feed of the controller's material is assumed to be {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
         issues.append(Issue("L413", f"{said}, {whose}; set it with --cut-speed", severity=Severity.NOTE))
     return feed, issues
 

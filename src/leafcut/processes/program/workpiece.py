@@ -174,7 +174,7 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
         named = tool_width(program, block)
         if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
             message = (
-                f"the library has T{number} with Ø{tool.diameter:.4g} mm, but the program's comment with "
+                f"T{number} has Ø{tool.diameter:.4g} mm in the library, but in the program's comment "
                 f"Ø{named:.4g} mm; name the library of this program with --tools"
             )
             found.append(Issue("L813", message, f"line {int(program.text_line[block])}", Severity.WARNING))
@@ -320,7 +320,7 @@ class Beyond(NamedTuple):
 
 def in_unit_words(unit: str) -> str:
     """Return the end of a message that names the unit in which the stock would contain all cuts, or ""."""
-    return f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
+    return f"; in {unit}, the stock would contain all cuts: save the file in mm" if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:

@@ -596,12 +596,12 @@ def test_a_centre_drill_wider_than_a_hole_of_a_solid_does_not_cut_the_wall_besid
         (
             249.0,
             (6000.0, 24000.0),
-            "Ø5 wants 249 rpm, but the spindle of test mill turns 6000 to 24000 rpm: mill the hole",
+            "Ø5 requires 249 rpm, but the spindle of test mill turns 6000 to 24000 rpm: mill the hole",
         ),
         (
             9000.0,
             (0.0, 6000.0),
-            "Ø5 wants 9000 rpm, but the spindle of test mill turns 0 to 6000 rpm: change the speed",
+            "Ø5 requires 9000 rpm, but the spindle of test mill turns 0 to 6000 rpm: change the speed",
         ),
     ],
 )

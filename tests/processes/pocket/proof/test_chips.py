@@ -75,7 +75,7 @@ def test_a_slot_faster_than_the_tools_feed_makes_too_thick_a_chip(feed: float, w
     assert [line for line, _ in result] == [3] * wrong
     if feed == 12.0:
         place = "X30.000 Y0.000 Z-2.000"
-        text = f"a move at 720 mm/min makes a chip of 0.12 mm per revolution near {place}; 0.1 mm are allowed"
+        text = f"a move at 720 mm/min makes a chip of 0.12 mm per revolution near {place}; the limit is 0.1 mm"
         assert result == [(3, text)]
 
 

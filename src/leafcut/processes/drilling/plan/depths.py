@@ -77,8 +77,9 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
         return None
     return Issue(
         "L402",
-        f"{tool.label} goes {rule.break_through:g} mm below the plate, and its lead may be {lead:g} mm long: for a "
-        "full thread at the exit give --break-through, if there is room below",
+        f"{tool.label} ends {rule.break_through:g} mm below the plate, but its tapered lead may be {lead:g} mm long: "
+        f"for a "
+        "full thread at the exit, set a larger --break-through if there is room below the plate",
         severity=Severity.NOTE,
     )
 

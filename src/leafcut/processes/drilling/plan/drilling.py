@@ -674,13 +674,13 @@ def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job:
             )
             if tool.assumed and tool.spindle_rpm == job.spindle_speed:
                 raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {limits}; choose a speed in this range")
-            demand = f"{tool.label} wants {tool.spindle_rpm:g} rpm, but {limits}"
+            demand = f"{tool.label} requires {tool.spindle_rpm:g} rpm, but {limits}"
             if tool.spindle_rpm < machine.spindle_min_rpm:
                 raise PlanError(f"{demand}: mill the hole, or change the speed in the tool library")
             raise PlanError(f"{demand}: change the speed in the tool library, or use a faster spindle")
         if tool.feed > machine.max_feed * (1 + 1e-9):
             raise PlanError(
-                f"{tool.label} wants {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "
+                f"{tool.label} requires {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "
                 f"{machine.max_feed * 60:g} mm/min"
             )
 

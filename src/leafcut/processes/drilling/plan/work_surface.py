@@ -319,7 +319,7 @@ def tops_of(
         if not surface.mesh.closed and x0 < x < x1 and y0 < y < y1:
             raise PlanError(
                 f"{surface.mesh.name} is not closed, and has no surface at the hole at {x:g}, {y:g}, or beside it "
-                f"({count_of(len(outside), 'hole')} in all); mend the mesh in CAD"
+                f"({count_of(len(outside), 'hole')} in all); repair the mesh in CAD"
             )
         _refuse_other_unit(part, surface.mesh)
         raise PlanError(
@@ -432,7 +432,7 @@ def _unit_issues(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius:
 def _describe_lengths(part: Part, mesh: Mesh) -> str:
     x0, y0, x1, y1 = part.extents
     length = float(max((mesh.high - mesh.low)[:2]))
-    return f"{mesh.name} is {length:.4g} mm long and the holes lie over {max(x1 - x0, y1 - y0):.4g} mm"
+    return f"{mesh.name} is {length:.4g} mm long and the holes span {max(x1 - x0, y1 - y0):.4g} mm"
 
 
 def _similar_length(part: Part, mesh: Mesh, factor: float) -> bool:

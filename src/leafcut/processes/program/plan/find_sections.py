@@ -27,7 +27,7 @@ from leafcut.processes.program.plan.program_rows import (
 from leafcut.processes.program.plan.staying import word_at
 
 #: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
-STAYING = "the work in it stays"
+STAYING = "the tasks in it keep their order"
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
