@@ -64,7 +64,7 @@ def test_precedence_that_no_tour_keeps_is_one_clear_line(pairs: object, first: i
 
 
 def test_when_no_way_is_allowed_one_is_named() -> None:
-    with pytest.raises(PlanError, match="forbids; the best one goes from node 1 to"):
+    with pytest.raises(PlanError, match="forbids; the best tour goes from node 1 to"):
         solve(four_sets(np.where(np.eye(5) > 0, 0.0, -1.0)))
 
 

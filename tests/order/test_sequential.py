@@ -280,7 +280,7 @@ def test_a_cheaper_order_from_elsewhere_is_not_taken_when_it_breaks_precedence()
 
 def test_a_table_of_costs_with_a_place_to_start_from_is_refused() -> None:
     metric = Metric("EXPLICIT", matrix=np.random.default_rng(1).uniform(0, 1, (6, 6)))
-    with pytest.raises(SolveError, match="leave out start and end"):
+    with pytest.raises(SolveError, match="leave out the start and the end point"):
         solve(RoutingProblem.of_points(np.zeros((6, 2)), metric, start=(0.0, 0.0)), SolveOptions())
 
 

@@ -191,14 +191,14 @@ def arc(b: ToolpathBuilder) -> None:
         (
             "heidenhain",
             lambda b: (b.spindle(0.0), b.tool(2), b.rapid(1.0, 2.0, 3.0)),
-            "at the start, and after a change of tool, the first move must be in Z alone",
+            "at the start, and after a change of tool, the first move must be in Z only",
         ),
         ("linuxcnc", lambda b: b.torch(True), "linuxcnc programs cannot state TORCH"),
         (
             "linuxcnc",
             lambda b: (b.tool(2), b.rapid(1.0, 2.0)),
             "the toolpath moves in X or Y while the height of the tool is unknown; at the start, and after a change "
-            "of tool, the first move must be in Z alone",
+            "of tool, the first move must be in Z only",
         ),
         (
             "linuxcnc",

@@ -395,10 +395,10 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
 @pytest.mark.parametrize(
     "fault, name, reason",
     [
-        (_sideways_first, "linuxcnc", "the first move must be in Z alone"),
-        (_all_axes_first, "haas", "the first move must be in Z alone"),
+        (_sideways_first, "linuxcnc", "the first move must be in Z only"),
+        (_all_axes_first, "haas", "the first move must be in Z only"),
         (_cut_first, "grbl", "must be a rapid in Z alone"),
-        (_machine_sideways_first, "haas", "must be in Z alone"),
+        (_machine_sideways_first, "haas", "must be in Z only"),
         (_sideways_after_tool, "grbl", "after a change of tool, the first move must be in Z"),
         (_drill_after_tool, "linuxcnc", "must be a rapid in Z alone"),
         (_no_feed, "mach3", "give the tool a feed"),

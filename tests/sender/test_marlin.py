@@ -449,7 +449,7 @@ def test_the_page_of_the_studio_says_what_answers_and_what_sends_to_it() -> None
     board = FakeMarlin()
     link = MachineLink(lambda _name, _baud: board, clock=board.clock)
     told = str(link.connect("page", "fake").exception(60.0))
-    assert told.startswith("the device on fake is not GRBL ('ok'); this page serves GRBL boards alone")
+    assert told.startswith("the device on fake is not GRBL ('ok'); this page supports only GRBL boards")
     assert told.endswith("send to Marlin boards with leafcut send") and link.state.said == told
 
 

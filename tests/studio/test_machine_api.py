@@ -213,7 +213,7 @@ def test_one_page_commands_it_the_other_sees_it_and_may_stop_it(open_board: Mach
     link = open_board.studio.machine
     link.take("page")
     assert open_board.state()["holder"] == "page"
-    assert open_board.refused("jog", x=1, feed=100) == "another page commands the machine; take it over first"
+    assert open_board.refused("jog", x=1, feed=100) == "another page controls the machine; take it over first"
     open_board.ask("stop")
     open_board.until(lambda s: s["said"].startswith("stopped by you"))
     assert open_board.ask("take")["holder"] == "program"

@@ -19,7 +19,7 @@ ES = words("es")
         ("a line that nobody knows", "a line that nobody knows"),
         ("cut.nc:12: G81: a cycle with no repeats", "cut.nc:12: G81: un ciclo sin repeticiones"),
         (
-            "pierce height: the torch goes on at Z1.5, not at the pierce height, Z3.8 (line 12)",
+            "pierce height: the torch is lit at Z1.5, not at the pierce height, Z3.8 (line 12)",
             "altura de perforación: la antorcha se enciende en Z1.5, no en la altura de perforación, Z3.8 (línea 12)",
         ),
         (

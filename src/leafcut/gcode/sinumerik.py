@@ -56,7 +56,7 @@ def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -
     argument is missing, or has a value that leafcut does not write.
     """
     if state.call is not None:
-        raise BlockError("MCALL within MCALL; a MCALL alone is missing before it")
+        raise BlockError("MCALL within MCALL; an MCALL without a cycle is missing before it")
     if len(arguments) > _MOST_ARGUMENTS[name]:
         raise BlockError(f"{name} with {len(arguments)} arguments: leafcut reads only its own Siemens programs")
     said = dict(zip(_ARGUMENTS[name], arguments, strict=False))

@@ -350,7 +350,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
             [sys.executable, "-c", code, *arguments], capture_output=True, timeout=_LONGEST_PROCESS, check=False
         )
     except subprocess.TimeoutExpired:
-        raise LeafcutError(f"the run took longer than {_LONGEST_PROCESS:g} s; give it less work") from None
+        raise LeafcutError(f"the run took longer than {_LONGEST_PROCESS:g} s; reduce its work") from None
     if completed.returncode:
         lines = completed.stderr.decode("utf-8", "replace").strip().splitlines()
         raise LeafcutError(

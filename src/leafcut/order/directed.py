@@ -137,7 +137,7 @@ def refuse_places_of_a_table(problem: RoutingProblem) -> None:
     """Raise SolveError if the problem has a table of costs and a start or an end."""
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
-        raise SolveError("a cost table has no costs to or from a place; leave out start and end")
+        raise SolveError("a cost table has no costs to or from a point; leave out the start and the end point")
 
 
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:

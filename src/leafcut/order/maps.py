@@ -48,7 +48,7 @@ def check_allowed(part: Part, nodes: NDArray[np.int32]) -> None:
     wrong = np.flatnonzero(part.matrix[nodes, behind] < 0)
     if len(wrong):
         raise PlanError(
-            f"{part.source or part.name}: no tour was found without edges that the file forbids; the best one "
+            f"{part.source or part.name}: no tour was found without edges that the file forbids; the best tour "
             f"goes from node {nodes[wrong[0]] + 1} to {behind[wrong[0]] + 1} (-1 in the matrix); "
             "give more time, or allow more edges"
         )

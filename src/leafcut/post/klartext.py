@@ -76,7 +76,7 @@ class KlartextWriter(Writer):
     def _rapid(self, row: Motion) -> None:
         sideways = self._is_changed(row.end[0], 0) or self._is_changed(row.end[1], 1)
         if not self.safe and (sideways or math.isnan(row.end[2])):
-            raise PostError("at the start, and after a change of tool, the first move must be in Z alone")
+            raise PostError("at the start, and after a change of tool, the first move must be in Z only")
         self.out.write("L", *self._axes(row, only_z=not self.safe), "R0", "FMAX")
         self._track_position(row)
 

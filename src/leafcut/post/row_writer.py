@@ -134,12 +134,12 @@ class Writer:
         if not self.safe and (sideways or math.isnan(z)):
             raise PostError(
                 "the toolpath moves in X or Y while the height of the tool is unknown; at the start, and after a "
-                "change of tool, the first move must be in Z alone"
+                "change of tool, the first move must be in Z only"
             )
         offset: list[str] = []
         if self.pending_offset is not None and not math.isnan(z):
             if sideways:
-                raise PostError("the first move in Z after a change of tool must be in Z alone")
+                raise PostError("the first move in Z after a change of tool must be in Z only")
             offset = self._offset_words(self.pending_offset)
             self.pending_offset = None
         words = self._axes(row, only_z=bool(offset) or not self.safe)
@@ -229,7 +229,7 @@ class Writer:
     def _machine(self, row: Motion) -> None:
         moved_axes = [axis for axis in range(3) if not math.isnan(row.end[axis])]
         if not self.safe and moved_axes != [2]:
-            raise PostError("the first move, in machine coordinates, must be in Z alone")
+            raise PostError("the first move, in machine coordinates, must be in Z only")
         if not moved_axes:
             raise PostError("a move in machine coordinates without a target")
         self._move_machine(

@@ -469,10 +469,12 @@ def _cut_data(
     cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
     if cut_height is None:
         cut_height = assumed
-        issues.append(Issue("L414", f"the cut chart gives no cut height; {assumed:g} mm assumed (--cut-height)"))
+        issues.append(Issue("L414", f"the cut chart gives no cut height; {assumed:g} mm is assumed (--cut-height)"))
     pierce_height = values.get("pierce_height")
     if pierce_height is None and can_pierce and kind == CutMethod.PLASMA:
-        message = f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, assumed (--pierce-height)"
+        message = (
+            f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, is assumed (--pierce-height)"
+        )
         issues.append(Issue("L414", message))
     return CutData(
         process=row.process,

@@ -163,7 +163,7 @@ _ALARMS_OF = {
     "grblHAL": {
         10: "the emergency stop is pressed",
         11: "homing is needed first",
-        12: "a limit switch is pressed; free it first",
+        12: "a limit switch is pressed; release it first",
         13: "the protected probe was triggered",
         14: "the spindle does not follow its command",
         15: "homing did not find the second limit switch of an auto-squared axis",

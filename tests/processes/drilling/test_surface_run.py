@@ -512,7 +512,7 @@ def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Pa
     )
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "z_zero": None})
     told = {issue.code: str(issue) for issue in outcome.issues}
-    assert "the surface Z-6.000; the surface counts" in told["L442"]
+    assert "the surface Z-6.000; the height of the surface is used" in told["L442"]
 
 
 def test_the_command_line_gives_the_same_time(

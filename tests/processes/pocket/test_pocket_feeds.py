@@ -168,7 +168,7 @@ def test_a_weak_spindle_lowers_the_feed_in_slots(drawing: Path, tmp_path: Path, 
 def test_a_spindle_too_weak_for_any_feed_is_refused(
     drawing: Path, tmp_path: Path, library_tool: dict[str, Any]
 ) -> None:
-    with pytest.raises(PlanError, match=r"the spindle gives 0\.0398 kW to it; give a smaller --step-down"):
+    with pytest.raises(PlanError, match=r"the spindle provides only 0\.0398 kW; give a smaller --step-down"):
         api.optimize(drawing, feeds=True, machine=machine_of_power(tmp_path, "0.053 kW"), **library_tool)
 
 
@@ -270,4 +270,4 @@ def test_a_ramp_that_needs_more_power_than_there_is_is_refused() -> None:
     found = measured_chips(interpret(text, dialect("linuxcnc")), rules, limits, mill, [-2.0])
     (said,) = [str(one) for one in found.wrong if "X30" in str(one) or "line 5" in str(one)]
     assert "kW near" in said
-    assert "the spindle gives 0.2 kW at most" in said
+    assert "the spindle provides at most 0.2 kW" in said

@@ -336,7 +336,7 @@ def _scribe_under_compensation(b: ToolpathBuilder) -> None:
             _switched_under_compensation,
             "outputs cannot be switched (M62) while the controller compensates the kerf (G41, G42)",
         ),
-        ("flame", _probed, f"{dialect('flame').name} has no word for a probe"),
+        ("flame", _probed, f"{dialect('flame').name} has no probing command"),
         ("qtplasmac", _scribe_while_lit, "the tool cannot be changed (M6) while the torch is on"),
         ("qtplasmac", _scribe_under_compensation, "the tool cannot be changed (M6) while the torch is on"),
     ],

@@ -92,7 +92,7 @@ def check_algorithm(settings: Settings) -> None:
     taken = OF_GRID.get(strategy, (algorithm,))
     if "algorithm" in settings.asked and algorithm not in taken:
         raise OptionError(
-            f"--algorithm: --strategy {strategy} takes {' or '.join(', '.join(taken).rsplit(', ', 1))}, not "
+            f"--algorithm: --strategy {strategy} supports {' or '.join(', '.join(taken).rsplit(', ', 1))}, not "
             f"{algorithm}; choose one of these, or another --strategy"
         )
 

@@ -188,7 +188,8 @@ class _Pacing:
         """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
             message = (
-                "the stock is not given: a move counts as in air only where the program has already moved or cut; "
+                "the stock is not given: a move is treated as a move in air only where the program has already moved "
+                "or cut; "
                 "give --workpiece to find more"
             )
             yield Issue("L510", message, severity=Severity.NOTE)

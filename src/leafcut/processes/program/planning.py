@@ -192,7 +192,7 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
             look=look,
         )
     except _TooManySteps:
-        said = "the order stays: the program is too large to plan; divide it into several"
+        said = "the program keeps its order, because it is too large to plan; divide it into several programs"
         found = known_process(original) if process == "auto" else process
         return replace(all_stay(original, found, "too-large"), issues=(Issue("L507", said),))
 

@@ -214,7 +214,7 @@ class _TorchWriter(Writer):
 
     def _probe(self, row: Motion) -> None:
         if not self.torch.probe:
-            raise PostError(f"{self.dialect.name} has no word for a probe")
+            raise PostError(f"{self.dialect.name} has no probing command")
         self._check_cutting(row)
         self.out.forget(["motion", "Z"])
         feed = self.out.modal("F", "F" + self.numbers.feed(row.value))

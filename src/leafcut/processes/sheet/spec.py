@@ -104,7 +104,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
     marks = any(c.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     file = load_plan(settings.job.plan) if settings.job.plan else None
-    job.report("looking for places to pierce")
+    job.report("looking for pierce points")
     cutting = prepare_cutting(sheet, rules)
     if file is not None:
         cutting = follow_plan(cutting, file, everything=settings.solve.keeps_order)

@@ -281,7 +281,7 @@ class MachineLink:
             if not self.state.open:
                 raise SendError("no machine is connected")
             if self.state.holder != holder and not self._is_abandoned():
-                raise SendError("another page commands the machine; take it over first")
+                raise SendError("another page controls the machine; take it over first")
             self._alive_at = self._clock()
             if self.state.holder != holder:
                 self._publish(holder=holder)
@@ -335,7 +335,7 @@ class MachineLink:
         except NotThisFirmware as problem:
             message = str(problem)
             if problem.answers:
-                message += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
+                message += "; this page supports only GRBL boards: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
             message = str(problem)
         except Exception as fault:  # after an internal error, no page must show a connected machine

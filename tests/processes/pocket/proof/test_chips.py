@@ -186,8 +186,8 @@ def test_a_plunge_needs_power_only_in_uncleared_material() -> None:
     weak = replace(STEEL, power=0.9 * power_on_plunge(STEEL, 9.0))
     (wrong,) = found((None, -2.0, 9.0), limits=weak)
     kilowatts = power_on_plunge(STEEL, 9.0) / 1000.0
-    assert wrong == (2, f"a move at 540 mm/min needs {kilowatts:.4g} kW near X0.000 Y0.000 Z-2.000; the spindle gives "
-                        f"{0.9 * kilowatts:.4g} kW at most")  # fmt: skip
+    assert wrong == (2, f"a move at 540 mm/min needs {kilowatts:.4g} kW near X0.000 Y0.000 Z-2.000; the spindle "
+                        f"provides at most {0.9 * kilowatts:.4g} kW")  # fmt: skip
     builder = ToolpathBuilder()
     builder.spindle(6000.0)
     builder.rapid(0.0, 0.0, 0.5)

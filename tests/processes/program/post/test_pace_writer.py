@@ -121,7 +121,7 @@ def test_a_line_longer_than_the_controller_takes_gets_its_feed_before_it() -> No
     text = f"{HEAD} / G1 Z-1 F300 / X10 / Y10 / {FOOT}"
     assert paced(text, {5: [(1.0, 6.0)]}, longest=10)[4:6] == ["X10 F360.0", "Y10 F300.0"]
     assert paced(text, {5: [(1.0, 6.0)]}, longest=9)[4:8] == ["F360.0", "X10", "F300.0", "Y10"]
-    with pytest.raises(PostError, match="'X10' would be longer than the 5 characters that the controller takes"):
+    with pytest.raises(PostError, match="'X10' would be longer than the 5 characters that the controller accepts"):
         paced(text, {5: [(1.0, RAPID)]}, longest=5)
 
 

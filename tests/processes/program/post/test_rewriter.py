@@ -327,7 +327,7 @@ def test_words_without_a_move_may_have_a_block_of_their_own(word: str) -> None:
     assert insert_words_within("X5 (a hole)\r\n", front, back, 15, 11) == [f"{word}\r\n", "G81 X5 (a hole)\r\n"]
     with pytest.raises(PostError) as caught:
         insert_words_within("X5 (a hole)\n", front, back, 14, 11)
-    assert str(caught.value) == "'X5 (a hole)' would be longer than the 14 characters that the controller takes"
+    assert str(caught.value) == "'X5 (a hole)' would be longer than the 14 characters that the controller accepts"
 
 
 def test_a_line_as_long_as_the_original_is_never_too_long() -> None:

@@ -56,8 +56,8 @@ BACK = (("tool", 0.0), ("offset", 0.0), ("move", 2.0))
     [
         ((("move", 1.0), ("cut", 1.0), ("end", 0.0)), []),
         ((*READY, ("mark", 1.0), ("cut", 0.0), *BACK, ("cut", 1.0), ("end", 0.0)), []),
-        ((("move", 1.0), ("mark", 1.0), ("end", 0.0)), [(2, f"tool 0 is chosen where tool {NUMBER} works")]),
-        ((*READY, ("cut", 1.0), *BACK, ("end", 0.0)), [(4, f"tool {NUMBER} is chosen where tool 0 works")]),
+        ((("move", 1.0), ("mark", 1.0), ("end", 0.0)), [(2, f"tool 0 is selected where tool {NUMBER} works")]),
+        ((*READY, ("cut", 1.0), *BACK, ("end", 0.0)), [(4, f"tool {NUMBER} is selected where tool 0 works")]),
         (
             (("tool", NUMBER), ("move", 1.0), ("offset", NUMBER), ("mark", 1.0), *BACK, ("end", 0.0)),
             [(4, f"tool {NUMBER} is lit before it moves to its start with its own offset")],
@@ -225,7 +225,7 @@ def test_feeds_are_those_of_the_plan_along_the_cut() -> None:
     [
         ({}, None),
         ({"height": 3.8019}, None),
-        ({"height": 3.8021}, ("pierce height", 4, "the torch goes on at Z3.802, not at the pierce height, Z3.800")),
+        ({"height": 3.8021}, ("pierce height", 4, "the torch is lit at Z3.802, not at the pierce height, Z3.800")),
         ({"waited": 0.4991}, None),
         ({"waited": 0.9}, None),
         ({"waited": 0.4989}, ("pierce delay", 4, "the torch waits 0.4989 s for the pierce; the chart asks for 0.5 s")),

@@ -332,7 +332,7 @@ def tops_of(
     counts = (
         "R planes are measured from the highest point of the rim, depths from the drawing"
         if drawn
-        else "the highest point counts"
+        else "the highest point is used"
     )
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
@@ -361,7 +361,7 @@ def tops_of(
                     + (
                         "depths are measured from the drawing, R planes from the higher of the two"
                         if drawn
-                        else "the surface counts"
+                        else "the height of the surface is used"
                     ),
                 )
             )

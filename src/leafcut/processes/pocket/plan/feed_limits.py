@@ -75,7 +75,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
         needed = float(power_at(slot(tool.diameter), tool.feed, limits)[0])
         raise PlanError(
             f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
-            f"{tool.label}, but the spindle gives {limits.power / 1000.0:.3g} kW to it; give a smaller --step-down"
+            f"{tool.label}, but the spindle provides only {limits.power / 1000.0:.3g} kW; give a smaller --step-down"
         )
 
 

@@ -224,8 +224,8 @@ def _horizontal_length(cut: PocketCut) -> float:
 
 def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
     return (
-        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle gives "
-        f"{limits.power / 1000.0:.4g} kW at most"
+        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle "
+        f"provides at most {limits.power / 1000.0:.4g} kW"
     )
 
 

@@ -71,7 +71,7 @@ def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], lo
     rest = insert_words(line, *([w for w in words if w not in alone] for words in (front, back)))
     if len(rest.rstrip("\r\n")) > most:
         raise PostError(
-            f"'{line.strip()[:40]}' would be longer than the {longest} characters that the controller takes"
+            f"'{line.strip()[:40]}' would be longer than the {longest} characters that the controller accepts"
         )
     end = line[len(line.rstrip("\r\n")) :] or "\n"
     return [" ".join(alone) + end, rest]

@@ -85,7 +85,7 @@ class Original:
                 x, y = path.end[row, :2].tolist()
                 if path.kind[row] in MOTIONS and (x, y) == piece.entry and not self.idle(row):
                     return block, row
-        raise PostError(f"line {piece.line}: the move to the start of this work is missing")
+        raise PostError(f"line {piece.line}: the move to the start of this task is missing")
 
     def idle(self, row: int) -> bool:
         """Return whether a row does not move X and Y."""

@@ -150,7 +150,8 @@ class CutSequence:
         at = {k: place for place, k in enumerate(cut)}
         if len(at) != len(contours) or len(cut) != len(at):
             raise PlanError(
-                "the order does not cut every contour once; this is a fault of the algorithm, choose another"
+                "the order does not cut every contour once; this is a defect of the algorithm; choose another "
+                "--algorithm"
             )
         for a, b in self.cutting.pairs:
             if at[a] > at[b]:

@@ -62,7 +62,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     if found["maybe sheet"]:
         if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.path
-            message = f"layer {named.layer} is taken as the edge of the sheet; set --sheet-layers to change that"
+            message = f"layer {named.layer} is used as the edge of the sheet; set --sheet-layers to change that"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)

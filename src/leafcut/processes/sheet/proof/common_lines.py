@@ -63,7 +63,7 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     body = max((shapely.Polygon(p.exterior) for p in swept), key=lambda p: p.area).buffer(TOLERANCE - 0.5 * kerf)
     for k in own:
         if k > last:
-            text = "a common line comes after the cut around its parts, which detaches them"
+            text = "a common line is cut after the cut around its parts, which detaches them"
             yield wrong("out of order", text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
             text = f"the common line that starts at {place(*runs[k].start)} is not within its parts"

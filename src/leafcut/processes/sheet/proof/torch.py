@@ -75,7 +75,7 @@ def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
         elif row.kind is Kind.SPINDLE and row.value:
             wanted = number if row.ref else 0
             if tool != wanted:
-                text = f"tool {tool} is chosen where tool {wanted} works"
+                text = f"tool {tool} is selected where tool {wanted} works"
                 found.append(Difference("scribe", 0, row.line, text))
             elif not placed:
                 text = f"tool {tool} is lit before it moves to its start with its own offset"
@@ -174,7 +174,7 @@ def _lighting_faults(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, wait
     if run.lightings and cut.pierce:
         first = run.lightings[0]
         if heights and not abs(first.height - data.pierce_height) <= _ROOM:
-            text = f"the torch goes on at Z{first.height:.3f}, not at the pierce height, Z{data.pierce_height:.3f}"
+            text = f"the torch is lit at Z{first.height:.3f}, not at the pierce height, Z{data.pierce_height:.3f}"
             found.append(Difference("pierce height", 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
             text = f"the torch waits {first.waited:g} s for the pierce; the chart asks for {data.pierce_delay:g} s"
