@@ -141,8 +141,9 @@ def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pyte
     program = (shop / "pocket.ngc").read_bytes()
     capsys.readouterr()
     assert run(milled) == 1
-    assert "jobs/pocket.ngc: exists, and `leafcut drill` wrote it; name another file with -o to keep both" in (
-        capsys.readouterr().err
+    assert (
+        "jobs/pocket.ngc: the file exists and was written by `leafcut drill`; name another file with -o to keep both"
+        in (capsys.readouterr().err)
     )
     assert (shop / "pocket.ngc").read_bytes() == program
     text = signed(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
