@@ -149,7 +149,7 @@ def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pyte
     text = signed(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
     (shop / "pocket.ngc").write_text(text)
     assert run(drilled) == 1
-    assert "`leafcut pocket` wrote it" in capsys.readouterr().err
+    assert "written by `leafcut pocket`" in capsys.readouterr().err
     assert (shop / "pocket.ngc").read_text() == text
 
 
