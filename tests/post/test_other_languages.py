@@ -312,7 +312,7 @@ def test_blocks_leave_out_active_words_and_number_their_lines() -> None:
     plain.write("X" * limit)
     with pytest.raises(PostError) as refused:
         plain.write("X" * (limit + 1))
-    assert str(refused.value) == f"a block is longer than linuxcnc takes: {'X' * 60}…"
+    assert str(refused.value) == f"a block is longer than linuxcnc accepts: {'X' * 60}…"
 
 
 def test_a_controller_with_one_command_per_line_repeats_the_motion() -> None:

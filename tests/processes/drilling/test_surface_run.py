@@ -165,7 +165,7 @@ def test_what_is_planned_too_low_is_not_written(folder: Path, monkeypatch: pytes
         "leafcut.processes.drilling.plan.drill_toolpath.travel_heights",
         lambda relief, xy, dogleg: np.full(len(xy) - 1, -50.0),
     )
-    with pytest.raises(VerifyError, match="meets the surface"):
+    with pytest.raises(VerifyError, match="touches the surface"):
         drilled(folder, algorithm="none")
 
 
@@ -302,7 +302,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
     gone = (triangles[:, :, 2] == -12).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
     step = (triangles[:, :, 2] == -20).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
     (folder / "hollow.stl").write_bytes(binary_stl(triangles[~gone & ~step]))
-    with pytest.raises(LeafcutError, match=r"hollow\.stl is not closed, and has no surface at the hole at .*; mend"):
+    with pytest.raises(LeafcutError, match=r"hollow\.stl is not closed, and has no surface at the hole at .*; repair"):
         drilled(folder, surface=str(folder / "hollow.stl"))
 
 

@@ -286,7 +286,7 @@ def test_a_program_that_jumps_to_numbers_is_not_renumbered() -> None:
 def test_an_order_that_is_none_is_refused() -> None:
     program = program_of(HEAD + "G99 G81 X0 Y0 Z-3 R1 F100 / X9 / X0 Z-4" + FOOT)
     sequence = find_sequence(program)
-    with pytest.raises(PostError, match="each of 3 pieces once"):
+    with pytest.raises(PostError, match="each of the 3 tasks once"):
         rewrite(program, sequence, [np.array([0, 1, 1])])
     with pytest.raises(PostError, match="line 7 would come before line 5"):
         rewrite(program, sequence, [np.array([2, 1, 0])])
