@@ -87,6 +87,13 @@ def test_in_inches_lengths_have_five_decimals_and_feeds_are_inches_per_minute() 
     assert paced(millimetres, {4: [(1 / 3, 5.0), (1.0, 10.0)]})[3:5] == ["G1 X0.3333 F300.0", "G1 X1 F600"]
 
 
+def test_a_feed_in_inches_is_replaced_in_its_place_and_restored_after_it() -> None:
+    """6.35 mm/s are 15 in/min."""
+    text = f"{HEAD.replace('G21', 'G20')} / G1 X1 F20 / Y1 / {FOOT}"
+    assert paced(text, {4: [(1.0, 6.35)]})[3:5] == ["G1 X1 F15.0", "Y1 F20.0"]
+    assert paced(text, {5: [(1.0, 6.35)]})[3:6] == ["G1 X1 F20", "Y1 F15.0", "G0 Z20"]
+
+
 def test_an_arc_that_becomes_a_rapid_loses_its_centre_and_the_next_cut_states_its_motion() -> None:
     text = f"{HEAD} / G1 Z-1 F300 / G2 X10 Y0 I5 J0 (round) / G1 X20 / {FOOT}"
     assert paced(text, {5: [(1.0, RAPID)]})[3:6] == ["G1 Z-1 F300", "G0 X10 Y0 (round)", "G1 X20"]
@@ -111,7 +118,7 @@ def test_a_line_that_must_stay_gets_its_feed_and_motion_in_a_block_before_it() -
 
 def test_lines_end_as_in_the_program() -> None:
     program = program_of(f"{HEAD} / G1 X10 F600 / Y10 / {FOOT}".replace(" / ", "\r\n"))
-    text = with_pace(program, Pace({row_of(program, 4): (PaceStretch(0.5, 5.0), PaceStretch(1.0, 5.0))}))
+    text = with_pace(program, Pace({row_of(program, 4): (PaceStretch(0.5, 5.0), PaceStretch(1.0, 5.0))}), 255)
     assert text.split("\r\n")[3:6] == ["G1 X5.0 F300.0", "G1 X10 F300.0", "Y10 F600.0"]
     assert "\n" not in text.replace("\r\n", "")
 
@@ -138,7 +145,7 @@ def test_the_new_text_is_run_with_the_wanted_speed_everywhere(wanted: list[list[
         row_of(program, 4 + k): tuple(PaceStretch((n + 1) / len(speeds), speed) for n, speed in enumerate(speeds))
         for k, speeds in enumerate(wanted)
     }
-    path = program_of(with_pace(program, Pace(stretches))).path
+    path = program_of(with_pace(program, Pace(stretches), 255)).path
     for k in range(6):
         row = row_of(program, 4 + k)
         parts = stretches.get(row, (PaceStretch(1.0, float(program.path.value[row])),))
@@ -163,6 +170,6 @@ def test_heights_are_rounded_up_in_the_unit_of_the_program() -> None:
 def test_a_cycle_returns_to_the_plane_that_is_asked_for() -> None:
     """A stated G98 becomes G99; without one, the word comes first."""
     program = program_of(f"{HEAD} / G98 G81 X1 Y1 Z-1 R1 F100 / X5 / X9 / G80 / {FOOT}")
-    text = with_returns(program, [CycleReturn(3, 99), CycleReturn(5, 98)])
+    text = with_returns(program, [CycleReturn(3, 99), CycleReturn(5, 98)], 255)
     assert text.splitlines()[3:7] == ["G99 G81 X1 Y1 Z-1 R1 F100", "X5", "G98 X9", "G80"]
     assert with_returns(program, [CycleReturn(4, 99)], longest=5).splitlines()[4:6] == ["G99", "X5"]

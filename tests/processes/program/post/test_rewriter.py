@@ -354,7 +354,7 @@ def test_a_line_as_long_as_the_original_is_never_too_long() -> None:
 )
 def test_numbers_start_and_rise_as_in_the_program(lines: list[str], numbers: list[str]) -> None:
     """New lines, here with a +, get a number; N-numbers end at 99999."""
-    assert renumbered([(line.removeprefix("+"), line.startswith("+")) for line in lines]) == [
+    assert renumbered([(line.removeprefix("+"), line.startswith("+")) for line in lines], 255) == [
         number.replace("+", "") for number in numbers
     ]
 
@@ -362,19 +362,19 @@ def test_numbers_start_and_rise_as_in_the_program(lines: list[str], numbers: lis
 @pytest.mark.parametrize("jump", ["M99 P10", "M97 P10", "m 97", "GOTO 10", "IF [#1 EQ 2] goto 10"])
 def test_a_jump_by_number_forbids_new_numbers(jump: str) -> None:
     with pytest.raises(PostError) as caught:
-        renumbered([("N10 X1\n", False), (jump + "\n", False)])
+        renumbered([("N10 X1\n", False), (jump + "\n", False)], 255)
     assert str(caught.value) == f"'{jump}' jumps to a line by its number; leave out --line-numbers"
     for harmless in ("(GOTO 10)", "M99", "M970"):
-        assert renumbered([("N10 X1\n", False), (harmless + "\n", False)])[1] == harmless + "\n"
+        assert renumbered([("N10 X1\n", False), (harmless + "\n", False)], 255)[1] == harmless + "\n"
 
 
 def test_too_many_or_too_long_numbered_lines_are_refused() -> None:
     with pytest.raises(PostError) as caught:
-        renumbered([("N1\n", False)] * 100_000)
+        renumbered([("N1\n", False)] * 100_000, 255)
     assert str(caught.value) == (
         "the program has 100000 numbered lines, more than there are N-numbers; leave out --line-numbers"
     )
-    assert renumbered([("N1\n", False)] * 99_999)[-1] == "N99999\n"
+    assert renumbered([("N1\n", False)] * 99_999, 255)[-1] == "N99999\n"
     lines = [("N8 X1\n", False), ("N10 X1234\n", False), ("Y5678\n", True)]
     assert renumbered(lines, longest=9) == ["N8 X1\n", "N10 X1234\n", "N12 Y5678\n"]
     with pytest.raises(PostError) as caught:

@@ -21,7 +21,7 @@ _LAST_NUMBER = 99_999
 
 def line_end(lines: Sequence[str]) -> str:
     """Return the line ending of a program."""
-    first = lines[0] if len(lines) else ""
+    first = next(iter(lines), "")
     return first[len(first.rstrip("\r\n")) :] or "\n"
 
 
@@ -119,7 +119,7 @@ def format_length(mm: float, unit: float | None) -> str:
     return format_value(mm / (unit or 1.0))
 
 
-def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[str]:
+def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
     """Renumber the lines of a program with its own first number and step.
 
     `lines` are pairs of a text and a flag for inserted lines. Inserted lines get a number; original lines without a

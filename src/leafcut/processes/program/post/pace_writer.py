@@ -15,7 +15,6 @@ from leafcut.model.pace import CycleReturn, Lowered, Pace, PaceStretch
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.post.insertion import (
     code_of,
-    format_length,
     format_value,
     insert_words_within,
     line_end,
@@ -36,7 +35,7 @@ _DECIMALS, _DECIMALS_INCH = 4, 5
 _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
-def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat = unseen) -> str:
+def with_pace(program: Program, pace: Pace, longest: int, look: Heartbeat = unseen) -> str:
     """Return the text of a program with new speeds. Raises PostError if a line would be longer than `longest`
     characters.
     """
@@ -54,7 +53,7 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
     return "".join(lines)
 
 
-def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
+def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int) -> str:
     """Return the text of a program with changed cycle returns (G98, G99).
 
     Raises PostError if a line would be longer than `longest` characters.
@@ -124,16 +123,16 @@ class _PaceWriter:
 
     def _edited(self, line: str, block: int, row: int) -> str:
         program, path = self.program, self.program.path
-        unit = program.modal(block + 1).unit
+        unit = program.modal(block + 1).unit or 1.0
         begin, end = path.before[row], path.end[row]
-        decimals = _DECIMALS if not unit or unit == 1.0 else _DECIMALS_INCH
+        decimals = _DECIMALS if unit == 1.0 else _DECIMALS_INCH
         written = []
         *parts, last = self.pace.stretches[row]
         own = program.modal(block + 1).feed
         for part in parts:
             place = begin + part.until * (end - begin)
             axes = [
-                letter + format_length(round(float(place[axis]) / (unit or 1.0), decimals) * (unit or 1.0), unit)
+                letter + format_value(round(float(place[axis]) / unit, decimals))
                 for axis, letter in enumerate("XYZ")
                 if abs(end[axis] - begin[axis]) > 1e-9
             ]
@@ -144,7 +143,7 @@ class _PaceWriter:
             self.motion = 0 if math.isinf(part.speed) else 1
         return "".join(written) + self._last(line, block, row, last, own, unit)
 
-    def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float | None) -> str:
+    def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float) -> str:
         """Return the original line with the speed of the last stretch of its cut."""
         was = len(line.rstrip("\r\n"))
         code = code_of(line)
@@ -173,20 +172,20 @@ class _PaceWriter:
             back += self._feed_words(last, row, own, unit)
         return "".join(insert_words_within(line, front, back, self.longest, was))
 
-    def _feed_words(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> list[str]:
+    def _feed_words(self, stretch: PaceStretch, row: int, own: float, unit: float) -> list[str]:
         value = self._value(stretch, row, own, unit)
         if value == self.feed:
             return []
         self.feed = value
         return ["F" + format_value(value)]
 
-    def _value(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> float:
+    def _value(self, stretch: PaceStretch, row: int, own: float, unit: float) -> float:
         """Return the speed of a stretch in program units per minute, rounded down; an unchanged feed keeps its exact
         value.
         """
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own
-        value = stretch.speed * SECONDS_PER_MINUTE / (unit or 1.0)
+        value = stretch.speed * SECONDS_PER_MINUTE / unit
         digits = max(_DIGITS - 1 - math.floor(math.log10(value)), 0)
         return math.floor(value * 10.0**digits + 1e-9) / 10.0**digits
 
