@@ -264,3 +264,13 @@ def test_a_program_that_relies_on_the_modes_it_finds_is_found_out(mode: str) -> 
 
 
 STATED = "G21\nG17 G90 G94\nG0 Z5\nX1 Y2\nG98 G81 X1 Y2 Z-3 R1 F100\nM2\n"
+
+
+def test_a_number_of_the_length_alone_changes_the_active_length_of_a_fagor() -> None:
+    """D with G43 or G44 waits for that word; D before G43 only stores the number."""
+    text = "G71\nG90 G17\nT1 D1 M6\nD4\nG0 G43 Z5\nD2\nG43 D3 Z6\nG44 D5\nD6\nM30\n"
+    path = interpret(text, dialect("fagor8055"))
+    offsets = path.kind == Kind.OFFSET
+    assert list(zip(path.line[offsets].tolist(), path.ref[offsets].tolist(), strict=True)) == [
+        (5, 4), (6, 2), (7, 3), (8, 0),
+    ]  # fmt: skip

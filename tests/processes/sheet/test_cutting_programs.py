@@ -413,6 +413,20 @@ def test_a_lower_feed_under_compensation_is_set_before_it() -> None:
     assert body.startswith(cut.format(5, " F1200", 10, 0) + "G0 X50 Y0\nM3 $0 S1\n" + second)
 
 
+def test_a_compensation_that_changes_its_side_keeps_the_share_of_the_feed() -> None:
+    """From G41.1 to G42.1 without G40, M67 may not come again."""
+    b = lit()
+    b.radius(41, 1.5)
+    b.feed(20.0, 0.0, feed=12.0)
+    b.radius(42, 1.5)
+    b.feed(20.0, 9.0, feed=12.0)
+    b.radius(40)
+    b.spindle(0.0)
+    b.end()
+    body = written("qtplasmac", b.build()).partition("X10 F1200\n")[2].partition("M5")[0]
+    assert body == "M67 E3 Q60\nG41.1 D1.5\nX20\nG42.1 D1.5\nY9\nG40\n"
+
+
 def test_after_a_probe_the_cut_states_its_feed_again() -> None:
     b = ToolpathBuilder()
     for x in (0.0, 50.0):

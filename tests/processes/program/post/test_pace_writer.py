@@ -70,7 +70,15 @@ def test_a_line_with_its_own_feed_gets_the_new_number_in_its_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("speed", "word"), [(12.3456, "F740.0"), (0.123456, "F7.4"), (1.9999, "F119.0"), (0.0123456, "F0.74")]
+    ("speed", "word"),
+    [
+        (12.3456, "F740.0"),
+        (0.123456, "F7.4"),
+        (1.9999, "F119.0"),
+        (0.0123456, "F0.74"),
+        (205.76, "F12345.0"),
+        (17.4, "F1044.0"),
+    ],
 )
 def test_a_feed_is_rounded_down_to_three_figures(speed: float, word: str) -> None:
     """Never up: 12.3456 mm/s are 740.736 mm/min."""
