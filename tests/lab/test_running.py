@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -22,6 +23,7 @@ from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
 from leafcut.lab import running
+from leafcut.lab.experiment import search_curve
 from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
 from leafcut.lab.results import Results
@@ -61,6 +63,31 @@ def test_a_run_is_what_its_command_answers(tmp_path: Path) -> None:
     assert (row.leafcut, row.options["seed"]) == (__version__, 2)
     assert "core" in row.machine
     assert {"python", "numpy", "numba"} <= row.versions.keys()
+
+
+def test_a_curve_has_few_points_never_rises_and_ends_with_the_search() -> None:
+    study = Study()
+    study.begin()
+    for number in range(1, 401):
+        study.note(number, 0.1 * number, 1000.0 - 2.0 * min(number, 300))
+    curve = list(search_curve(study, 50))
+    assert curve[0] == (1, 0.1, 998.0)
+    assert curve[-1] == (400, 40.0, 400.0)
+    assert len(curve) <= 51
+    assert all(a[0] < b[0] and a[2] >= b[2] for a, b in itertools.pairwise(curve))
+
+
+def test_a_pocket_has_the_curve_of_its_search_also_if_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def optimized(source: object, *, observe: Study, **options: object) -> object:
+        observe.begin()
+        for number, cost in enumerate((30.0, 20.0, 20.0), 1):
+            observe.note(number, number / 8.0, cost)
+        raise VerifyError("refused")
+
+    monkeypatch.setattr(api, "optimize", optimized)
+    answer = perform(RunTask("k", "pocket", "part.dxf", {}, {"machining": ("after.time_s", 1.0)}))
+    assert answer.failed == "refused"
+    assert answer.curve == ((1, 0.125, 30.0), (2, 0.25, 20.0), (3, 0.375, 20.0))
 
 
 def test_what_is_finished_is_not_repeated_and_what_is_not_is_done(tmp_path: Path) -> None:

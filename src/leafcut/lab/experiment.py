@@ -187,6 +187,21 @@ def curve_of(solution: Solution, study: Study, max_points: int) -> Iterator[tupl
     yield (solution.iterations, solution.seconds, solution.cost)
 
 
+def search_curve(study: Study, max_points: int) -> Iterator[tuple[int, float, float]]:
+    """Yield (iteration, seconds, cost) of the improvements of the latest search, and of its end.
+
+    Improvements are thinned to about `max_points`.
+    """
+    points: list[tuple[int, float, float]] = []
+    rows = study.iterations()
+    for row in rows:
+        if not points or row.shortest < points[-1][2]:
+            points.append((row.number, row.seconds, row.shortest))
+    yield from points[:: len(points) // max_points + 1]
+    if rows:
+        yield (rows[-1].number, rows[-1].seconds, rows[-1].shortest)
+
+
 def _bound(
     part: Part, best: Solution | None, options: Mapping[str, Any], cancel_event: threading.Event
 ) -> float | None:

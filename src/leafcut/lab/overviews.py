@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from statistics import fmean
 
 from leafcut.lab import charts
@@ -14,6 +15,9 @@ from leafcut.lab.store import Row
 
 #: Candidate targets, percent above the best result. The smallest target that half of all runs reach is used.
 _TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+
+#: Maximum number of curves in a chart with one for each variant.
+_MAX_CURVES = 8
 
 
 def overview(results: Results) -> ReportBlock:
@@ -37,13 +41,18 @@ def overview(results: Results) -> ReportBlock:
 
 
 def searches(results: Results) -> ReportBlock | None:
-    """Return convergence and time-to-target charts of each instance; None if no run recorded a curve."""
+    """Return convergence and time-to-target charts of each instance; None if no run recorded a curve.
+
+    A curve belongs to a variant; with more than `_MAX_CURVES` variants, to a level of the first factor.
+    """
+    description = results.description
+    n_variants = len({cell[1:] for cell in results.cells()})
+    curve_of = replace(description, factors=description.factors[:1]) if n_variants > _MAX_CURVES else description
     curves: dict[str, dict[str, list[Row]]] = {}
     for row in results.rows:
         if len(row.curve) > 1:
-            curves.setdefault(row.instance, {}).setdefault(
-                variant_name(results.description, results.cell(row)), []
-            ).append(row)
+            cell = results.cell(row)[: 1 + len(curve_of.factors)]
+            curves.setdefault(row.instance, {}).setdefault(variant_name(curve_of, cell), []).append(row)
     if not curves:
         return None
     drawn = []
@@ -57,7 +66,7 @@ def searches(results: Results) -> ReportBlock | None:
             for variant, rows in variants.items()
         }
         sentences = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
-        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "best length", sentences)))
+        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "cost of the best", sentences)))
         timed = {
             variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
             for variant, rows in variants.items()

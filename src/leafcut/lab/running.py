@@ -37,7 +37,7 @@ from leafcut.lab.description import (
     LabInstance,
     RunPlan,
 )
-from leafcut.lab.experiment import curve_of
+from leafcut.lab.experiment import curve_of, search_curve
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.study import Study
@@ -48,6 +48,8 @@ from leafcut.read.format import Source
 
 #: Maximum number of stored points per curve.
 MAX_POINTS = 300
+#: Maximum number of stored points per curve of a search inside a process.
+_MAX_SEARCH_POINTS = 50
 #: Time limit of a run in a new process, s.
 _LONGEST_PROCESS = 3600.0
 #: Packages whose versions are recorded with every run.
@@ -224,7 +226,8 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, study, cancelled)
     except LeafcutError as problem:
-        return replace(environment, failed=str(problem), responses=_figures({SEARCH: _search_figures(study)}, task))
+        figures = _figures({SEARCH: _search_figures(study)}, task)
+        return replace(environment, failed=str(problem), responses=figures, curve=_search_curve(study))
     answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: _search_figures(study)}
     return replace(environment, responses=_figures(answer, task), curve=curve)
 
@@ -296,8 +299,11 @@ class SearchStudy(Study):
 
 
 def _study_for(task: RunTask) -> SearchStudy | None:
-    """Return a study if a response needs one, else None. Observing costs time, for example for a lower bound."""
-    observed = task.command == SOLVE or any(f"{SEARCH}." in path for path, _ in task.responses.values())
+    """Return a study if a response or a convergence curve needs one, else None.
+
+    Observing costs time, for example for a lower bound.
+    """
+    observed = task.command in (SOLVE, "pocket") or any(f"{SEARCH}." in path for path, _ in task.responses.values())
     return SearchStudy() if observed else None
 
 
@@ -305,10 +311,14 @@ def _search_figures(study: SearchStudy | None) -> dict[str, float]:
     return {} if study is None else study.figures()
 
 
+def _search_curve(study: Study | None) -> tuple[tuple[int, float, float], ...]:
+    return () if study is None else tuple(search_curve(study, _MAX_SEARCH_POINTS))
+
+
 def _answer(
     task: RunTask, study: Study | None, cancelled: threading.Event | None
 ) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
-    """Run the command; return its ``--json`` answer, and the convergence curve if it solves a map."""
+    """Run the command; return its ``--json`` answer, and the convergence curve of an observed search."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
     if task.command == SOLVE:
@@ -320,7 +330,7 @@ def _answer(
     word = "auto" if task.command == OPTIMIZE else task.command
     outcome = api.optimize(task.input, process=word, observe=study, cancelled=cancelled, **task.options)
     report = registry.report_of(outcome)
-    return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, ()
+    return as_json(report) | {RAPID: report.stated()[2].by_kind.get("rapid")}, _search_curve(study)
 
 
 def _warm_up(task: RunTask) -> None:
