@@ -20,6 +20,7 @@ from leafcut.lab.judging import judged
 from leafcut.lab.loading import load, shipped
 from leafcut.lab.overviews import overview
 from leafcut.lab.page import circumstances
+from leafcut.lab.published import Runs, published_blocks
 from leafcut.lab.results import ReportBlock, Results, Table
 from leafcut.lab.running import can_run, rows_of
 from leafcut.lab.store import Row, Store
@@ -49,9 +50,8 @@ def section(experiment: Description, rows: list[Row]) -> str:
         blocks.append(overview(results))
     for block in blocks:
         lines += shown(block)
-    for figures in experiment.published:
-        head = (f"**Published**, figures of {figures.source}: {figures.title}.", "")
-        lines += [*head, *markdown(Table(figures.columns, figures.rows)), "", " ".join(figures.note.split()), ""]
+    for block in published_blocks({experiment.name: Runs(experiment, experiment, rows)}, "en"):
+        lines += shown(block)
     lines += [f"* {line}" for line in circumstances(results.rows)]
     return "\n".join(lines)
 

@@ -48,7 +48,6 @@ def test_every_experiment_runs_in_its_reduced_form_and_is_reported(
     words = Page(html.read_text(encoding="utf-8")).words
     assert short.title in words
     assert "proves nothing" in words
-    assert all(one.title in words for one in short.published)
 
 
 @pytest.mark.parametrize("results", ["own results.sqlite", ""])
@@ -110,6 +109,9 @@ def test_the_report_has_only_current_runs_and_no_failure_that_was_repeated(
         (("run", "{here}/small.toml", "--results", "{here}/no/r.sqlite"), 1, "unable to open"),
         (("report", "{here}/small.toml", "--results", "{here}/r.sqlite"), 1, "no results here yet"),
         (("report", "{here}/small.toml", "--reduced", "--results", "{here}/r.sqlite"), 1, "no results here yet"),
+        (("report", "published", "--results", "{here}/r.sqlite"), 1, "no results here yet"),
+        (("report", "published", "--results", "{here}/small.toml"), 1, "no file of results"),
+        (("report", "publishd", "--results", "{here}/r.sqlite"), 2, "unknown experiment 'publishd'"),
     ],
 )
 def test_bad_input_is_one_line(

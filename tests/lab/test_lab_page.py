@@ -12,8 +12,11 @@ import pytest
 from lab_descriptions import SMALL, written
 from test_store import ROW
 
+from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
+from leafcut.lab.overviews import searches
 from leafcut.lab.page import rows_as_csv, write_page
+from leafcut.lab.results import Results
 from leafcut.lab.store import Row
 from page_parser import Page
 
@@ -38,11 +41,6 @@ kind = "pareto"
 kind = "trend"
 factors = ["algorithm"]
 base = "as"
-[[published]]
-title = "Time <b>"
-source = "a paper"
-columns = ["board", "ms"]
-rows = [["one", 7.25]]
 [[analysis]]""",
 )
 
@@ -68,7 +66,7 @@ def test_the_page_needs_no_other_file_and_escapes_text_from_files(seeds: int, tm
     html = write_page(*rows_of(tmp_path, seeds=seeds), 24)
     page = Page(html)
     assert "script" not in page.tags
-    assert "Time <b>" in page.words
+    assert "Two <script>alert(1)</script>" in page.words
     assert not re.search(r'(?:href|src)="(?!#)', html)
     assert html.count("<svg") == html.count('role="img"') + 1  # the mark of leafcut is decoration
     ids = re.findall(r'\sid="([^"]+)"', html)
@@ -85,7 +83,6 @@ def test_the_page_states_the_differences_of_the_formula(tmp_path: Path) -> None:
     assert "as against acs: acs is better" in text
     # 10 of 102 and 10 of 302, with both numbers of ants.
     assert f"acs over as: mean gain {50 * (10 / 102 + 10 / 302):.2f} %" in text
-    assert "as printed there; not measured by leafcut" in text
 
 
 def test_a_page_without_runs_shows_the_command(tmp_path: Path) -> None:
@@ -171,3 +168,26 @@ def test_a_comparison_with_a_base_shows_each_instance_in_percent_of_the_base(tmp
 def test_a_comparison_with_a_fact_shows_each_instance_in_percent_of_the_fact(tmp_path: Path) -> None:
     text = page_of_lengths(tmp_path, 'fact = "size"')
     assert "as against size: +1566.67 %" in text  # 200 of 10 and 400 of 30
+
+
+def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_factor(tmp_path: Path) -> None:
+    text = EVERY.replace("levels = [5, 10]", "levels = [1, 2, 3, 4, 5]")
+    of = load(written(tmp_path, text))
+    rows = [
+        replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed,
+                levels={name: level.name for name, level in plan.levels.items()})
+        for plan in of.runs()
+    ]  # fmt: skip
+    block = searches(Results.of(of, rows))
+    assert block
+    convergence = block.drawn[0][1]
+    assert ">as<" in convergence
+    assert "Ants" not in convergence
+
+
+def test_attractiveness_is_halved_where_the_formula_halves_it() -> None:
+    """10·exp(-γ·r²) = 5 at r = √(ln 2 / γ): 8.33 for γ = 0.010, 6.21 for γ = 0.018."""
+    of = load("firefly_gamma")
+    (block,) = [block for block in judged(Results.of(of, [])) if "β over" in block.title]
+    assert "halved at r = 8.33 with γ = 0.010, and at r = 6.21 with γ = 0.018" in block.words[0]
+    assert "γ = 0.015" in block.drawn[0][1]

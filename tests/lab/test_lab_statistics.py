@@ -14,7 +14,6 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.multicomp import pairwise_tukeyhsd
 
 from leafcut.errors import OptionError
-from leafcut.lab.loading import load
 from leafcut.lab.statistics import crossed, interval, one_way, pareto_front, ranked, trend
 
 #: Etch rate by power, W: Montgomery, Design and Analysis of Experiments, 8th ed., table 3.1.
@@ -146,19 +145,6 @@ def test_letters_of_lsd_are_those_of_uncorrected_pairs_of_statsmodels() -> None:
         shared = set(found.fisher_letters[pair.first]) & set(found.fisher_letters[pair.second])
         assert bool(shared) == (pair.p >= 0.05)
     assert sum(pair.p < 0.05 for pair in found.fisher) > sum(pair.p < 0.05 for pair in found.tukey)
-
-
-def test_the_published_nests_show_no_trend() -> None:
-    """Computed by scipy alone from the published lengths; the report of the experiment states the same figures."""
-    (table,) = load("nests").published
-    parts = [int(row[1]) for row in table.rows]
-    gains = [100.0 * (1.0 - float(row[2]) / float(row[3])) for row in table.rows]
-    assert gains == pytest.approx([float(row[4]) for row in table.rows], abs=0.02)
-    tau, p = stats.kendalltau(parts, gains)
-    assert (f"{tau:.2f}", f"{p:.2f}") == ("0.24", "0.38")
-    assert trend(parts, gains).tau_p == pytest.approx(p)
-    tau, p = stats.kendalltau(parts[1:], gains[1:])
-    assert (f"{tau:.2f}", f"{p:.2f}") == ("0.06", "0.92")
 
 
 def test_the_critical_value_of_the_paper_is_that_of_eight_levels_and_five_replicates() -> None:

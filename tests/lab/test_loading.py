@@ -10,7 +10,6 @@ from lab_descriptions import SMALL, written
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.loading import in_short, load, shipped_names
-from leafcut.lab.statistics import trend
 
 MORE = """
 [factor.set.level]
@@ -108,15 +107,3 @@ def test_an_empty_design_and_one_that_is_too_large_are_refused(tmp_path: Path) -
 def test_a_name_that_is_none_is_refused_and_leads_out_of_no_folder(name: str) -> None:
     with pytest.raises(LeafcutError):
         load(name)
-
-
-def test_the_published_gain_of_nests_has_no_trend_that_its_table_proves() -> None:
-    """Compares the description's statements about the table with the table."""
-    (table,) = load("nests").published
-    sizes, gains = ([float(row[k]) for row in table.rows] for k in (1, 4))
-    for row in table.rows:
-        ants, nearest = float(row[2]), float(row[3])
-        assert round(100.0 * (1.0 - ants / nearest), 2) == float(row[4])
-    every, without = trend(sizes, gains), trend(sizes[1:], gains[1:])
-    assert f"{every.tau:.2f} (p = {every.tau_p:.2f})" in table.note
-    assert f"{without.tau:.2f} (p = {without.tau_p:.2f})" in table.note

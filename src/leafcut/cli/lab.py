@@ -26,6 +26,9 @@ HERE = "here"
 _USUAL_ITERATIONS = 50
 _HOLD_OUT = OptionSpec("", "share", minimum=0, maximum=1)
 
+#: Name of the report of all published figures.
+PUBLISHED = "published"
+
 _Name = Annotated[
     str, Parameter(name="NAME", help="an experiment from `leafcut lab list`, or a TOML file that describes one")
 ]
@@ -117,7 +120,14 @@ def run_experiment(
 
 
 def report_experiment(
-    name: _Name,
+    name: Annotated[
+        str,
+        Parameter(
+            name="NAME",
+            help="an experiment of `leafcut lab list`, a TOML file that describes one, or `published`: all published "
+            "figures beside ours",
+        ),
+    ],
     /,
     *,
     output: Annotated[File, Parameter(name=["--output", "-o"], help="the folder to write into")] = File("."),
@@ -131,6 +141,8 @@ def report_experiment(
     from leafcut.lab.running import can_run, rows_of
     from leafcut.lab.store import Store
 
+    if name == PUBLISHED:
+        return _report_published(output, reduced, results, as_json)
     description = _described(name, reduced)
     with Store(results, read_only=True) as store:
         rows = rows_of(description, store)
@@ -145,6 +157,39 @@ def report_experiment(
         print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
     else:
         print(f"{description.title}: {' and '.join(files)}")
+    return 0
+
+
+def _report_published(output: str, reduced: bool, results: str, as_json: bool) -> int:
+    """Write the pages (HTML, one for each language) and the table (CSV) of published figures beside ours."""
+    from leafcut.files.whole_files import check_output, write_together
+    from leafcut.lab.loading import in_short, load
+    from leafcut.lab.page import write_published
+    from leafcut.lab.published import LANGUAGES, Runs, command_options, experiments, pairs_as_csv, words
+    from leafcut.lab.running import rows_of
+    from leafcut.lab.store import Store
+
+    runs = {}
+    with Store(results, read_only=True) as store:
+        for name in experiments():
+            whole = load(name)
+            description = in_short(whole) if reduced else whole
+            runs[name] = Runs(whole, description, rows_of(description, store))
+    options = command_options(reduced, "" if results == RESULTS else results)
+    stem = Path(output) / (PUBLISHED + ("_reduced" if reduced else ""))
+    files = {
+        f"{stem}{'' if language == 'en' else f'_{language}'}.html": write_published(runs, language, options)
+        for language in LANGUAGES
+    }
+    files[f"{stem}.csv"] = pairs_as_csv(runs)
+    for file in files:
+        check_output(file, [results])
+    write_together(files)
+    n_rows = sum(len(item.rows) for item in runs.values())
+    if as_json:
+        print_json({"experiment": PUBLISHED, "rows": n_rows, "files": list(files)})
+    else:
+        print(f"{words('en')['title']}: {', '.join(files)}")
     return 0
 
 

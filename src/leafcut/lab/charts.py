@@ -80,6 +80,18 @@ def convergence(variants: Mapping[str, Sequence[Course]], x_label: str, heading:
     return _svg(figure, description)
 
 
+def lines(series: Mapping[str, Course], x_label: str, heading: str, description: str) -> str:
+    """Return a line chart of name → points (x, y)."""
+    figure, axes = _figure()
+    for k, (name, points) in enumerate(series.items()):
+        colour, dash = _line_style(k)
+        axes.plot(*zip(*points, strict=True), color=colour, linestyle=dash, linewidth=1.5, label=name)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(heading)
+    _legend(axes, len(series))
+    return _svg(figure, description)
+
+
 def time_to_target(variants: Mapping[str, Sequence[float | None]], x_label: str, description: str) -> str:
     """Return time-to-target plots: the percentage of runs that have reached the target, over time.
 

@@ -24,7 +24,7 @@ RAPID = "rapid_s"
 #: Responses that measure computing time instead of machine time.
 TIMES = (WALL, PROCESSOR, "seconds", f"{SEARCH}.processor_s", f"{SEARCH}.seconds")
 
-ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
+ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection", "attraction")
 
 
 @dataclass(frozen=True)
@@ -118,17 +118,6 @@ class Analysis:
 
 
 @dataclass(frozen=True)
-class Published:
-    """A table of published figures with its source and a note."""
-
-    title: str
-    source: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-
-
-@dataclass(frozen=True)
 class RunPlan:
     """A planned run: an instance, a level of each factor, and a seed."""
 
@@ -162,7 +151,6 @@ class Description:
     seeds: tuple[int, ...]
     options: Mapping[str, Any]
     analyses: tuple[Analysis, ...]
-    published: tuple[Published, ...]
     source: str = ""
     notes: tuple[str, ...] = ()
     new_process: bool = False
@@ -170,6 +158,8 @@ class Description:
     reduced: bool = False
     #: Whether `leafcut lab` lists the experiment by name.
     listed: bool = True
+    #: Whether the experiment comes with leafcut.
+    shipped: bool = False
     #: The table [reduced] of the file, which describes the short form.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 

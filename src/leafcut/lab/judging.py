@@ -12,9 +12,15 @@ from leafcut.lab import charts, comparing
 from leafcut.lab.description import TIMES, WALL, Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
+from leafcut.options import FireflyOptions
+from leafcut.order.literature.flight import Flight
 
 #: Maximum relative difference between figures of a cell that count as equal.
 _EQUAL_SHARE = 1e-3
+#: β₀ and the γ of the chart of the attractiveness: figure 3 of the paper on fireflies for pockets.
+_PLOTTED_BETA, _PLOTTED_GAMMAS = 10.0, (0.010, 0.012, 0.014, 0.015, 0.016, 0.018)
+#: Number of points of the tours in that chart.
+_PLACES = 100
 
 
 def judged(results: Results) -> list[ReportBlock]:
@@ -382,6 +388,26 @@ def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportB
     return ReportBlock(f"{response.title} against {second.title.lower()}", tuple(sentences), (), tuple(drawn))
 
 
+def _attraction(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    """Report the attractiveness β over the distance r of two fireflies, as figure 3 of the paper does."""
+    flight = Flight.of(FireflyOptions(attractiveness=_PLOTTED_BETA), limited=True)
+    series = {
+        f"γ = {gamma:.3f}": [
+            (10.0 * apart / _PLACES, replace(flight, absorption=gamma).attraction(apart, _PLACES))
+            for apart in range(_PLACES + 1)
+        ]
+        for gamma in _PLOTTED_GAMMAS
+    }
+    half = [math.sqrt(math.log(2.0) / gamma) for gamma in (_PLOTTED_GAMMAS[0], _PLOTTED_GAMMAS[-1])]
+    sentence = (
+        f"β = β₀·exp(−γ·r²) with β₀ = {_PLOTTED_BETA:g}; r is 0 for equal tours and 10 for tours that differ "
+        f"everywhere. β is halved at r = {half[0]:.2f} with γ = {_PLOTTED_GAMMAS[0]:.3f}, and at r = {half[1]:.2f} "
+        f"with γ = {_PLOTTED_GAMMAS[-1]:.3f}."
+    )
+    title = "Attractiveness β over the distance r"
+    return ReportBlock(title, (sentence,), (), (("", charts.lines(series, "distance r", "attractiveness β", title)),))
+
+
 def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str) -> str:
     if numeric:
         points = [(float(level), fmean(values), *interval(values)) for level, values in groups.items()]
@@ -410,6 +436,7 @@ _TITLES = {
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",
     "projection": "Projection to several pieces",
+    "attraction": "Attractiveness",
 }
 _JUDGES = {
     "anova": _anova,
@@ -419,4 +446,5 @@ _JUDGES = {
     "trend": _trend,
     "pareto": _pareto,
     "projection": _projection,
+    "attraction": _attraction,
 }

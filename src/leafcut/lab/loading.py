@@ -24,7 +24,6 @@ from leafcut.lab.description import (
     Factor,
     LabInstance,
     Level,
-    Published,
     Response,
 )
 from leafcut.lab.description_table import DescriptionTable, number_of, value_text
@@ -75,7 +74,7 @@ def load(name: str | Path) -> Description:
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
         raise OptionError(f"unknown experiment '{name}'{nearest(str(name), shipped_names())}; or give a TOML file")
-    return described(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None)
+    return replace(described(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None), shipped=True)
 
 
 def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
@@ -92,7 +91,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     table = DescriptionTable(content, name, "")
     table.check(
         {"title", "about", "source", "command", "new_process", "cores", "seeds", "options", "instance", "factor"}
-        | {"response", "analysis", "published", "notes", "reduced"}
+        | {"response", "analysis", "notes", "reduced"}
     )
     command = table.text("command", OPTIMIZE)
     commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
@@ -110,7 +109,6 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
         seeds=_seeds(table),
         options=_placed(folder, table.table("options")),
         analyses=(),
-        published=tuple(_published(entry) for entry in table.list_of_tables("published")),
         source=table.text("source", ""),
         notes=tuple(table.texts("notes")),
         new_process=table.flag("new_process"),
@@ -221,15 +219,6 @@ def _fact(table: DescriptionTable, description: Description) -> str:
     if fact and fact not in known:
         raise table.wrong(f"unknown fact '{fact}'{nearest(fact, known)}")
     return fact
-
-
-def _published(table: DescriptionTable) -> Published:
-    table.check({"title", "source", "columns", "rows", "note"})
-    columns, rows = table.texts("columns"), table.content.get("rows", [])
-    if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != len(columns) for row in rows):
-        raise table.wrong(f"each of the rows needs {len(columns)} values, as many as there are columns")
-    texts = tuple(tuple(value_text(value) for value in row) for row in rows)
-    return Published(table.text("title"), table.text("source", ""), tuple(columns), texts, table.text("note", ""))
 
 
 def _seeds(table: DescriptionTable) -> tuple[int, ...]:

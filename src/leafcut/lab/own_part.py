@@ -88,7 +88,6 @@ def compare_on(
         seeds=tuple(range(first, first + runs)),
         options={"threads": 1, **shared},
         analyses=(*comparisons, pareto),
-        published=(),
         listed=False,
         notes=("One part: the proof holds for this part only.",),
     )

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from statistics import median
+from typing import Any
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, count_of
 from leafcut.lab.description import Description
 from leafcut.lab.judging import judged
 from leafcut.lab.overviews import overview, searches
+from leafcut.lab.published import Runs, command_options, published_blocks, words
+from leafcut.lab.published import circumstances as own_circumstances
 from leafcut.lab.results import ReportBlock, Results, number
 from leafcut.lab.store import Row
 
@@ -33,30 +36,57 @@ def write_page(
     LeafcutError
         The extra ``lab`` is not installed.
     """
+    _check_packages()
+    results = Results.of(description, rows)
+    measured = [*before, *_blocks(results)]
+    runs = {description.name: Runs(description, description, rows)} if description.shipped else {}
+    return _rendered(
+        "page.html.jinja",
+        title=description.title,
+        language="en",
+        of=description,
+        done=len(results.finished),
+        state=_state(description, results, rows, n_runs, n_left_out),
+        measured=bool(measured),
+        blocks=[*measured, *published_blocks(runs, "en", command_options(description.reduced))],
+        failed=[
+            f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
+            for row in rows
+            if row.failed
+        ],
+        circumstances=circumstances(results.rows),
+    )
+
+
+def write_published(runs: Mapping[str, Runs], language: str, options: str = "") -> str:
+    """Return the page of all published figures beside ours, in a language of `published.LANGUAGES`.
+
+    `runs` maps the name of each experiment to its runs; `options` are the options of `leafcut lab run` for missing
+    runs. Raise `LeafcutError` if the extra ``lab`` is not installed.
+    """
+    _check_packages()
+    return _rendered(
+        "published.html.jinja",
+        title=words(language)["title"],
+        language=language,
+        words=words(language),
+        reduced=any(item.description.reduced for item in runs.values()),
+        circumstances=own_circumstances(runs, language),
+        blocks=published_blocks(runs, language, options),
+    )
+
+
+def _rendered(template: str, **values: Any) -> str:
+    from leafcut.report.styles import drawing_css, page_templates, style_sheet
+
+    css = drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab")
+    return page_templates("leafcut.lab").get_template(template).render(css=css, version=__version__, **values)
+
+
+def _check_packages() -> None:
     for package in _NEEDED:
         if find_spec(package) is None:
             raise LeafcutError(f"the report of an experiment needs the package {package}: pip install 'leafcut[lab]'")
-    from leafcut.report.styles import drawing_css, page_templates, style_sheet
-
-    results = Results.of(description, rows)
-    return (
-        page_templates("leafcut.lab")
-        .get_template("page.html.jinja")
-        .render(
-            css=drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab"),
-            version=__version__,
-            of=description,
-            done=len(results.finished),
-            state=_state(description, results, rows, n_runs, n_left_out),
-            blocks=[*before, *_blocks(results)],
-            failed=[
-                f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
-                for row in rows
-                if row.failed
-            ],
-            circumstances=circumstances(results.rows),
-        )
-    )
 
 
 def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:

@@ -296,7 +296,6 @@ def _description(
         seeds=tuple(range(first, first + task.seeds)),
         options={"threads": 1, "bound": False, **task.options, "algorithm": task.algorithm},
         analyses=(Analysis("compare", task.response.name, (FACTOR,), base=DEFAULTS),),
-        published=(),
         listed=False,
     )
 

@@ -1,0 +1,395 @@
+"""Figures of publications beside those of our own runs of the same design."""
+
+from __future__ import annotations
+
+import csv
+import io
+import shlex
+import string
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import resources
+from statistics import fmean, median
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.files.schemas import EXPERIMENT
+from leafcut.files.whole_files import parse_toml
+from leafcut.lab.description import Description
+from leafcut.lab.results import DesignCell, ReportBlock, Results, Table, number
+from leafcut.lab.running import can_run
+from leafcut.lab.statistics import one_way, trend
+from leafcut.lab.store import Row
+
+#: Languages of the page. The texts and the published figures are in one file.
+LANGUAGES = ("en", "es")
+_SOURCES = resources.files("leafcut.lab") / "shipped" / "published" / "sources.toml"
+#: Minimum number of gains for a trend.
+_MIN_TREND = 4
+
+#: A text by language.
+Texts = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A published figure and the runs that it is compared with; the keys are explained in ``sources.toml``."""
+
+    row: Texts
+    quantity: Texts
+    published: float | str
+    experiment: str
+    response: str
+    statistic: str
+    unit: str
+    instance: str
+    levels: Mapping[str, tuple[str, ...]]
+    base: Mapping[str, tuple[str, ...]]
+    factor: str
+    scale: float
+
+
+@dataclass(frozen=True)
+class PublishedTable:
+    """A table of published figures. `without` is the row without which a trend is reported a second time."""
+
+    source: Texts
+    title: Texts
+    row: Texts
+    figures: tuple[Figure, ...]
+    sentences: tuple[Texts, ...]
+    without: str
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The stored runs of an experiment. `whole` is its full form, and `rows` include refused runs without figures."""
+
+    whole: Description
+    description: Description
+    rows: Sequence[Row]
+
+    @cached_property
+    def results(self) -> Results:
+        """The runs with figures, by cell."""
+        return Results.of(self.description, self.rows)
+
+    @cached_property
+    def cells(self) -> tuple[DesignCell, ...]:
+        """The cells of the experiment."""
+        return tuple(self.results.cells())
+
+    @cached_property
+    def possible(self) -> frozenset[DesignCell]:
+        """The cells for which this machine has enough cores."""
+        description = self.description
+        return frozenset(
+            (plan.instance.name, *(level.name for level in plan.levels.values()))
+            for plan in description.runs()
+            if can_run(description, plan)
+        )
+
+    @cached_property
+    def stored(self) -> frozenset[DesignCell]:
+        """The cells with a stored run, refused or not."""
+        return frozenset(self.results.cell(row) for row in self.rows)
+
+    @cached_property
+    def figures(self) -> Mapping[str, Mapping[DesignCell, list[float]]]:
+        """Response → cell → figures."""
+        return {response.name: self.results.figures(response.name) for response in self.description.responses}
+
+    def place(self, factor: str) -> int:
+        """Return the place of a factor's level in a cell."""
+        return 1 + [item.name for item in self.description.factors].index(factor)
+
+    def chosen(self, figure: Figure) -> list[DesignCell]:
+        """Return the cells of a figure."""
+        wanted = {self.place(name): names for name, names in figure.levels.items()}
+        return [
+            cell for cell in self.cells
+            if figure.instance in ("", cell[0]) and all(cell[k] in names for k, names in wanted.items())
+        ]  # fmt: skip
+
+    def base(self, cell: DesignCell, figure: Figure) -> DesignCell:
+        """Return the cell that a saving refers to."""
+        changed = {self.place(name): names[0] for name, names in figure.base.items()}
+        return tuple(changed.get(k, name) for k, name in enumerate(cell))
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our figure. Without a figure, `value` is None and `missing` is the key of its explanation.
+
+    `runs` of `planned` runs are finished.
+    """
+
+    value: float | str | None
+    runs: int = 0
+    planned: int = 0
+    missing: str = ""
+
+
+Pair = tuple[Figure, Ours]
+
+
+@cache
+def words(language: str) -> Texts:
+    """Return the texts of the page in a language."""
+    texts: Texts = _content()["words"][language]
+    return texts
+
+
+@cache
+def published_tables() -> tuple[PublishedTable, ...]:
+    """Return all tables of published figures."""
+    return tuple(
+        PublishedTable(
+            _texts(source["title"]), _texts(table["title"]), _texts(table["row"]), tuple(_figures(table)),
+            tuple(table.get("sentence", ())), table.get("without", ""),
+        )
+        for source in _content()["source"]
+        for table in source["table"]
+    )  # fmt: skip
+
+
+def experiments() -> list[str]:
+    """Return the names of the experiments that have published figures."""
+    return list(dict.fromkeys(figure.experiment for table in published_tables() for figure in table.figures))
+
+
+def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "") -> list[ReportBlock]:
+    """Return a section of a report for each table with figures of `runs`.
+
+    `options` are the options of `leafcut lab run` that add missing runs.
+    """
+    return [
+        _block(table, pairs, runs, language, options)
+        for table in published_tables()
+        if (pairs := compared(table, runs))
+    ]
+
+
+def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[Pair]:
+    """Return the figures of a table with ours. Figures of experiments that are not in `runs` are omitted."""
+    return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
+
+
+def ours(figure: Figure, runs: Runs) -> Ours:
+    """Return the figure of our runs."""
+    cells = runs.chosen(figure)
+    if not cells:
+        return Ours(None, missing="not_here")
+    needed = list(dict.fromkeys([*cells, *(runs.base(cell, figure) for cell in cells)]))
+    values = runs.figures[figure.response]
+    done = sum(len(values.get(cell, ())) for cell in needed)
+    planned = len(needed) * len(runs.description.seeds)
+    if all(cell in values for cell in needed):
+        try:
+            return Ours(_value(figure, runs, cells), done, planned)
+        except OptionError:  # too few figures for an analysis of variance
+            return Ours(None, done, planned, "not_run" if done < planned else "no_figure")
+    lacking = {cell for cell in needed if cell not in values}
+    missing = "cores" if lacking - runs.possible else "not_run" if lacking - runs.stored else "no_figure"
+    return Ours(None, done, planned, missing)
+
+
+def _block(
+    table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs], language: str, options: str
+) -> ReportBlock:
+    texts = words(language)
+    several = len({figure.quantity.get(language, "") for figure, _ in pairs}) > 1
+    columns = [table.row[language], *(texts[key] for key in ("quantity", "published", "ours", "change", "runs"))]
+    rows = []
+    for figure, own in pairs:
+        unit = f" {figure.unit}" if figure.unit else ""
+        cells = [figure.row[language], figure.quantity.get(language, ""), f"{_shown(figure.published)}{unit}"]
+        if own.value is None:
+            command = f"leafcut lab run {figure.experiment}{options}"
+            cells += [texts[own.missing].format(command=command), "–"]
+        else:
+            value = own.value if isinstance(own.value, str) else number(own.value)
+            cells += [f"{value}{unit}", _change(figure, own, texts)]
+        rows.append((*cells, f"{own.runs} / {own.planned}"))
+    if not several:
+        del columns[1]
+        rows = [(row[0], *row[2:]) for row in rows]
+    known = _known(table, pairs, runs)
+    sentences = [texts["difference"], texts["only"], *(sentence[language] for sentence in table.sentences)]
+    shown = [sentence.format(**known) for sentence in sentences if _fields(sentence) <= known.keys()]
+    table_of_report = Table(tuple(columns), tuple(rows), 1 + several, table.title[language])
+    return ReportBlock(table.source[language], tuple(shown), (table_of_report,))
+
+
+def pairs_as_csv(runs: Mapping[str, Runs]) -> str:
+    """Return the published figures beside ours as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        ["source", "table", "row", "figure", "unit", "experiment", "instance", "levels", "response", "statistic",
+         "published", "ours", "difference_percent", "runs", "planned"]
+    )  # fmt: skip
+    for table in published_tables():
+        for figure, own in compared(table, runs):
+            levels = "; ".join(f"{name} = {' or '.join(names)}" for name, names in figure.levels.items())
+            change = _percent(figure, own)
+            writer.writerow(
+                [table.source["en"], table.title["en"], figure.row["en"], figure.quantity.get("en", ""), figure.unit,
+                 figure.experiment, figure.instance, levels, figure.response, figure.statistic, figure.published,
+                 "" if own.value is None else own.value, "" if change is None else change, own.runs, own.planned]
+            )  # fmt: skip
+    return text.getvalue()
+
+
+def circumstances(runs: Mapping[str, Runs], language: str) -> list[str]:
+    """Return a sentence on the versions, machines and dates of our runs; empty without runs."""
+    rows = [row for item in runs.values() for row in item.rows]
+    if not rows:
+        return []
+    versions, machines = (", ".join(sorted({getattr(row, name) for row in rows})) for name in ("leafcut", "machine"))
+    first, last = (pick(row.began for row in rows) for pick in (min, max))
+    return [words(language)["circumstances"].format(versions=versions, machines=machines, first=first, last=last)]
+
+
+def command_options(reduced: bool, results: str = "") -> str:
+    """Return options of `leafcut lab run`; `results` is the file of results, or empty for the default."""
+    return f"{' --reduced' if reduced else ''}{f' --results {shlex.quote(results)}' if results else ''}"
+
+
+def _value(figure: Figure, runs: Runs, cells: Sequence[DesignCell]) -> float | str:
+    values = runs.figures[figure.response]
+    if figure.statistic in ("mean", "max"):
+        pool = [value for cell in cells for value in values[cell]]
+        return figure.scale * (fmean(pool) if figure.statistic == "mean" else max(pool))
+    if figure.statistic in ("saving", "saved"):
+        means = [(fmean(values[runs.base(cell, figure)]), fmean(values[cell])) for cell in cells]
+        base, own = max(means, key=lambda pair: 1.0 - pair[1] / pair[0])
+        return figure.scale * (base - own if figure.statistic == "saved" else 100.0 * (1.0 - own / base))
+    place = runs.place(figure.factor)
+    anova = one_way({cell[place]: values[cell] for cell in cells})
+    if figure.statistic == "F":
+        return anova.f
+    letters = anova.fisher_letters
+    best = set(letters[min(anova.means, key=anova.means.__getitem__)])
+    equal = [level.name for level in runs.description.factor(figure.factor).levels if best & set(letters[level.name])]
+    return equal[0] if figure.statistic == "cheapest" else ", ".join(equal)
+
+
+def _percent(figure: Figure, own: Ours) -> float | None:
+    """Return our difference from a published figure in percent; None without two numbers."""
+    if isinstance(own.value, str) or isinstance(figure.published, str) or own.value is None or not figure.published:
+        return None
+    return 100.0 * (own.value / figure.published - 1.0)
+
+
+def _change(figure: Figure, own: Ours, texts: Texts) -> str:
+    percent = _percent(figure, own)
+    if percent is None:
+        return texts["same"] if figure.published == own.value else texts["other"]
+    if figure.unit == "%" and isinstance(own.value, float) and isinstance(figure.published, float):
+        return f"{own.value - figure.published:+.2f} {texts['points']}"
+    return _signed(percent)
+
+
+def _known(table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs]) -> dict[str, str]:
+    """Return the figures that the sentences of a table may contain, as text."""
+    known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
+    changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
+    if len(changes) == 1:
+        known["only"] = _signed(changes[0])
+    elif changes:
+        known |= {"low": _signed(min(changes)), "high": _signed(max(changes)), "middle": _signed(median(changes))}
+    known |= _pace(pairs, runs)
+    gains = [
+        (size, figure.published, own.value, figure.row["en"])
+        for figure, own in pairs
+        if figure.statistic == "saving" and (size := _size(figure, runs)) and isinstance(figure.published, float)
+    ]
+    if len(gains) >= _MIN_TREND:
+        rest = [gain for gain in gains if gain[3] != table.without]
+        own_gains = [(size, value) for size, _, value, _ in gains if isinstance(value, float)]
+        known |= {"without": table.without}
+        known |= _trend("", [(size, gain) for size, gain, _, _ in gains])
+        known |= _trend("rest_", [(size, gain) for size, gain, _, _ in rest])
+        known |= _trend("own_", own_gains)
+    return known
+
+
+def _pace(pairs: Sequence[Pair], runs: Mapping[str, Runs]) -> dict[str, str]:
+    """Return the time that a published saving implies for all holes and for one, and our time for one hole.
+
+    A saving of d min that is p % is of d / p min.
+    """
+    by_cell: dict[tuple[str, str], dict[str, Pair]] = {}
+    for pair in pairs:
+        if pair[0].published != "" and (pair[0].unit, pair[0].statistic) in (("min", "saved"), ("%", "saving")):
+            by_cell.setdefault((pair[0].experiment, pair[0].instance), {})[pair[0].statistic] = pair
+    for both in by_cell.values():
+        if len(both) == 2:
+            (figure, own), (share, own_share) = both["saved"], both["saving"]
+            size = _size(figure, runs)
+            base = 100.0 * float(figure.published) / float(share.published)
+            known = {"saved": _shown(figure.published), "saving": _shown(share.published), "base": f"{base:.1f}"}
+            known |= {"size": f"{size:g}", "pace": f"{60.0 * base / size:.1f}"}
+            if own.value and own_share.value:
+                own_base = 100.0 * float(own.value) / float(own_share.value)
+                known["own_pace"] = f"{60.0 * own_base / size:.2f}"
+            return known
+    return {}
+
+
+def _trend(prefix: str, gains: Sequence[tuple[float, float]]) -> dict[str, str]:
+    try:
+        line = trend([size for size, _ in gains], [gain for _, gain in gains])
+    except OptionError:
+        return {}
+    return {f"{prefix}tau": f"{line.tau:.2f}", f"{prefix}p": f"{line.tau_p:.2f}"}
+
+
+def _size(figure: Figure, runs: Mapping[str, Runs]) -> float:
+    """Return the size of a figure's instance, or 0."""
+    instances = runs[figure.experiment].whole.instances
+    return next((item.facts.get("size", 0.0) for item in instances if item.name == figure.instance), 0.0)
+
+
+def _signed(percent: float) -> str:
+    return f"{percent:+.1f} %"
+
+
+def _shown(published: float | str) -> str:
+    return published if isinstance(published, str) else f"{published:,.7g}"
+
+
+def _fields(sentence: str) -> set[str]:
+    return {name for _, name, _, _ in string.Formatter().parse(sentence) if name}
+
+
+@cache
+def _content() -> dict[str, Any]:
+    return parse_toml(_SOURCES.read_bytes(), _SOURCES.name, EXPERIMENT)
+
+
+def _figures(table: Mapping[str, Any]) -> Iterator[Figure]:
+    for row in table["rows"]:
+        for quantity, published in zip(table["quantities"], row["published"], strict=True):
+            if published == "":
+                continue
+            keys = {**table, **quantity, **row}
+            levels, base = (
+                _levels(table.get(key, {}) | quantity.get(key, {}) | row.get(key, {})) for key in ("levels", "base")
+            )
+            yield Figure(
+                _texts(row["title"]), _texts(quantity.get("title", "")),
+                published if isinstance(published, str) else float(published), keys["experiment"], keys["response"],
+                keys["statistic"], keys.get("unit", ""), keys.get("instance", ""), levels, base, keys.get("factor", ""),
+                keys.get("scale", 1.0),
+            )  # fmt: skip
+
+
+def _levels(table: Mapping[str, str | list[str]]) -> dict[str, tuple[str, ...]]:
+    return {name: tuple(names) if isinstance(names, list) else (names,) for name, names in table.items()}
+
+
+def _texts(value: str | Texts) -> Texts:
+    return dict.fromkeys(LANGUAGES, value) if isinstance(value, str) else value
