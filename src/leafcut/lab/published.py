@@ -323,7 +323,7 @@ def _pace(pairs: Sequence[Pair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """
     by_cell: dict[tuple[str, str], dict[str, Pair]] = {}
     for pair in pairs:
-        if pair[0].published != "" and (pair[0].unit, pair[0].statistic) in (("min", "saved"), ("%", "saving")):
+        if (pair[0].unit, pair[0].statistic) in (("min", "saved"), ("%", "saving")):
             by_cell.setdefault((pair[0].experiment, pair[0].instance), {})[pair[0].statistic] = pair
     for both in by_cell.values():
         if len(both) == 2:
