@@ -306,9 +306,12 @@ def _known(table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs
         for figure, own in pairs
         if figure.statistic == "saving" and (size := _size(figure, runs)) and isinstance(figure.published, float)
     ]
+    own_gains = [(size, value) for size, _, value, _ in gains if isinstance(value, float)]
+    if own_gains:
+        compared_gains = [gain for _, gain, value, _ in gains if value is not None]
+        known |= {"gain": f"{fmean(compared_gains):.2f} %", "own_gain": f"{fmean(gain for _, gain in own_gains):.2f} %"}
     if len(gains) >= _MIN_TREND:
         rest = [gain for gain in gains if gain[3] != table.without]
-        own_gains = [(size, value) for size, _, value, _ in gains if isinstance(value, float)]
         known |= {"without": table.without}
         known |= _trend("", [(size, gain) for size, gain, _, _ in gains])
         known |= _trend("rest_", [(size, gain) for size, gain, _, _ in rest])
