@@ -131,7 +131,7 @@ class Ours:
     missing: str = ""
 
 
-Pair = tuple[Figure, Ours]
+FigurePair = tuple[Figure, Ours]
 
 
 @cache
@@ -171,7 +171,7 @@ def published_blocks(runs: Mapping[str, Runs], language: str, options: str = "")
     ]
 
 
-def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[Pair]:
+def compared(table: PublishedTable, runs: Mapping[str, Runs]) -> list[FigurePair]:
     """Return the figures of a table with ours. Figures of experiments that are not in `runs` are omitted."""
     return [(figure, ours(figure, runs[figure.experiment])) for figure in table.figures if figure.experiment in runs]
 
@@ -196,7 +196,7 @@ def ours(figure: Figure, runs: Runs) -> Ours:
 
 
 def _block(
-    table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs], language: str, options: str
+    table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs], language: str, options: str
 ) -> ReportBlock:
     texts = words(language)
     several = len({figure.quantity.get(language, "") for figure, _ in pairs}) > 1
@@ -292,7 +292,7 @@ def _change(figure: Figure, own: Ours, texts: Texts) -> str:
     return _signed(percent)
 
 
-def _known(table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs]) -> dict[str, str]:
+def _known(table: PublishedTable, pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """Return the figures that the sentences of a table may contain, as text."""
     known = {"cells": str(len(pairs)), "compared": str(sum(own.value is not None for _, own in pairs))}
     changes = [change for figure, own in pairs if figure.unit != "%" and (change := _percent(figure, own)) is not None]
@@ -319,12 +319,12 @@ def _known(table: PublishedTable, pairs: Sequence[Pair], runs: Mapping[str, Runs
     return known
 
 
-def _pace(pairs: Sequence[Pair], runs: Mapping[str, Runs]) -> dict[str, str]:
+def _pace(pairs: Sequence[FigurePair], runs: Mapping[str, Runs]) -> dict[str, str]:
     """Return the time that a published saving implies for all holes and for one, and our time for one hole.
 
     A saving of d min that is p % is of d / p min.
     """
-    by_cell: dict[tuple[str, str], dict[str, Pair]] = {}
+    by_cell: dict[tuple[str, str], dict[str, FigurePair]] = {}
     for pair in pairs:
         if (pair[0].unit, pair[0].statistic) in (("min", "saved"), ("%", "saving")):
             by_cell.setdefault((pair[0].experiment, pair[0].instance), {})[pair[0].statistic] = pair
