@@ -27,6 +27,8 @@ from leafcut.lab.store import Row, Store
 
 #: Most rows of a table; `leafcut lab report` writes all rows to a CSV file.
 MOST_ROWS = 36
+#: Most rows of a table of published figures, which has no other place in the page.
+MOST_PUBLISHED = 100
 #: Last column of the tables of pairs, which only `leafcut lab report` shows.
 _PAIRS = "Differ"
 
@@ -51,19 +53,19 @@ def section(experiment: Description, rows: list[Row]) -> str:
     for block in blocks:
         lines += shown(block)
     for block in published_blocks({experiment.name: Runs(experiment, experiment, rows)}, "en"):
-        lines += shown(block)
+        lines += shown(block, MOST_PUBLISHED)
     lines += [f"* {line}" for line in circumstances(results.rows)]
     return "\n".join(lines)
 
 
-def shown(block: ReportBlock) -> list[str]:
+def shown(block: ReportBlock, most_rows: int = MOST_ROWS) -> list[str]:
     """Return a block of a report without its charts."""
     lines = [f"### {block.title}", ""]
     for words in block.words:
         lines += [f"* {words}"]
     lines += [""]
     for table in block.tables:
-        if table.columns[-1] == _PAIRS or len(table.rows) > MOST_ROWS:
+        if table.columns[-1] == _PAIRS or len(table.rows) > most_rows:
             continue
         lines += [*([f"{table.title}:", ""] if table.title else []), *markdown(table), ""]
     return lines
