@@ -12,8 +12,9 @@ LEAF = (
 )
 
 _STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
-#: Only the first script must run before painting, because it sets the light or dark theme.
-_SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js", "picture.js")
+#: Must run before painting, because it sets the light or dark theme.
+_FIRST_SCRIPT = "shell.js"
+_MODULES = ("focus.js", "badge.js", "machine_stop.js", "picture.js")
 
 
 @cache
@@ -22,11 +23,9 @@ def head() -> str:
     # Browsers cache by address, so a newer file gets a new address.
     newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
     styles = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in _STYLES]
-    scripts = [
-        f'<script src="/static/{name}?{newest}"{" defer" if number else ""}></script>'
-        for number, name in enumerate(_SCRIPTS)
-    ]
-    return "".join([*styles, *scripts])
+    first = f'<script src="/static/{_FIRST_SCRIPT}?{newest}"></script>'
+    modules = [f'<script type="module" src="/static/{name}?{newest}"></script>' for name in _MODULES]
+    return "".join([*styles, first, *modules])
 
 
 def first_bar() -> str:

@@ -1,7 +1,14 @@
 // Drawing as a NiceGUI element (studio/drawing/canvas.py).
 
 import { Drawing } from "leafcut-canvas/canvas.js";
-import { register, withStyle } from "leafcut-canvas/registry.js";
+import { fetchScene, register, withStyle } from "leafcut-canvas/registry.js";
+import { defineComponent, h, onMounted, onUnmounted, ref, watch } from "vue";
+
+/** @import { MachinePlace, Which } from "./canvas.js" */
+/** @import { PlacementSettings } from "./placement.js" */
+
+const LAYERS = ["whole", "part", "before", "after", "pheromone", "live", "differences"];
+const SOLIDS = /** @type {[string, Which][]} */ ([["solid_before", "before"], ["solid_after", "after"]]);
 
 /** Return the browser's storage for this origin; null if it is disabled. */
 function storage() {
@@ -12,78 +19,96 @@ function storage() {
   }
 }
 
-export default {
-  template: `<div class="lc-host"></div>`,
-  props: { scenes: Object, words: Object, layers: Object, editable: Boolean, placement: Object },
-  mounted() {
-    withStyle();
-    this.shown = {};
-    this.drawing = new Drawing(this.$el, {
-      words: this.words, layers: this.layers, storage: storage(),
-    });
-    for (const name of ["select", "drag", "origin"]) {
-      this.drawing.on(name, (detail) => { if (!this.quiet) this.$emit(name, detail); });
-    }
-    register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
-    this.drawing.setPlacement(this.placement ?? {});
-    this.load();
+export default defineComponent({
+  props: {
+    scenes: { type: /** @type {Prop<Record<string, string>>} */ (Object), default: () => ({}) },
+    words: { type: /** @type {Prop<Words>} */ (Object), required: true },
+    layers: { type: /** @type {Prop<Record<string, boolean>>} */ (Object), default: () => ({}) },
+    editable: Boolean,
+    placement: { type: /** @type {Prop<PlacementSettings>} */ (Object), default: () => ({}) },
   },
-  unmounted() {
-    this.gone = true;
-    register(Number(this.$el.id.replace(/\D+/g, "")), null);
-    this.drawing.destroy();
-  },
-  watch: {
-    scenes() { this.load(); },
-    placement() { this.drawing.setPlacement(this.placement ?? {}); },
-    editable() { this.drawing.editable = this.editable; },
-  },
-  methods: {
+  emits: ["select", "drag", "origin"],
+  setup(props, { emit, expose }) {
+    const host = /** @type {import("vue").Ref<HTMLElement>} */ (ref());
+    /** @type {Drawing} */
+    let drawing;
+    let id = 0, quiet = false, gone = false, waiting = false;
+    /** Addresses of the scenes shown by layer. @type {Record<string, string>} */
+    const shown = {};
+    let loading = Promise.resolve();
+
     /** Fetch scenes whose address has changed, and remove scenes without an address; one update at a time. */
-    load() {
-      if (this.waiting) return; // the pending update fetches the latest addresses
-      this.waiting = true;
-      this.loading = (this.loading ?? Promise.resolve()).then(() => this.update()).catch((error) => console.error(error.message));
-    },
-    async update() {
-      this.waiting = false;
-      if (this.gone) return;
-      const scenes = { ...this.scenes };
-      for (const layer of Object.keys(this.shown)) {
+    function load() {
+      if (waiting) return; // the pending update fetches the latest addresses
+      waiting = true;
+      later(update);
+    }
+
+    async function update() {
+      waiting = false;
+      if (gone) return;
+      const scenes = { ...props.scenes }, changed = (/** @type {string} */ layer) => scenes[layer] && scenes[layer] !== shown[layer];
+      for (const layer of Object.keys(shown)) {
         if (layer in scenes) continue;
-        delete this.shown[layer];
-        this.drawing.clear(layer);
+        delete shown[layer];
+        drawing.clear(layer);
       }
-      for (const layer of ["solid_before", "solid_after"].filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
-        // Fetch the stock only when it becomes visible.
-        const address = (window.path_prefix ?? "") + scenes[layer];
-        this.shown[layer] = scenes[layer];
-        this.drawing.offerSolid(layer.slice("solid_".length), async () => {
-          const answer = await fetch(address, { cache: "no-store" });
-          return answer.status === 200 ? answer.arrayBuffer() : null;
-        });
+      for (const [layer, which] of SOLIDS) {
+        if (!changed(layer)) continue;
+        shown[layer] = scenes[layer];
+        drawing.offerSolid(which, () => fetchScene(scenes[layer])); // fetched only when it becomes visible
       }
-      const order = ["whole", "part", "before", "after", "pheromone", "live", "differences"];
-      for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
-        if (this.gone) return;
-        const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
-        if (answer.status !== 200) continue; // the server has removed the scene meanwhile
-        this.drawing.show(await answer.arrayBuffer(), layer);
-        this.shown[layer] = scenes[layer];
+      for (const layer of LAYERS) {
+        if (!changed(layer)) continue;
+        if (gone) return;
+        const bytes = await fetchScene(scenes[layer]);
+        if (!bytes) continue;
+        drawing.show(bytes, layer);
+        shown[layer] = scenes[layer];
       }
-    },
-    /** Zoom to fit, including scenes being fetched. */
-    fit() { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.fit()); },
-    /** Show the actual position of the machine, mm; null hides it. */
-    setTool(place) { this.drawing.setTool(place); },
-    /** Select the moves of a line, even of a program being fetched. */
-    showLine(line) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectLine(line)); },
-    clearSelection() {
-      this.quiet = true;
-      this.drawing.select(null);
-      this.quiet = false;
-    },
-    selectDifference(index) { this.drawing.selectDifference(index); },
-    selectStop(stop) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectStop(stop)); },
+    }
+
+    /** Act after the scenes that are being fetched. @param {() => void | Promise<void>} act */
+    function later(act) { loading = loading.then(act).catch((error) => console.error(error)); }
+
+    onMounted(() => {
+      withStyle();
+      drawing = new Drawing(host.value, { words: props.words, layers: props.layers, storage: storage() });
+      for (const name of /** @type {const} */ (["select", "drag", "origin"])) {
+        drawing.on(name, (detail) => { if (!quiet) emit(name, detail); });
+      }
+      drawing.editable = props.editable;
+      drawing.setPlacement(props.placement);
+      id = Number(host.value.id.replace(/\D+/g, ""));
+      register(id, drawing);
+      load();
+    });
+    onUnmounted(() => {
+      gone = true;
+      register(id, null);
+      drawing.destroy();
+    });
+    watch(() => props.scenes, load);
+    watch(() => props.placement, (placement) => drawing.setPlacement(placement));
+    watch(() => props.editable, (editable) => { drawing.editable = editable; });
+
+    expose({
+      /** Zoom to fit. */
+      fit: () => later(() => drawing.fit()),
+      /** Show the actual position of the machine; null hides it. @param {MachinePlace | null} place */
+      setTool: (place) => drawing.setTool(place),
+      /** Select the moves of a line. @param {number} line */
+      showLine: (line) => later(() => drawing.selectLine(line)),
+      clearSelection: () => {
+        quiet = true;
+        drawing.select(null);
+        quiet = false;
+      },
+      /** @param {number} index */
+      selectDifference: (index) => drawing.selectDifference(index),
+      /** @param {number} stop */
+      selectStop: (stop) => later(() => drawing.selectStop(stop)),
+    });
+    return () => h("div", { class: "lc-host", ref: host });
   },
-};
+});

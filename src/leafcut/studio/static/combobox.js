@@ -1,120 +1,120 @@
 // A text field with a menu of suggestions (combobox of the ARIA practices).
-import { h } from "vue";
+import { matchingOffers } from "leafcut-canvas/option_filter.js";
+import { computed, defineComponent, h, nextTick, ref } from "vue";
+
+/** @import { Offer } from "./option_filter.js" */
 
 let count = 0;
 
-export const Combobox = {
+export const Combobox = defineComponent({
   props: {
     about: Object, // attributes of the input: id, aria-describedby, …
-    value: String, // shown text; a text being typed takes precedence
-    offers: Array, // [[value, text]]
+    value: { type: String, default: "" }, // shown text; a text being typed takes precedence
+    offers: { type: /** @type {Prop<Offer[]>} */ (Array), default: () => [] },
     open: String, // label of the button
   },
   emits: ["typed", "change", "left"],
-  data: () => ({ shown: false, at: -1, filter: "", typing: null }),
-  created() { this.list = `menu-${++count}`; },
-  computed: {
-    found() {
-      const wanted = this.filter.trim().toLowerCase();
-      const all = this.offers.map(([value, text]) => ({ value, text }));
-      return wanted ? all.filter((one) => `${one.value} ${one.text}`.toLowerCase().includes(wanted)) : all;
-    },
-  },
-  methods: {
-    show(filter = "") {
-      this.filter = filter;
-      this.shown = this.found.length > 0;
-      this.at = filter ? -1 : this.found.findIndex((one) => one.value === this.value);
-      this.reveal();
-    },
-    reveal() {
-      this.$nextTick(() => {
-        const list = this.$refs.list;
-        list?.scrollIntoView({ block: "nearest" });
-        list?.children[this.at]?.scrollIntoView({ block: "nearest" });
+  setup(props, { emit }) {
+    const list = `menu-${++count}`;
+    const shown = ref(false), at = ref(-1), filter = ref(""), typing = ref(/** @type {string | null} */ (null));
+    const field = ref(/** @type {HTMLInputElement | null} */ (null)), menu = ref(/** @type {HTMLElement | null} */ (null));
+    const found = computed(() => matchingOffers(props.offers, filter.value));
+
+    function show(text = "") {
+      filter.value = text;
+      shown.value = found.value.length > 0;
+      at.value = text ? -1 : found.value.findIndex(([value]) => value === props.value);
+      reveal();
+    }
+
+    function reveal() {
+      nextTick(() => {
+        menu.value?.scrollIntoView({ block: "nearest" });
+        menu.value?.children[at.value]?.scrollIntoView({ block: "nearest" });
       });
-    },
-    hide() { this.shown = false; this.at = -1; },
-    take(one) {
-      this.hide();
-      this.typing = one.value;
-      this.$emit("typed", one.value);
-      this.$emit("change", one.value);
-    },
-    key(event) {
-      if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+    }
+
+    function hide() {
+      shown.value = false;
+      at.value = -1;
+    }
+
+    /** @param {Offer} offer */
+    function take([value]) {
+      hide();
+      typing.value = value;
+      emit("typed", value);
+      emit("change", value);
+    }
+
+    /** @param {KeyboardEvent} event */
+    function key(event) {
+      const { length } = found.value, step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+      if (step) {
         event.preventDefault();
-        if (!this.shown) return this.show();
-        const count = this.found.length, step = event.key === "ArrowDown" ? 1 : -1;
-        this.at = this.at < 0 ? (step > 0 ? 0 : count - 1) : (this.at + step + count) % count;
-        this.reveal();
-      } else if (event.key === "Enter" && this.shown && this.at >= 0) {
+        if (!shown.value) {
+          show();
+          return;
+        }
+        at.value = at.value < 0 ? (step > 0 ? 0 : length - 1) : (at.value + step + length) % length;
+        reveal();
+      } else if (event.key === "Enter" && shown.value && at.value >= 0) {
         event.preventDefault();
-        this.take(this.found[this.at]);
-      } else if (event.key === "Escape" && this.shown) {
+        take(found.value[at.value]);
+      } else if (event.key === "Escape" && shown.value) {
         event.preventDefault();
         event.stopPropagation();
-        this.hide();
+        hide();
       }
-    },
-  },
-  render() {
-    const { about, list } = this;
-    return h("span", { class: "combobox" }, [
+    }
+
+    return () => h("span", { class: "combobox" }, [
       h("input", {
-        ...about,
-        ref: "input",
+        ...props.about,
+        ref: field,
         role: "combobox",
         type: "text",
-        value: this.typing ?? this.value, // redrawing the menu keeps the text being typed
-        "aria-expanded": this.shown ? "true" : "false",
+        value: typing.value ?? props.value, // redrawing the menu keeps the text being typed
+        "aria-expanded": shown.value ? "true" : "false",
         "aria-autocomplete": "list",
         "aria-controls": list,
-        "aria-activedescendant": this.shown && this.at >= 0 ? `${list}-${this.at}` : undefined,
-        onInput: (e) => {
-          this.typing = e.target.value;
-          this.$emit("typed", this.typing);
-          this.show(this.typing);
+        "aria-activedescendant": shown.value && at.value >= 0 ? `${list}-${at.value}` : undefined,
+        onInput: (/** @type {FieldEvent} */ { target }) => {
+          typing.value = target.value;
+          emit("typed", target.value);
+          show(target.value);
         },
-        onKeydown: this.key,
+        onKeydown: key,
         onBlur: () => {
-          this.hide();
-          this.typing = null;
-          this.$emit("left");
+          hide();
+          typing.value = null;
+          emit("left");
         },
-        onChange: (e) => this.$emit("change", e.target.value.trim()),
+        onChange: (/** @type {FieldEvent} */ { target }) => emit("change", target.value.trim()),
       }),
-      h(
-        "button",
-        {
-          type: "button",
-          class: "opens",
-          tabindex: "-1", // opened with the arrow keys in the field
-          "aria-label": this.open,
-          // Not on click, as the field would lose the focus and regain it in between.
-          onPointerdown: (e) => { e.preventDefault(); this.$refs.input.focus(); this.shown ? this.hide() : this.show(); },
+      h("button", {
+        type: "button",
+        class: "opens",
+        tabindex: "-1", // opened with the arrow keys in the field
+        "aria-label": props.open,
+        // Not on click, as the field would lose the focus and regain it in between.
+        onPointerdown: (/** @type {PointerEvent} */ event) => {
+          event.preventDefault();
+          field.value?.focus();
+          if (shown.value) hide(); else show();
         },
-        [h("span", { "aria-hidden": "true" }, "▾")],
-      ),
-      h(
-        "ul",
-        { ref: "list", id: list, role: "listbox", class: ["menu", this.shown || "hidden"], "aria-label": this.open },
-        this.shown
-          ? this.found.map((one, k) =>
-              h(
-                "li",
-                {
-                  key: one.value,
-                  id: `${list}-${k}`,
-                  role: "option",
-                  "aria-selected": k === this.at ? "true" : "false",
-                  onPointerdown: (e) => { e.preventDefault(); this.take(one); },
-                },
-                one.text,
-              ),
-            )
-          : [],
-      ),
+      }, [h("span", { "aria-hidden": "true" }, "▾")]),
+      h("ul", { ref: menu, id: list, role: "listbox", class: ["menu", shown.value || "hidden"], "aria-label": props.open },
+        shown.value ? found.value.map(([value, text], k) => h("li", {
+          key: value,
+          id: `${list}-${k}`,
+          role: "option",
+          "aria-selected": k === at.value ? "true" : "false",
+          onPointerdown: (/** @type {PointerEvent} */ event) => {
+            event.preventDefault();
+            take([value, text]);
+          },
+        }, text)) : []),
     ]);
   },
-};
+});

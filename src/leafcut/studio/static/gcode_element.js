@@ -1,27 +1,40 @@
 // Program of a drawing as a NiceGUI element (studio/drawing/program_text.py).
 
 import { ProgramView } from "leafcut-canvas/program_view.js";
-import { whenThere, withStyle } from "leafcut-canvas/registry.js";
+import { fetchScene, whenThere, withStyle } from "leafcut-canvas/registry.js";
 import { readScene } from "leafcut-canvas/scene.js";
+import { defineComponent, h, onMounted, onUnmounted, ref } from "vue";
 
-export default {
-  template: `<div class="lc-host"></div>`,
-  props: { drawing: Number, words: Object, source: String },
-  async mounted() {
-    withStyle();
-    withStyle("program.css");
-    this.view = new ProgramView(this.$el, { words: this.words });
-    if (this.source) {
-      const answer = await fetch((window.path_prefix ?? "") + this.source, { cache: "no-store" }).catch(() => null);
-      const bytes = answer?.status === 200 ? await answer.arrayBuffer() : null;
-      if (this.gone) return;
-      if (!bytes) return this.view.refuse();
-      this.view.show(readScene(bytes));
-    }
-    whenThere(this.drawing, (drawing) => { if (!this.gone) this.view.link(drawing); });
+export default defineComponent({
+  props: {
+    drawing: { type: Number, required: true },
+    words: { type: /** @type {Prop<Words>} */ (Object), required: true },
+    source: String,
   },
-  unmounted() {
-    this.gone = true;
-    this.view.destroy();
+  setup(props) {
+    const host = /** @type {import("vue").Ref<HTMLElement>} */ (ref());
+    /** @type {ProgramView} */
+    let view;
+    let gone = false;
+    onMounted(async () => {
+      withStyle();
+      withStyle("program.css");
+      view = new ProgramView(host.value, { words: props.words });
+      if (props.source) {
+        const bytes = await fetchScene(props.source).catch(() => null);
+        if (gone) return;
+        if (!bytes) {
+          view.refuse();
+          return;
+        }
+        view.show(readScene(bytes));
+      }
+      whenThere(props.drawing, (drawing) => { if (!gone) view.link(drawing); });
+    });
+    onUnmounted(() => {
+      gone = true;
+      view.destroy();
+    });
+    return () => h("div", { class: "lc-host", ref: host });
   },
-};
+});

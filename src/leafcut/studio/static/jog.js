@@ -1,66 +1,84 @@
 // Jog pad: a press moves one step; holding it repeats until release.
 //
 // Keys move the machine only while the pad has the focus, so that scrolling never moves it.
-import { h } from "vue";
+import { defineComponent, h, onUnmounted, watch } from "vue";
+
+/** @typedef {[string, number]} Direction Axis and sign. */
+/** Key or pointer that is pressed, and its timer. @typedef {{ by: string, held: boolean, timer: number }} Press */
 
 const HELD = 350, AGAIN = 90; // ms until a press counts as held, and interval of its steps
+/** @type {Record<string, Direction>} */
 const KEYS = {
   ArrowLeft: ["X", -1], ArrowRight: ["X", 1], ArrowUp: ["Y", 1], ArrowDown: ["Y", -1], PageUp: ["Z", 1], PageDown: ["Z", -1],
 };
-const PLACES = [["Y", 1, "y-up", "↑"], ["Z", 1, "z-up", "↑"], ["X", -1, "x-down", "←"], ["X", 1, "x-up", "→"], ["Y", -1, "y-down", "↓"], ["Z", -1, "z-down", "↓"]];
+const PLACES = /** @type {[...Direction, string, string][]} */ ([
+  ["Y", 1, "y-up", "↑"], ["Z", 1, "z-up", "↑"], ["X", -1, "x-down", "←"], ["X", 1, "x-up", "→"], ["Y", -1, "y-down", "↓"], ["Z", -1, "z-down", "↓"],
+]);
+const ENDS = ["pointerup", "pointercancel", "blur"]; // events that end a press
 
-export default {
+export default defineComponent({
   props: { label: String, hint: String, off: Boolean },
   emits: ["jog", "release"],
-  created() {
-    this.pressed = null;
-    this.let_go = () => this.release();
-    for (const name of ["pointerup", "pointercancel", "blur"]) window.addEventListener(name, this.let_go);
-  },
-  unmounted() {
-    this.release();
-    for (const name of ["pointerup", "pointercancel", "blur"]) window.removeEventListener(name, this.let_go);
-  },
-  watch: { off() { if (this.off) this.release(); } },
-  methods: {
-    press(axis, sign, by) {
-      if (this.off || this.pressed) return;
-      this.pressed = { by, held: false };
-      this.$emit("jog", { axis, sign, held: false });
-      this.pressed.timer = setTimeout(() => {
-        this.pressed.held = true;
-        this.pressed.timer = setInterval(() => this.$emit("jog", { axis, sign, held: true }), AGAIN);
+  setup(props, { emit }) {
+    /** @type {Press | null} */
+    let pressed = null;
+
+    /** @param {Direction} direction @param {string} by */
+    function press([axis, sign], by) {
+      if (props.off || pressed) return;
+      /** @type {Press} */
+      const now = { by, held: false, timer: 0 };
+      pressed = now;
+      emit("jog", { axis, sign, held: false });
+      now.timer = setTimeout(() => {
+        now.held = true;
+        now.timer = setInterval(() => emit("jog", { axis, sign, held: true }), AGAIN);
       }, HELD);
-    },
-    release() {
-      if (!this.pressed) return;
-      const { held, timer } = this.pressed;
+    }
+
+    function release() {
+      if (!pressed) return;
+      const { held, timer } = pressed;
       if (held) clearInterval(timer); else clearTimeout(timer);
-      this.pressed = null;
-      if (held) this.$emit("release", {});
-    },
-    down(event) {
-      const meant = KEYS[event.key];
-      if (!meant || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
+      pressed = null;
+      if (held) emit("release", {});
+    }
+
+    /** @param {KeyboardEvent} event */
+    function down(event) {
+      const direction = KEYS[event.key];
+      if (!direction || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
       event.preventDefault();
       event.stopPropagation();
-      if (!event.repeat) this.press(...meant, event.key);
-    },
-  },
-  render() {
-    return h("div", {
-      class: ["jog-pad", { off: this.off }], role: "group", tabindex: "0", "aria-label": this.label, title: this.hint,
-      onKeydown: this.down,
-      onKeyup: (e) => { if (this.pressed?.by === e.key) this.release(); },
-      onFocusout: (e) => { if (!e.currentTarget.contains(e.relatedTarget)) this.release(); },
+      if (!event.repeat) press(direction, event.key);
+    }
+
+    for (const name of ENDS) window.addEventListener(name, release);
+    onUnmounted(() => {
+      release();
+      for (const name of ENDS) window.removeEventListener(name, release);
+    });
+    watch(() => props.off, (off) => { if (off) release(); });
+
+    return () => h("div", {
+      class: ["jog-pad", { off: props.off }], role: "group", tabindex: "0", "aria-label": props.label, title: props.hint,
+      onKeydown: down,
+      onKeyup: (/** @type {KeyboardEvent} */ { key }) => { if (pressed?.by === key) release(); },
+      onFocusout: (/** @type {FocusEvent & { currentTarget: Element }} */ { currentTarget, relatedTarget }) => {
+        if (!(relatedTarget instanceof Node && currentTarget.contains(relatedTarget))) release();
+      },
     }, [
       ...PLACES.map(([axis, sign, place, arrow]) => h("button", {
-        type: "button", class: ["button", place], tabindex: "-1", disabled: this.off, "aria-label": `${axis}${sign > 0 ? "+" : "−"}`,
-        onPointerdown: (e) => { if (e.button === 0) this.press(axis, sign, "pointer"); },
-        onClick: (e) => { if (e.detail === 0) { this.press(axis, sign, "click"); this.release(); } }, // keyboard activation, without a pointer
+        type: "button", class: ["button", place], tabindex: "-1", disabled: props.off, "aria-label": `${axis}${sign > 0 ? "+" : "−"}`,
+        onPointerdown: (/** @type {PointerEvent} */ { button }) => { if (button === 0) press([axis, sign], "pointer"); },
+        onClick: (/** @type {MouseEvent} */ { detail }) => {
+          if (detail !== 0) return;
+          press([axis, sign], "click"); // keyboard activation, without a pointer
+          release();
+        },
       }, [h("b", axis), h("span", { "aria-hidden": "true" }, arrow)])),
       h("span", { class: "at-xy", "aria-hidden": "true" }, "XY"),
       h("span", { class: "at-z", "aria-hidden": "true" }, "Z"),
     ]);
   },
-};
+});

@@ -1,19 +1,22 @@
 // A text field that keeps its content when the page is redrawn; a new `version` replaces the content.
-import { h } from "vue";
+import { defineComponent, h, ref, watch } from "vue";
 
-export default {
+export default defineComponent({
   props: { field: String, value: String, version: Number, unit: String, numbers: Boolean, offered: String, placeholder: String },
   emits: ["typed"],
-  data() { return { draft: this.value }; },
-  watch: { version() { this.draft = this.value; } },
-  render() {
-    return h("span", { class: "box" }, [
+  setup(props, { emit }) {
+    const draft = ref(props.value);
+    watch(() => props.version, () => { draft.value = props.value; });
+    return () => h("span", { class: "box" }, [
       h("input", {
-        id: this.field, type: "text", autocomplete: "off", spellcheck: "false", inputmode: this.numbers ? "decimal" : "text",
-        list: this.offered || null, placeholder: this.placeholder || null, value: this.draft,
-        onInput: (e) => { this.draft = e.target.value; this.$emit("typed", { value: this.draft }); },
+        id: props.field, type: "text", autocomplete: "off", spellcheck: "false", inputmode: props.numbers ? "decimal" : "text",
+        list: props.offered || null, placeholder: props.placeholder || null, value: draft.value,
+        onInput: (/** @type {FieldEvent} */ { target: { value } }) => {
+          draft.value = value;
+          emit("typed", { value });
+        },
       }),
-      this.unit ? h("span", { class: "unit", "aria-hidden": "true" }, this.unit) : null,
+      props.unit ? h("span", { class: "unit", "aria-hidden": "true" }, props.unit) : null,
     ]);
   },
-};
+});

@@ -1,6 +1,14 @@
 // Grid, axes, scale bar, arrows, numbers and tool: marks of constant size in the drawing.
 
+import { emptyBox, widen } from "./boxes.js";
 import { niceStep, tickWords } from "./view.js";
+
+/** @import { Frame, Steps } from "./buffer.js" */
+/** @import { PathScene, ToolpathScene } from "./scene.js" */
+/** @import { Colours } from "./theme.js" */
+/** @import { View } from "./view.js" */
+/** A toolpath or an edited order, with numbered stops.
+ * @typedef {ToolpathScene | PathScene} Route */
 
 export const FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
 const NUMBER_FONT = '600 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
@@ -8,12 +16,13 @@ const BETWEEN_LINES = 15; // minimum distance, pixels
 const BETWEEN_TICKS = 76;
 const RULER = 22;
 
-/** Draw the grid: fine lines, stronger lines every fifth or tenth step, and the axes through zero. */
+/** Draw the grid: fine lines, stronger lines every fifth or tenth step, and the axes through zero.
+ * @param {Context} ctx @param {View} view @param {Colours} colours */
 export function drawGrid(ctx, view, colours) {
   const step = niceStep(BETWEEN_LINES / view.scale), coarse = step * 10 * (1 + 1e-9);
   const [x0, y0, x1, y1] = view.seen();
   const lines = { fine: new Path2D(), coarse: new Path2D(), axes: new Path2D() };
-  const pick = (value) => (Math.abs(value) < step / 2 ? "axes" : isMultiple(value, coarse) ? "coarse" : "fine");
+  const pick = (/** @type {number} */ value) => (Math.abs(value) < step / 2 ? "axes" : isMultiple(value, coarse) ? "coarse" : "fine");
   for (let k = Math.ceil(x0 / step); k * step <= x1; k++) {
     const px = Math.round(view.toX(k * step)) + 0.5, path = lines[pick(k * step)];
     path.moveTo(px, 0);
@@ -35,9 +44,11 @@ export function drawGrid(ctx, view, colours) {
   ctx.globalAlpha = 1;
 }
 
+/** @param {number} value @param {number} step */
 function isMultiple(value, step) { return Math.abs(value / step - Math.round(value / step)) < 1e-3; }
 
-/** Draw rulers with ticks in millimetres along the left and the lower edge. */
+/** Draw rulers with ticks in millimetres along the left and the lower edge.
+ * @param {Context} ctx @param {View} view @param {Colours} colours */
 export function drawRulers(ctx, view, colours, unit = "mm") {
   const step = niceStep(BETWEEN_TICKS / view.scale), [x0, y0, x1, y1] = view.seen();
   ctx.font = FONT;
@@ -80,29 +91,47 @@ export function drawRulers(ctx, view, colours, unit = "mm") {
   ctx.fillText(unit, 8, bottom + 13);
 }
 
-/** Draw a scale bar of a round length in the lower right corner. */
+/** Draw a scale bar of a round length in the lower right corner.
+ * @param {Context} ctx @param {View} view @param {Colours} colours */
 export function drawScaleBar(ctx, view, colours, unit = "mm") {
   const step = niceStep(70 / view.scale), width = step * view.scale;
   const x = view.width - 16, y = view.height - RULER - 14;
   const metres = unit && step >= 1000 && isMultiple(step, 1000);
   const words = metres ? `${step / 1000} m` : step >= 0.001 ? `${tickWords(step, step)} ${unit}`.trim() : "";
-  for (const [colour, line] of [[colours.card, 5], [colours["ink-2"], 1.5]]) {
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = line;
-    ctx.beginPath();
-    ctx.moveTo(x - width, y - 4);
-    ctx.lineTo(x - width, y);
-    ctx.lineTo(x, y);
-    ctx.lineTo(x, y - 4);
-    ctx.stroke();
-  }
+  const bar = new Path2D();
+  bar.moveTo(x - width, y - 4);
+  bar.lineTo(x - width, y);
+  bar.lineTo(x, y);
+  bar.lineTo(x, y - 4);
+  strokeHaloed(ctx, bar, colours["ink-2"], 1.5, colours.card, 5);
   ctx.font = FONT;
   ctx.textAlign = "center";
   ctx.textBaseline = "bottom";
   haloed(ctx, words, x - width / 2, y - 5, colours["ink-2"], colours.card);
 }
 
-/** Write a text with a halo in the background colour, readable on lines. */
+/** Stroke a path over a wider stroke in the background colour, visible on lines.
+ * @param {Context} ctx @param {Path2D} path @param {string} ink @param {number} width @param {string} ground
+ * @param {number} wide */
+export function strokeHaloed(ctx, path, ink, width, ground, wide) {
+  for (const [colour, line] of /** @type {[string, number][]} */ ([[ground, wide], [ink, width]])) {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = line;
+    ctx.stroke(path);
+  }
+}
+
+/** Return a circle as a path.
+ * @param {number} x @param {number} y @param {number} radius */
+export function circle(x, y, radius) {
+  const path = new Path2D();
+  path.arc(x, y, radius, 0, 2 * Math.PI);
+  return path;
+}
+
+/** Write a text with a halo in the background colour, readable on lines.
+ * @param {Context} ctx @param {string} words @param {number} x @param {number} y @param {string} ink
+ * @param {string} ground */
 export function haloed(ctx, words, x, y, ink, ground) {
   ctx.lineJoin = "round";
   ctx.lineWidth = 3.5;
@@ -114,13 +143,15 @@ export function haloed(ctx, words, x, y, ink, ground) {
 
 /** Occupied cells on the screen. */
 class Room {
+  /** @param {number} width @param {number} height */
   constructor(width, height) {
     this.width = width;
     this.height = height;
     this.taken = new Set();
   }
 
-  /** Occupy the cell of a point; return false if it or an adjacent cell is occupied. */
+  /** Occupy the cell of a point; return false if it or an adjacent cell is occupied.
+   * @param {number} x @param {number} y */
   take(x, y) {
     const column = Math.floor(x / this.width), row = Math.floor(y / this.height);
     for (let dx = -1; dx <= 1; dx++) {
@@ -131,7 +162,8 @@ class Room {
   }
 }
 
-/** Draw arrowheads on long rapids, spread over the screen; yields between steps. */
+/** Draw arrowheads on long rapids, spread over the screen; yields between steps.
+ * @param {Context} ctx @param {Frame} frame @param {Route} scene @param {string} colour @returns {Steps} */
 export function* paintArrows(ctx, frame, scene, colour) {
   const room = new Room(34, 34), seen = frame.seen, [ox, oy] = scene.origin, least = 30 / frame.scale;
   frame.inPixels(ctx);
@@ -157,12 +189,15 @@ export function* paintArrows(ctx, frame, scene, colour) {
   yield 50;
 }
 
-/** Return the maximum number of labels for a mean distance of stops in pixels; only both ends in a dense field. */
+/** Return the maximum number of labels for a mean distance of stops in pixels; only both ends in a dense field.
+ * @param {number} apart */
 function mostNumbers(apart) { return apart > 15 ? 900 : apart > 9 ? 40 : 2; }
 
-/** Draw the numbers of the stops as space permits; `radius(x, y)` of the hole there, mm; yields between steps. */
+/** Draw the numbers of the stops as space permits; `radius(x, y)` of the hole there, mm; yields between steps.
+ * @param {Context} ctx @param {Frame} frame @param {Route} scene @param {number[]} order @param {Colours} colours
+ * @param {(x: number, y: number) => number} radius @returns {Steps} */
 export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
-  const seen = frame.seen, [ox, oy] = scene.origin, shown = [];
+  const seen = frame.seen, [ox, oy] = scene.origin, shown = /** @type {[number, number, number][]} */ ([]);
   for (let k = 0; k < order.length; k++) {
     if (k % 20000 === 19999) yield 400;
     const [sx, sy] = scene.stopPlace(order[k]);
@@ -187,89 +222,65 @@ export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   yield 20;
 }
 
-/** Return the mean distance that the visible stops would have if evenly spread over their extent, pixels. */
+/** Return the mean distance that the visible stops would have if evenly spread over their extent, pixels.
+ * @param {[number, number, number][]} shown @param {Frame} frame @param {number} screen */
 function spread(shown, frame, screen) {
-  let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
-  for (const [, x, y] of shown) {
-    x0 = Math.min(x0, x);
-    y0 = Math.min(y0, y);
-    x1 = Math.max(x1, x);
-    y1 = Math.max(y1, y);
-  }
-  const area = Math.max((x1 - x0) * frame.scale, 40) * Math.max((y1 - y0) * frame.scale, 40);
+  const box = emptyBox();
+  for (const [, x, y] of shown) widen(box, x, y);
+  const area = Math.max((box[2] - box[0]) * frame.scale, 40) * Math.max((box[3] - box[1]) * frame.scale, 40);
   return Math.sqrt(Math.min(area, 2 * screen) / Math.max(shown.length, 1));
 }
 
-/** Draw a ring around the first stop and a square around the last, numbered from 0. */
+/** Draw a ring around the first stop and a square around the last, numbered from 0.
+ * @param {Context} ctx @param {Frame} frame @param {Route} scene @param {Colours} colours @param {number} first
+ * @param {number} last */
 export function drawEnds(ctx, frame, scene, colours, first, last) {
-  frame.inPixels(ctx);
-  const places = [scene.stopPlace(first), scene.stopPlace(last)];
-  for (const [colour, width] of [[colours.card, 5], [colours.ink, 2]]) {
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = width;
-    ctx.lineJoin = "miter";
-    ctx.beginPath();
-    places.forEach(([x, y], end) => {
-      const px = frame.toX(x + scene.origin[0]), py = frame.toY(y + scene.origin[1]);
-      if (!Number.isFinite(px + py)) return;
-      if (end) ctx.rect(px - 6.5, py - 6.5, 13, 13);
-      else {
-        ctx.moveTo(px + 7, py);
-        ctx.arc(px, py, 7, 0, 2 * Math.PI);
-      }
-    });
-    ctx.stroke();
+  const marks = new Path2D();
+  for (const stop of [first, last]) {
+    const [x, y] = scene.stopPlace(stop), px = frame.toX(x + scene.origin[0]), py = frame.toY(y + scene.origin[1]);
+    if (!Number.isFinite(px + py)) continue;
+    if (stop === last) marks.rect(px - 6.5, py - 6.5, 13, 13);
+    if (stop === first) marks.addPath(circle(px, py, 7));
   }
+  frame.inPixels(ctx);
+  ctx.lineJoin = "miter";
+  strokeHaloed(ctx, marks, colours.ink, 2, colours.card, 5);
 }
 
-/** Draw the tool: a cross-hair in a disc, filled while it works. */
+/** Draw the tool: a cross-hair in a disc, filled while it works.
+ * @param {Context} ctx @param {View} view @param {Colours} colours @param {number} x @param {number} y
+ * @param {boolean} working */
 export function drawTool(ctx, view, colours, x, y, working) {
   const px = view.toX(x), py = view.toY(y);
   if (!Number.isFinite(px + py)) return;
   ctx.lineWidth = 2;
   ctx.fillStyle = working ? colours.cut : colours.card;
   ctx.strokeStyle = working ? colours.cut : colours.rapid;
-  ctx.beginPath();
-  ctx.arc(px, py, 10, 0, 2 * Math.PI);
+  const disc = circle(px, py, 10);
   ctx.globalAlpha = working ? 0.25 : 0.75;
-  ctx.fill();
+  ctx.fill(disc);
   ctx.globalAlpha = 1;
-  ctx.stroke();
+  ctx.stroke(disc);
   ctx.fillStyle = colours.ink;
-  ctx.beginPath();
-  ctx.arc(px, py, 2.6, 0, 2 * Math.PI);
-  ctx.fill();
+  ctx.fill(circle(px, py, 2.6));
 }
 
-/** Draw the actual position of the machine: a cross with a ring, filled while it cuts, and the next hole. */
+/** Draw the actual position of the machine: a cross with a ring, filled while it cuts, and the next hole.
+ * @param {Context} ctx @param {View} view @param {Colours} colours
+ * @param {{ x: number, y: number, cuts?: boolean, next?: [number, number] | null }} place */
 export function drawMachine(ctx, view, colours, { x, y, cuts, next }) {
-  if (next) {
-    for (const [colour, width] of [[colours.card, 7], [colours.accent, 3]]) {
-      ctx.strokeStyle = colour;
-      ctx.lineWidth = width;
-      ctx.beginPath();
-      ctx.arc(view.toX(next[0]), view.toY(next[1]), 13, 0, 2 * Math.PI);
-      ctx.stroke();
-    }
-  }
-  const px = view.toX(x), py = view.toY(y), ring = 11, arm = 20;
+  if (next) strokeHaloed(ctx, circle(view.toX(next[0]), view.toY(next[1]), 13), colours.accent, 3, colours.card, 7);
+  const px = view.toX(x), py = view.toY(y), arm = 20;
   if (!Number.isFinite(px + py)) return;
-  for (const [colour, width] of [[colours.card, 5], [colours.bad, 2]]) {
-    ctx.strokeStyle = colour;
-    ctx.lineWidth = width;
-    ctx.lineCap = "butt";
-    ctx.beginPath();
-    ctx.arc(px, py, ring, 0, 2 * Math.PI);
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-      ctx.moveTo(px + 4 * dx, py + 4 * dy);
-      ctx.lineTo(px + arm * dx, py + arm * dy);
-    }
-    ctx.stroke();
+  const ring = circle(px, py, 11), cross = new Path2D(ring);
+  for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+    cross.moveTo(px + 4 * dx, py + 4 * dy);
+    cross.lineTo(px + arm * dx, py + arm * dy);
   }
+  ctx.lineCap = "butt";
+  strokeHaloed(ctx, cross, colours.bad, 2, colours.card, 5);
   ctx.fillStyle = colours.bad;
   ctx.globalAlpha = cuts ? 0.35 : 0.1;
-  ctx.beginPath();
-  ctx.arc(px, py, ring, 0, 2 * Math.PI);
-  ctx.fill();
+  ctx.fill(ring);
   ctx.globalAlpha = 1;
 }

@@ -1,71 +1,71 @@
 // Opens files: by a dialog, or by dropping them anywhere on the page.
-import { h } from "vue";
 import { send } from "leafcut-canvas/send.js";
+import { defineComponent, h, onMounted, onUnmounted, ref } from "vue";
 
-export default {
-  props: { words: Object, largest: Number, several: Boolean }, // several: all files of one drop, else the first
+export default defineComponent({
+  props: {
+    words: { type: /** @type {Prop<Words>} */ (Object), required: true },
+    largest: { type: Number, default: Infinity }, // bytes
+    several: Boolean, // all files of one drop, else the first
+  },
   emits: ["opened", "refused"],
-  data: () => ({ over: 0, busy: false }),
-  mounted() {
-    this.on = {
-      dragenter: (e) => this.drag(e, 1),
-      dragleave: (e) => this.drag(e, -1),
-      dragover: (e) => this.holds(e) && e.preventDefault(),
-      drop: (e) => {
-        if (!this.holds(e)) return;
-        e.preventDefault();
-        this.over = 0;
-        this.take([...e.dataTransfer.files]);
+  setup(props, { emit }) {
+    const over = ref(0), busy = ref(false);
+    const holds = (/** @type {DragEvent} */ event) => Boolean(event.dataTransfer?.types.includes("Files"));
+    const count = (/** @type {DragEvent} */ event, /** @type {number} */ by) => {
+      if (holds(event)) over.value = Math.max(0, over.value + by);
+    };
+    const listeners = {
+      dragenter: (/** @type {DragEvent} */ event) => count(event, 1),
+      dragleave: (/** @type {DragEvent} */ event) => count(event, -1),
+      dragover: (/** @type {DragEvent} */ event) => { if (holds(event)) event.preventDefault(); },
+      drop: (/** @type {DragEvent} */ event) => {
+        if (!holds(event)) return;
+        event.preventDefault();
+        over.value = 0;
+        take([...(event.dataTransfer?.files ?? [])]);
       },
     };
-    for (const [name, act] of Object.entries(this.on)) window.addEventListener(name, act);
-  },
-  unmounted() {
-    for (const [name, act] of Object.entries(this.on)) window.removeEventListener(name, act);
-  },
-  methods: {
-    holds: (e) => [...(e.dataTransfer?.types ?? [])].includes("Files"),
-    drag(e, by) {
-      if (this.holds(e)) this.over = Math.max(0, this.over + by);
-    },
-    async take(files) {
-      if (!files.length || this.busy) return;
-      this.busy = true;
-      try {
-        for (const file of this.several ? files : files.slice(0, 1)) await this.send(file);
-      } finally {
-        this.busy = false;
-      }
-    },
-    async send(file) {
-      if (file.size > this.largest) {
-        this.$emit("refused", { line: `${file.name}: ${this.words.large}` });
+    const names = /** @type {(keyof typeof listeners)[]} */ (Object.keys(listeners));
+    onMounted(() => names.forEach((name) => window.addEventListener(name, listeners[name])));
+    onUnmounted(() => names.forEach((name) => window.removeEventListener(name, listeners[name])));
+
+    /** @param {File[]} files */
+    async function take(files) {
+      if (!files.length || busy.value) return;
+      busy.value = true;
+      for (const file of props.several ? files : files.slice(0, 1)) await upload(file);
+      busy.value = false;
+    }
+
+    /** @param {File} file */
+    async function upload(file) {
+      if (file.size > props.largest) {
+        emit("refused", { line: `${file.name}: ${props.words.large}` });
         return;
       }
-      try {
-        this.$emit("opened", await send(file));
-      } catch (problem) {
-        this.$emit("refused", { line: problem.message });
-      }
-    },
+      await send(file).then((kept) => emit("opened", kept), (problem) => emit("refused", { line: problem.message }));
+    }
+
+    return () => {
+      const { words, several } = props;
+      return h("div", { class: "opener" }, [
+        h("label", { class: ["button", "wide", busy.value && "busy"], "data-key": "o" }, [
+          busy.value ? words.busy : several ? words.add : words.open,
+          h("input", {
+            type: "file",
+            class: "unseen",
+            id: "open-file",
+            multiple: several,
+            onChange: (/** @type {FieldEvent} */ { target }) => {
+              take([...(target.files ?? [])]);
+              target.value = "";
+            },
+          }),
+        ]),
+        h("p", { class: "quiet small" }, words.drop),
+        over.value ? h("div", { class: "dropping" }, h("div", words.release)) : null,
+      ]);
+    };
   },
-  render() {
-    return h("div", { class: "opener" }, [
-      h("label", { class: ["button", "wide", this.busy && "busy"], "data-key": "o" }, [
-        this.busy ? this.words.busy : this.several ? this.words.add : this.words.open,
-        h("input", {
-          type: "file",
-          class: "unseen",
-          id: "open-file",
-          multiple: this.several,
-          onChange: (e) => {
-            this.take([...e.target.files]);
-            e.target.value = "";
-          },
-        }),
-      ]),
-      h("p", { class: "quiet small" }, this.words.drop),
-      this.over ? h("div", { class: "dropping" }, h("div", this.words.release)) : null,
-    ]);
-  },
-};
+});

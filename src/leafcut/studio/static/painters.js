@@ -4,22 +4,39 @@ import { isDense, paintDensity } from "./density.js";
 import { paintDifferences } from "./differences.js";
 import { drawEnds, paintArrows, paintNumbers } from "./marks.js";
 import { pathsOfRows } from "./paths.js";
-import { toolColour } from "./theme.js";
+import { linePath } from "./pen.js";
+import { firstWhere } from "./search.js";
+import { colourOf } from "./theme.js";
 import { paintWhole } from "./whole.js";
+
+/** @import { Frame, Steps } from "./buffer.js" */
+/** @import { Route } from "./marks.js" */
+/** @import { Pane, Track } from "./pane.js" */
+/** @import { PartPaths } from "./paths.js" */
+/** @import { PartScene, PathScene, PheromoneScene, ToolpathScene } from "./scene.js" */
+/** @import { Colours } from "./theme.js" */
+/** @typedef {(ctx: Context, frame: Frame, pane: Pane) => Steps} Painter */
+/** Colour, width in pixels, and opacity.
+ * @typedef {[string, number, number]} Stroke */
+/** @typedef {{ rapid: Stroke, cut: Stroke, lead: string }} Style */
 
 const STRENGTHS = 8;
 const RAPID_WIDTH = 1.15, CUT_WIDTH = 1.9, RIM = 1.2;
+/** Kinds of moves, with their layers. */
+const MOVES = /** @type {["rapid" | "cut", string][]} */ ([["rapid", "rapids"], ["cut", "cuts"]]);
 
-/** Paint the ground: pheromone, kerf, outlines, slots and holes; yields between steps. */
+/** Paint the ground: pheromone, kerf, outlines, slots and holes.
+ * @type {Painter} */
 export function* paintGround(ctx, frame, pane) {
-  const { layers, colours, pheromone, part, partPaths } = pane;
+  const { layers, colours, pheromone, partPaths, wholePaths } = pane;
   if (layers.pheromone && pheromone) yield* paintPheromone(ctx, frame, pheromone, colours);
-  if (pane.whole && layers.whole) yield* paintWhole(ctx, frame, pane);
-  if (part && partPaths && layers.holes) yield* paintPart(ctx, frame, part, partPaths, colours);
+  if (layers.whole && wholePaths) yield* paintWhole(ctx, frame, wholePaths, pane);
+  if (layers.holes && partPaths) yield* paintPart(ctx, frame, partPaths, colours);
   if (layers.cleared) for (const track of pane.tracks) yield* paintCleared(ctx, frame, track, colours);
   if (layers.kerf) for (const track of pane.tracks) yield* paintKerf(ctx, frame, track, colours);
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {PheromoneScene} scene @param {Colours} colours @returns {Steps} */
 function* paintPheromone(ctx, frame, scene, colours) {
   const { point, edge, strength } = scene, paths = Array.from({ length: STRENGTHS }, () => new Path2D());
   const counts = new Array(STRENGTHS).fill(0);
@@ -45,88 +62,91 @@ function* paintPheromone(ctx, frame, scene, colours) {
   }
 }
 
-/** Fill the area cleared by a mill in one pass, so that adjacent passes do not darken it. */
+/** Fill the area cleared by a mill in one pass, so that adjacent passes do not darken it.
+ * @param {Context} ctx @param {Frame} frame @param {Track} track @param {Colours} colours @returns {Steps} */
 function* paintCleared(ctx, frame, { scene, paths }, colours) {
-  const width = scene.header.cleared;
-  if (!(width > 0) || width * frame.scale < 1.5) return;
-  const level = paths.levelFor(frame.scale), band = new Path2D();
+  const width = scene.header.cleared, band = new Path2D();
+  if (!setBand(ctx, frame, scene, colours, width)) return;
   let cost = 0;
-  for (const piece of paths.visible(frame.seen)) {
-    const { cut, costs } = paths.paths(piece, level);
+  for (const [{ cut, costs }] of paths.visible(frame.seen, frame.scale)) {
     band.addPath(cut);
     cost += 2 * costs.cut;
   }
-  frame.inMm(ctx, scene.origin);
-  ctx.strokeStyle = colours.cut;
-  ctx.lineWidth = width;
-  ctx.lineCap = ctx.lineJoin = "round";
   ctx.globalAlpha = 0.16;
   ctx.stroke(band);
   ctx.globalAlpha = 1;
   yield cost;
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {Track} track @param {Colours} colours @returns {Steps} */
 function* paintKerf(ctx, frame, { scene, paths }, colours) {
-  const kerf = scene.header.kerf;
-  if (!(kerf > 0) || kerf * frame.scale < 1.5) return;
-  const level = paths.levelFor(frame.scale);
-  frame.inMm(ctx, scene.origin);
-  ctx.strokeStyle = colours.cut;
-  ctx.lineWidth = kerf;
-  ctx.lineCap = ctx.lineJoin = "round";
+  if (!setBand(ctx, frame, scene, colours, scene.header.kerf)) return;
   ctx.globalAlpha = 0.22;
-  for (const piece of paths.visible(frame.seen)) {
-    const { cut, costs } = paths.paths(piece, level);
+  for (const [{ cut, costs }] of paths.visible(frame.seen, frame.scale)) {
     ctx.stroke(cut);
     yield 2 * costs.cut;
   }
   ctx.globalAlpha = 1;
 }
 
-function* paintPart(ctx, frame, part, paths, colours) {
+/** Set the stroke of a band of a width, mm; return whether it is visible.
+ * @param {Context} ctx @param {Frame} frame @param {ToolpathScene} scene @param {Colours} colours @param {number} width */
+function setBand(ctx, frame, scene, colours, width) {
+  frame.inMm(ctx, scene.origin);
+  ctx.strokeStyle = colours.cut;
+  ctx.lineWidth = width;
+  ctx.lineCap = ctx.lineJoin = "round";
+  return width * frame.scale >= 1.5;
+}
+
+/** @param {Context} ctx @param {Frame} frame @param {PartPaths} paths @param {Colours} colours @returns {Steps} */
+function* paintPart(ctx, frame, paths, colours) {
+  const { part } = paths, px = 1 / frame.scale;
   frame.inMm(ctx, part.origin);
-  const px = 1 / frame.scale;
   ctx.lineJoin = "round";
-  const fills = { pocket: colours.hole, cut: part.header.filled && colours["accent-soft"] };
-  const strokes = { sheet: colours["line-2"], cut: colours["hole-rim"], mark: colours.idle, pocket: colours["hole-rim"] };
-  for (const kind of ["sheet", "pocket", "cut", "mark"]) {
-    const pieces = paths.strokes(kind);
-    if (!pieces) continue;
-    if (fills[kind]) {
-      ctx.fillStyle = fills[kind];
-      ctx.fill(paths.fill(kind), "evenodd");
+  for (const [kind, stroke, fill] of [
+    ["sheet", colours["line-2"]], ["pocket", colours["hole-rim"], colours.hole],
+    ["cut", colours["hole-rim"], part.header.filled && colours["accent-soft"]], ["mark", colours.idle],
+  ]) {
+    const outlines = paths.outlines[kind];
+    if (!outlines) continue;
+    if (fill) {
+      ctx.fillStyle = fill;
+      ctx.fill(outlines.whole, "evenodd");
       yield part.vertex.length / 3;
     }
-    ctx.strokeStyle = strokes[kind];
+    ctx.strokeStyle = stroke;
     ctx.lineWidth = 1.1 * px;
-    for (const [path, cost] of pieces.visible(frame.seen, frame.scale)) {
+    for (const [path, cost] of outlines.visible(frame.seen, frame.scale)) {
       ctx.stroke(path);
       yield cost;
     }
   }
-  yield* paintSlots(ctx, part, paths.slots, colours, px);
-  yield* paintHoles(ctx, frame, part, paths, colours);
+  yield* paintSlots(ctx, paths, colours, px);
+  yield* paintHoles(ctx, frame, paths, colours);
 }
 
-function* paintSlots(ctx, part, shown, colours, px) {
+/** @param {Context} ctx @param {PartPaths} paths @param {Colours} colours @param {number} px @returns {Steps} */
+function* paintSlots(ctx, { part, slots }, colours, px) {
   ctx.lineCap = "round";
-  for (const k of shown) {
-    const [x0, y0, x1, y1, width] = part.slot.subarray(5 * k, 5 * k + 5);
+  for (const k of slots) {
+    const [x0, y0, x1, y1, width] = part.slot.subarray(5 * k, 5 * k + 5), inner = width - 2 * RIM * px;
     ctx.beginPath();
     ctx.moveTo(x0, y0);
     ctx.lineTo(x1, y1);
-    for (const [colour, wide] of [[colours["hole-rim"], width], [colours.hole, width - 2 * RIM * px]]) {
-      if (wide <= 0) continue;
-      ctx.strokeStyle = colour;
-      ctx.lineWidth = Math.max(wide, px);
-      ctx.stroke();
-    }
+    ctx.strokeStyle = colours["hole-rim"];
+    ctx.lineWidth = Math.max(width, px);
+    if (width > 0) ctx.stroke();
+    ctx.strokeStyle = colours.hole;
+    ctx.lineWidth = Math.max(inner, px);
+    if (inner > 0) ctx.stroke();
   }
-  if (shown.length) yield 4 * shown.length;
+  if (slots.length) yield 4 * slots.length;
 }
 
-function* paintHoles(ctx, frame, part, paths, colours) {
-  const seen = frame.seen, px = 1 / frame.scale, few = part.holes <= 3000;
+/** @param {Context} ctx @param {Frame} frame @param {PartPaths} paths @param {Colours} colours @returns {Steps} */
+function* paintHoles(ctx, frame, paths, colours) {
+  const { part } = paths, seen = frame.seen, px = 1 / frame.scale, few = part.holes <= 3000, plain = part.tools.length < 2;
   if (isDense(part, frame.scale)) {
     paintDensity(ctx, paths.density, frame.scale, colours["hole-rim"]);
     yield 400;
@@ -135,9 +155,9 @@ function* paintHoles(ctx, frame, part, paths, colours) {
   const room = Math.sqrt(((seen[2] - seen[0]) * (seen[3] - seen[1])) / Math.max(part.holes, 1));
   const smallest = Math.max(Math.min((few ? 3 : 1.1) * px, 0.3 * room), 0.5 * px);
   for (const piece of paths.visibleHoles(seen, smallest)) {
-    const path = paths.holes(piece, smallest), colour = toolColour(colours, part.tools, piece.tool);
-    ctx.fillStyle = part.tools.length < 2 ? colours.hole : colour;
-    ctx.globalAlpha = part.tools.length < 2 ? 1 : 0.22;
+    const path = paths.holes(piece, smallest), colour = colourOf(colours, part.tools, piece.tool, colours["hole-rim"]);
+    ctx.fillStyle = plain ? colours.hole : colour;
+    ctx.globalAlpha = plain ? 1 : 0.22;
     ctx.fill(path);
     ctx.globalAlpha = 1;
     ctx.strokeStyle = colour;
@@ -147,28 +167,28 @@ function* paintHoles(ctx, frame, part, paths, colours) {
   }
 }
 
-/** Paint all moves of a toolpath, pale if it only serves as a comparison; yields between steps. */
+/** Paint all moves of a toolpath, pale if it only serves as a comparison.
+ * @type {Painter} */
 export function* paintPaths(ctx, frame, pane) {
-  for (const track of pane.tracks) {
-    const style = styleOf(pane, pane.live ? { ...track, pale: true } : track, frame);
-    const level = track.paths.levelFor(frame.scale);
-    for (const what of ["rapid", "cut"]) {
-      if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;
-      frame.inMm(ctx, track.scene.origin);
-      setStroke(ctx, style[what], frame.scale);
-      for (const piece of track.paths.visible(frame.seen)) {
-        const paths = track.paths.paths(piece, level);
-        ctx.stroke(paths[what]);
-        yield paths.costs[what] + 1;
+  for (const { scene, paths, pale } of pane.tracks) {
+    const style = styleOf(pane, scene, frame, pale || Boolean(pane.live));
+    for (const [move, layer] of MOVES) {
+      if (!pane.layers[layer]) continue;
+      frame.inMm(ctx, scene.origin);
+      setStroke(ctx, style[move], frame.scale);
+      for (const [traced] of paths.visible(frame.seen, frame.scale)) {
+        ctx.stroke(traced[move]);
+        yield traced.costs[move] + 1;
       }
     }
-    if (pane.layers.cuts) paintLeads(ctx, frame, track.scene, style);
+    if (pane.layers.cuts) paintLeads(ctx, frame, scene, style);
     ctx.globalAlpha = 1;
   }
   if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.edited ?? pane.live, pane.colours);
 }
 
-/** Paint the best path of a running search; yields between steps. */
+/** Paint the best path of a running search.
+ * @param {Context} ctx @param {Frame} frame @param {PathScene} scene @param {Colours} colours @returns {Steps} */
 function* paintLive(ctx, frame, scene, colours) {
   frame.inMm(ctx, scene.origin);
   setStroke(ctx, [colours.rapid, scene.point.length > 4000 ? RAPID_WIDTH : 1.6, 1], frame.scale);
@@ -176,14 +196,14 @@ function* paintLive(ctx, frame, scene, colours) {
   yield scene.point.length / 2;
 }
 
-function styleOf(pane, track, frame) {
-  const { colours } = pane, dense = Math.min(1, Math.max(0.55, 6 * Math.sqrt((frame.view.width * frame.view.height) / 1e4 / (track.scene.rows + 1))));
-  if (track.pale) {
-    return { rapid: [colours.before, 1.6, 0.9], cut: [colours.before, 2.2, 0.9], lead: colours.before };
-  }
+/** @param {Pane} pane @param {ToolpathScene} scene @param {Frame} frame @returns {Style} */
+function styleOf({ colours }, scene, frame, pale = false) {
+  if (pale) return { rapid: [colours.before, 1.6, 0.9], cut: [colours.before, 2.2, 0.9], lead: colours.before };
+  const { width, height } = frame.view, dense = Math.min(1, Math.max(0.55, 6 * Math.sqrt((width * height) / 1e4 / (scene.rows + 1))));
   return { rapid: [colours.rapid, RAPID_WIDTH * dense, 1], cut: [colours.cut, CUT_WIDTH * dense, 1], lead: colours.change };
 }
 
+/** @param {Context} ctx @param {Stroke} stroke @param {number} scale */
 function setStroke(ctx, [colour, width, alpha], scale) {
   ctx.strokeStyle = colour;
   ctx.lineWidth = width / scale;
@@ -192,56 +212,44 @@ function setStroke(ctx, [colour, width, alpha], scale) {
   ctx.lineJoin = "round";
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {ToolpathScene} scene @param {Style} style */
 function paintLeads(ctx, frame, scene, style) {
   if (!scene.lead.length) return;
-  const path = (scene.leadPath ??= leadPath(scene.lead));
   frame.inMm(ctx, scene.origin);
-  setStroke(ctx, [style.lead ?? style.cut[0], 2, 1], frame.scale);
-  ctx.stroke(path);
+  setStroke(ctx, [style.lead, 2, 1], frame.scale);
+  ctx.stroke((scene.leadPath ??= linePath(scene.lead)));
 }
 
-function leadPath(lead) {
-  const path = new Path2D();
-  let down = false;
-  for (let k = 0; k < lead.length; k += 2) {
-    if (!Number.isFinite(lead[k])) down = false;
-    else if (down) path.lineTo(lead[k], lead[k + 1]);
-    else {
-      path.moveTo(lead[k], lead[k + 1]);
-      down = true;
-    }
-  }
-  return path;
-}
-
-/** Paint the moves before a row; yields between steps. */
+/** Paint the moves before a row.
+ * @type {Painter} */
 export function* paintDone(ctx, frame, pane) {
-  const track = pane.main;
-  if (!track) return;
-  const { scene, paths } = track, end = pane.doneRow, style = styleOf(pane, { scene }, frame), level = paths.levelFor(frame.scale);
+  const { main, doneRow: end } = pane;
+  if (!main) return;
+  const { scene, paths } = main, style = styleOf(pane, scene, frame);
   pane.paintedRow = end;
-  for (const what of ["rapid", "cut"]) {
-    if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;
+  for (const [move, layer] of MOVES) {
+    if (!pane.layers[layer]) continue;
     frame.inMm(ctx, scene.origin);
-    setStroke(ctx, style[what], frame.scale);
-    for (const index of paths.visible(frame.seen)) {
-      const piece = paths.pieces[index];
+    setStroke(ctx, style[move], frame.scale);
+    for (const [traced, piece] of paths.visible(frame.seen, frame.scale)) {
       if (piece.first >= end) break;
-      const drawn = piece.end <= end ? paths.paths(index, level) : pathsOfRows(scene, piece.first, end);
-      ctx.stroke(drawn[what]);
-      yield drawn.costs?.[what] ?? end - piece.first + 1;
+      const drawn = piece.end <= end ? traced : pathsOfRows(scene, piece.first, end);
+      ctx.stroke(drawn[move]);
+      yield drawn.costs[move];
     }
   }
-  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, 0, end);
+  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, main, 0, end);
   yield 10;
 }
 
-/** Paint a dot at every hole drilled in the rows from `first` to before `end`. */
-function paintDrilled(ctx, frame, pane, first, end) {
-  const { scene } = pane.main, { stop, origin } = scene, seen = frame.seen, path = new Path2D();
-  const radius = Math.min(Math.max(pane.main.drillRadius * frame.scale, 1.2), 3.4);
+/** Paint a dot at every hole drilled in the rows from `first` to before `end`.
+ * @param {Context} ctx @param {Frame} frame @param {Pane} pane @param {Track} track @param {number} first
+ * @param {number} end */
+function paintDrilled(ctx, frame, pane, { scene, drillRadius }, first, end) {
+  const { stop, origin } = scene, seen = frame.seen, path = new Path2D();
+  const radius = Math.min(Math.max(drillRadius * frame.scale, 1.2), 3.4);
   frame.inPixels(ctx);
-  for (let k = firstAtLeast(stop, first); k < stop.length && stop[k] < end; k++) {
+  for (let k = firstWhere(stop.length, (at) => stop[at] >= first); k < stop.length && stop[k] < end; k++) {
     if (scene.moves(stop[k])) continue;
     const [sx, sy] = scene.stopPlace(k), x = sx + origin[0], y = sy + origin[1];
     if (!(x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3])) continue;
@@ -254,51 +262,47 @@ function paintDrilled(ctx, frame, pane, first, end) {
   ctx.fill(path);
 }
 
-function firstAtLeast(sorted, value) {
-  let low = 0, high = sorted.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (sorted[middle] < value) low = middle + 1; else high = middle;
-  }
-  return low;
-}
-
-/** Add the rows from `first` to before `end` to the finished moves. */
-export function paintMore(ctx, frame, pane, first, end) {
-  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, first, end);
-  const { scene } = pane.main, drawn = pathsOfRows(scene, first, end), style = styleOf(pane, { scene }, frame);
-  for (const what of ["rapid", "cut"]) {
-    if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;
+/** Add the rows from `first` to before `end` to the finished moves.
+ * @param {Context} ctx @param {Frame} frame @param {Pane} pane @param {Track} track @param {number} first
+ * @param {number} end */
+export function paintMore(ctx, frame, pane, track, first, end) {
+  const { scene } = track, drawn = pathsOfRows(scene, first, end), style = styleOf(pane, scene, frame);
+  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, track, first, end);
+  for (const [move, layer] of MOVES) {
+    if (!pane.layers[layer]) continue;
     frame.inMm(ctx, scene.origin);
-    setStroke(ctx, style[what], frame.scale);
-    ctx.stroke(drawn[what]);
+    setStroke(ctx, style[move], frame.scale);
+    ctx.stroke(drawn[move]);
   }
 }
 
-/** Paint the marks: arrows, pierces, first and last stop, numbers, issues; yields between steps. */
+/** Paint the marks: arrows, pierces, first and last stop, numbers, issues.
+ * @type {Painter} */
 export function* paintMarks(ctx, frame, pane) {
-  const { layers, colours, main, edited } = pane, scene = edited ?? main?.scene;
-  if (scene) {
-    const ends = edited ? [edited.held[0] - 1, edited.held.at(-1) ? edited.rows - 1 : -1] : [0, scene.stop.length - 1];
-    if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, scene, colours.rapid);
-    if (layers.cuts && main?.scene.pierce.length) yield* paintPierces(ctx, frame, scene, colours);
-    drawEnds(ctx, frame, scene, colours, ...ends);
+  const { layers, colours, main, edited, part } = pane;
+  if (main) {
+    const route = edited ?? main.scene;
+    if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, route, colours.rapid);
+    if (layers.cuts && main.scene.pierce.length) yield* paintPierces(ctx, frame, route, colours);
+    if (edited) drawEnds(ctx, frame, edited, colours, edited.held[0] - 1, edited.held.at(-1) ? edited.rows - 1 : -1);
+    else drawEnds(ctx, frame, route, colours, 0, main.scene.stop.length - 1);
     if (layers.numbers) {
-      yield* paintNumbers(ctx, frame, scene, (edited ?? main).numbers, colours, (x, y) => pane.holeRadius(x, y));
+      const { numbers } = edited ?? main;
+      yield* paintNumbers(ctx, frame, route, numbers, colours, (x, y) => pane.holeRadius(x, y));
     }
   }
   if (layers.extents) paintExtents(ctx, frame, pane);
-  if (layers.issues && pane.part) {
-    paintMissing(ctx, frame, pane.part, colours);
-    paintIssues(ctx, frame, pane.part, colours);
+  if (layers.issues && part) {
+    paintMissing(ctx, frame, part, colours);
+    paintIssues(ctx, frame, part, colours);
   }
   if (layers.differences && pane.differences) paintDifferences(ctx, frame, pane.differences, colours);
   yield 10;
 }
 
-function* paintPierces(ctx, frame, scene, colours) {
-  const { pierce, origin } = scene, path = new Path2D(), size = 3.2;
-  if (!pierce.length) return;
+/** @param {Context} ctx @param {Frame} frame @param {Route} scene @param {Colours} colours @returns {Steps} */
+function* paintPierces(ctx, frame, { pierce, origin }, colours) {
+  const path = new Path2D(), size = 3.2;
   frame.inPixels(ctx);
   for (let k = 0; k < pierce.length; k += 3) {
     const px = frame.toX(pierce[k] + origin[0]), py = frame.toY(pierce[k + 1] + origin[1]);
@@ -313,6 +317,7 @@ function* paintPierces(ctx, frame, scene, colours) {
   yield pierce.length;
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {Pane} pane */
 function paintExtents(ctx, frame, pane) {
   const e = pane.workedExtents;
   if (!e) return;
@@ -324,32 +329,32 @@ function paintExtents(ctx, frame, pane) {
   ctx.setLineDash([]);
 }
 
-/** Hatch missing work in red. */
+/** Hatch missing work in red.
+ * @param {Context} ctx @param {Frame} frame @param {PartScene} part @param {Colours} colours */
 function paintMissing(ctx, frame, part, colours) {
   frame.inPixels(ctx);
   ctx.strokeStyle = colours.bad;
   ctx.lineWidth = 1.2;
-  for (const ring of part.header.missing ?? []) {
+  for (const ring of /** @type {[number, number][][]} */ (part.header.missing ?? [])) {
     const points = ring.map(([x, y]) => [frame.toX(x), frame.toY(y)]);
     const xs = points.map(([x]) => x), ys = points.map(([, y]) => y);
     const left = Math.max(Math.min(...xs), 0), right = Math.min(Math.max(...xs), ctx.canvas.width);
     const top = Math.max(Math.min(...ys), 0), bottom = Math.min(Math.max(...ys), ctx.canvas.height);
-    ctx.save();
-    ctx.beginPath();
-    points.forEach(([x, y], k) => (k ? ctx.lineTo(x, y) : ctx.moveTo(x, y)));
-    ctx.closePath();
-    ctx.stroke();
-    ctx.clip();
-    ctx.beginPath();
+    const outline = linePath(points.flat()), hatching = new Path2D();
+    outline.closePath();
     for (let sum = Math.ceil((left + top) / 7) * 7; sum < right + bottom; sum += 7) {
-      ctx.moveTo(sum - bottom, bottom);
-      ctx.lineTo(sum - top, top);
+      hatching.moveTo(sum - bottom, bottom);
+      hatching.lineTo(sum - top, top);
     }
-    ctx.stroke();
+    ctx.stroke(outline);
+    ctx.save();
+    ctx.clip(outline);
+    ctx.stroke(hatching);
     ctx.restore();
   }
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {PartScene} part @param {Colours} colours */
 function paintIssues(ctx, frame, part, colours) {
   frame.inPixels(ctx);
   for (let k = 0; k < part.issue.length; k += 3) {

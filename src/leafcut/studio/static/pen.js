@@ -1,7 +1,36 @@
-// Pen for Path2D.
+// Paths to draw, without details that are invisible at a scale.
+
+import { diagonal } from "./boxes.js";
+
+/** @import { Box } from "./boxes.js" */
+
+const FINEST = 1 / 60000; // tolerance of the first simplified level, as a fraction of the extents
+const LEVEL_STEP = 3, MOST_LEVELS = 9;
+
+/** Levels of detail: 0 is exact, 1 has the finest tolerance, and each further level three times that. */
+export class Levels {
+  /** `visible`: smallest visible deviation, pixels.
+   * @param {Box | null} extents @param {number} visible */
+  constructor(extents, visible) {
+    this.finest = diagonal(extents) * FINEST;
+    this.visible = visible;
+  }
+
+  /** Return the coarsest level whose tolerance is invisible at a scale, pixels per mm.
+   * @param {number} scale */
+  at(scale) {
+    const allowed = this.visible / scale / this.finest;
+    return allowed < 1 ? 0 : Math.min(1 + Math.floor(Math.log(allowed) / Math.log(LEVEL_STEP)), MOST_LEVELS);
+  }
+
+  /** Return the tolerance of a level, mm.
+   * @param {number} level */
+  tolerance(level) { return level ? this.finest * LEVEL_STEP ** (level - 1) : 0; }
+}
 
 /** Builds a Path2D without points closer than a tolerance to the previous point. */
 export class Pen {
+  /** @param {number} tolerance */
   constructor(tolerance) {
     this.path = new Path2D();
     this.tolerance = tolerance;
@@ -9,6 +38,7 @@ export class Pen {
     this.x = this.y = this.atX = this.atY = NaN;
   }
 
+  /** @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 */
   to(x0, y0, x1, y1) {
     // A gap within the tolerance is invisible, so join the lines.
     if (!(Math.abs(x0 - this.x) + Math.abs(y0 - this.y) <= this.tolerance)) {
@@ -23,6 +53,8 @@ export class Pen {
     this._line();
   }
 
+  /** @param {number} cx @param {number} cy @param {number} radius @param {number} start @param {number} sweep
+   * @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 */
   arc(cx, cy, radius, start, sweep, x0, y0, x1, y1) {
     if (radius < this.tolerance) {
       this.to(x0, y0, x1, y1);
@@ -52,4 +84,20 @@ export class Pen {
     this.atY = this.y;
     this.count++;
   }
+}
+
+/** Return a path through points x, y; NaN separates lines.
+ * @param {ArrayLike<number>} points */
+export function linePath(points) {
+  const path = new Path2D();
+  let down = false;
+  for (let k = 0; k < points.length; k += 2) {
+    if (!Number.isFinite(points[k])) down = false;
+    else if (down) path.lineTo(points[k], points[k + 1]);
+    else {
+      path.moveTo(points[k], points[k + 1]);
+      down = true;
+    }
+  }
+  return path;
 }

@@ -1,62 +1,71 @@
 // Placement of the part: program zero, which can be dragged if an option sets it, and the travel of the machine.
 
-import { FONT, haloed } from "./marks.js";
+import { FONT, circle, haloed } from "./marks.js";
+
+/** @import { Box, Point } from "./boxes.js" */
+/** @import { Drawing } from "./canvas.js" */
+/** @import { Colours } from "./theme.js" */
+/** @import { View } from "./view.js" */
+/** Travel of a machine: its box, mm, whether its position is known, and whether the program fits.
+ * @typedef {{ box: Box, known: boolean, fits: boolean, machine: string }} Travel */
+/** @typedef {{ movable?: boolean, travel?: Travel | null }} PlacementSettings */
 
 const ARM = 34, GRIP = 9, LEFT = 56, RULER = 24; // pixels
 
-/** Placement: whether zero is `movable`, and `travel` { box, known, fits, machine }. */
 export class Placement {
+  /** @param {Drawing} drawing */
   constructor(drawing) {
     this.drawing = drawing;
     this.movable = false;
+    /** @type {Travel | null} */
     this.travel = null;
-    this.drag = null; // target of dragged zero, mm
+    /** Target of dragged zero, mm. @type {Point | null} */
+    this.drag = null;
   }
 
-  set({ movable = false, travel = null } = {}) {
+  /** @param {PlacementSettings} settings */
+  set({ movable = false, travel = null }) {
     this.movable = movable;
     this.travel = travel;
     this.drag = null;
   }
 
-  /** Start dragging program zero if it is movable and under the pointer; return whether dragging started. */
-  grab(px, py) {
-    const { view, layers } = this.drawing;
-    if (!this.movable || !layers.origin || Math.hypot(px - view.toX(0), py - view.toY(0)) > GRIP) return false;
-    this.drag = [0, 0];
-    return true;
-  }
-
-  /** Return whether the pointer is over a movable program zero. */
+  /** Return whether the pointer is over a movable program zero.
+   * @param {number} px @param {number} py */
   over(px, py) {
     const { view, layers } = this.drawing;
     return this.movable && layers.origin && Math.hypot(px - view.toX(0), py - view.toY(0)) <= GRIP;
   }
 
+  /** Move program zero to a pointer position; return its position, mm.
+   * @param {number} px @param {number} py */
   dragTo(px, py) {
     const { view, measure } = this.drawing;
-    this.drag = measure.snapped(view.mmX(px), view.mmY(py));
+    return (this.drag = measure.snapped(view.mmX(px), view.mmY(py)));
   }
 
-  /** End dragging; return the new position of zero, mm, or null if unchanged. */
+  /** End dragging; return the new position of zero, mm, or null if unchanged.
+   * @param {boolean} cancelled */
   drop(cancelled) {
     const to = this.drag;
     this.drag = null;
     return cancelled || !to || Math.hypot(...to) === 0 ? null : to;
   }
 
-  /** Draw zero and travel; `ctx` is in pixels. */
+  /** Draw zero and travel; `ctx` is in pixels.
+   * @param {Context} ctx @param {View} view @param {Colours} colours */
   draw(ctx, view, colours) {
     const { layers } = this.drawing;
-    if (layers.travel && this.travel) this._travel(ctx, view, colours);
+    if (layers.travel && this.travel) this._travel(ctx, view, colours, this.travel);
     if (layers.origin && !this.drawing.unitless && this.drawing.shows) {
       zeroMark(ctx, view.toX(0), view.toY(0), colours, this.movable, this.drag ? 0.45 : 1);
       if (this.drag) zeroMark(ctx, view.toX(this.drag[0]), view.toY(this.drag[1]), colours, true, 1);
     }
   }
 
-  _travel(ctx, view, colours) {
-    const { box, known, fits, machine } = this.travel, { words } = this.drawing;
+  /** @param {Context} ctx @param {View} view @param {Colours} colours @param {Travel} travel */
+  _travel(ctx, view, colours, { box, known, fits, machine }) {
+    const { words } = this.drawing;
     const x = view.toX(box[0]), y = view.toY(box[3]), width = (box[2] - box[0]) * view.scale, height = (box[3] - box[1]) * view.scale;
     const colour = fits ? colours["ink-2"] : colours.bad;
     ctx.strokeStyle = colour;
@@ -65,20 +74,22 @@ export class Placement {
     ctx.strokeRect(x, y, width, height);
     ctx.setLineDash([]);
     const size = `${Math.round(box[2] - box[0])} × ${Math.round(box[3] - box[1])} mm`;
-    const said = [`${words.travel} ${machine}, ${size}`, fits ? (known ? "" : words.travelAround) : words.travelOut];
+    const parts = [`${words.travel} ${machine}, ${size}`, fits ? (known ? "" : words.travelAround) : words.travelOut];
     ctx.font = FONT;
     ctx.textAlign = "left";
     ctx.textBaseline = "bottom";
     // Text along the upper edge if visible, else along the lower edge, never behind the ruler.
     const low = y + height < view.height - RULER ? y + height + 17 : -1, at = y > 20 ? y - 5 : low;
-    if (width > 60 && at > 0 && x + width > LEFT) haloed(ctx, said.filter(Boolean).join(" · "), Math.max(x + 2, LEFT), at, colour, colours.card);
+    if (width > 60 && at > 0 && x + width > LEFT) haloed(ctx, parts.filter(Boolean).join(" · "), Math.max(x + 2, LEFT), at, colour, colours.card);
   }
 }
 
-/** Draw program zero: arrows in X and Y, and a ring as a handle. */
+/** Draw program zero: arrows in X and Y, and a ring as a handle.
+ * @param {Context} ctx @param {number} px @param {number} py @param {Colours} colours @param {boolean} movable
+ * @param {number} alpha */
 function zeroMark(ctx, px, py, colours, movable, alpha) {
   ctx.globalAlpha = alpha;
-  for (const [dx, dy, colour, letter] of [[1, 0, colours.change, "X"], [0, -1, colours.accent, "Y"]]) {
+  for (const [dx, dy, colour, letter] of /** @type {[number, number, string, string][]} */ ([[1, 0, colours.change, "X"], [0, -1, colours.accent, "Y"]])) {
     ctx.strokeStyle = ctx.fillStyle = colour;
     ctx.lineWidth = 2;
     ctx.beginPath();
@@ -99,15 +110,10 @@ function zeroMark(ctx, px, py, colours, movable, alpha) {
   ctx.lineWidth = 2;
   ctx.strokeStyle = colours.ink;
   ctx.fillStyle = colours.card;
-  ctx.beginPath();
-  ctx.arc(px, py, movable ? 6 : 3.5, 0, 2 * Math.PI);
-  ctx.fill();
-  ctx.stroke();
-  if (movable) {
-    ctx.fillStyle = colours.ink;
-    ctx.beginPath();
-    ctx.arc(px, py, 2, 0, 2 * Math.PI);
-    ctx.fill();
-  }
+  const ring = circle(px, py, movable ? 6 : 3.5);
+  ctx.fill(ring);
+  ctx.stroke(ring);
+  ctx.fillStyle = colours.ink;
+  if (movable) ctx.fill(circle(px, py, 2));
   ctx.globalAlpha = 1;
 }

@@ -4,67 +4,80 @@
 //   view.show(scene);        // format: studio/drawing/program_text.py; without it, the drawing's program
 //   view.link(drawing);
 
-import { iconButton, make } from "./icons.js";
+import { iconButton, make, selection } from "./icons.js";
 import { Lines, link } from "./lines.js";
 import { foldsOf } from "./program_folds.js";
 import { Moves } from "./program_moves.js";
+
+/** @import { Drawing } from "./canvas.js" */
+/** @import { Picked } from "./describe.js" */
+/** A list of lines with its element and heading. @typedef {Lines & { box: HTMLElement, head: HTMLElement }} Column */
+/** Program with its original and the pairs of their lines (studio/drawing/program_text.py).
+ * @typedef {{
+ *   header: { beside?: boolean }, text: Uint8Array, other: Uint8Array, pair: Uint32Array, missing: Uint32Array,
+ *   added: Uint32Array,
+ * }} ProgramScene */
 
 /** Last choices, reused for the next program. */
 const kept = { fold: "none", beside: false };
 
 export class ProgramView {
+  /** @param {HTMLElement} host @param {{ words: Words }} texts */
   constructor(host, { words }) {
     this.words = words;
-    this.found = [];
-    this.wanted = "";
-    this.ends = [];
-    this.drawing = this.moves = null;
+    this.wanted = ""; // searched text
+    this.found = /** @type {number[]} */ ([]); // lines that contain it
+    this.at = 0; // index of the current one
+    this.ends = /** @type {(() => void)[]} */ ([]); // unsubscribe from the drawing
+    this.asking = false; // the drawing is selecting a line for this view
+    /** @type {ProgramScene | null} */
+    this.scene = null;
+    /** @type {Drawing | null} */
+    this.drawing = null;
+    /** @type {Moves | null} */
+    this.moves = null;
     this.root = make("div", "lc-program");
     this.columns = make("div", "lc-columns");
-    host.append(this.root);
-    this.root.append(this._bar(), this.columns);
-    this.list = this._column("rewritten", this.words.lines);
-    this.active = this.list;
-    this.root.addEventListener("keydown", (event) => this._key(event));
-  }
-
-  _bar() {
-    const { words } = this;
     this.search = make("input", "lc-find", { type: "search", placeholder: words.find, "aria-label": words.find, spellcheck: "false" });
     this.search.addEventListener("input", () => this.find(this.search.value));
     this.told = make("span", "lc-found-count", { role: "status" });
     this.go = make("input", "lc-go", { inputmode: "numeric", placeholder: words.goTo, "aria-label": words.goTo });
     this.go.addEventListener("keydown", (event) => { if (event.key === "Enter") this.goTo(Number(this.go.value)); });
-    this.fold = make("select", "lc-select lc-folds", { "aria-label": words.fold });
-    for (const by of ["none", "tool", "piece"]) {
-      this.fold.append(make("option", "", { value: by }, words[`fold${by[0].toUpperCase()}${by.slice(1)}`]));
-    }
-    this.fold.addEventListener("change", () => {
-      kept.fold = this.fold.value;
+    this.fold = selection("lc-folds", words.fold, [["none", words.foldNone], ["tool", words.foldTool], ["piece", words.foldPiece]], (by) => {
+      kept.fold = by;
       this._foldAll();
     });
     this.beside = make("button", "lc-beside", { type: "button", "aria-pressed": "false" }, words.beside);
     this.beside.addEventListener("click", () => this.compare(this.beside.getAttribute("aria-pressed") !== "true"));
     this.fold.hidden = this.beside.hidden = true;
-    const step = (name, by) => iconButton(name, words[by > 0 ? "findNext" : "findPrevious"], () => this.step(by));
-    return make(
-      "div", "lc-program-bar", {}, make("div", "lc-finder", {}, this.search, this.told, step("up", -1), step("down", 1)),
+    host.append(this.root);
+    this.root.append(make(
+      "div", "lc-program-bar", {},
+      make(
+        "div", "lc-finder", {}, this.search, this.told, iconButton("up", words.findPrevious, () => this.step(-1)),
+        iconButton("down", words.findNext, () => this.step(1)),
+      ),
       this.go, this.fold, this.beside,
-    );
+    ), this.columns);
+    this.list = this._column("rewritten", words.lines);
+    /** The original beside the program. @type {Column | null} */
+    this.old = null;
+    this.active = this.list;
+    this.root.addEventListener("keydown", (event) => this._key(event));
   }
 
+  /** @param {string} name @param {string} label @returns {Column} */
   _column(name, label) {
-    const box = make("div", `lc-column-of lc-${name}`), list = new Lines(box, { words: this.words, label });
-    list.head = make("div", "lc-head", {}, this.words[name]);
-    list.box = box;
+    const box = make("div", `lc-column-of lc-${name}`), head = make("div", "lc-head", { hidden: "" }, this.words[name]);
+    const list = Object.assign(new Lines(box, { words: this.words, label }), { box, head });
     list.view.contentDOM.addEventListener("focus", () => this._activate(list));
-    box.prepend(list.head);
-    list.head.hidden = true;
+    box.prepend(head);
     this.columns.append(box);
     return list;
   }
 
-  /** Show a scene with the text, and optionally the original with the pairs of lines. */
+  /** Show a scene with the text, and optionally the original with the pairs of lines.
+   * @param {ProgramScene} scene */
   show(scene) {
     this.scene = scene;
     this.list.setText(scene.text);
@@ -76,10 +89,13 @@ export class ProgramView {
   /** Show that the program is not available. */
   refuse() { this.columns.before(make("p", "lc-refused", { role: "alert" }, this.words.refused)); }
 
-  /** Show the original beside the program, or the program alone. */
+  /** Show the original beside the program, or the program alone.
+   * @param {boolean} beside */
   compare(beside) {
-    if (this.scene.header.beside === undefined) kept.beside = beside;
-    this.beside.setAttribute("aria-pressed", beside);
+    const { scene } = this;
+    if (!scene) return;
+    if (scene.header.beside === undefined) kept.beside = beside;
+    this.beside.setAttribute("aria-pressed", String(beside));
     this.root.classList.toggle("lc-two", beside);
     this.list.head.hidden = !beside;
     if (!beside) {
@@ -88,13 +104,13 @@ export class ProgramView {
       this.old = this.list.dress = null;
       this._activate(this.list);
     } else if (!this.old) {
-      const { scene } = this, old = (this.old = this._column("original", this.words.original));
+      const old = (this.old = this._column("original", this.words.original));
       this.columns.prepend(old.box);
       old.head.hidden = false;
       old.setText(scene.other);
-      this.moves ??= new Moves(scene.pair, old.count, this.list.count);
-      old.dress = (line, text) => this._dress(line, text, true);
-      this.list.dress = (line, text) => this._dress(line, text, false);
+      const moves = (this.moves ??= new Moves(scene.pair, old.count, this.list.count));
+      old.dress = (line, text) => this._dress(scene, moves, line, text, true);
+      this.list.dress = (line, text) => this._dress(scene, moves, line, text, false);
       old.onSelect((line) => this._chosen(line, true));
       if (this.list.selected) this._chosen(this.list.selected, false);
     }
@@ -102,9 +118,11 @@ export class ProgramView {
     this._follow();
   }
 
-  /** Return the marks of a line: its position in the other program if it moved, or that only this program has it. */
-  _dress(line, text, old) {
-    const found = this.moves.of(line, old), differs = this.scene[old ? "missing" : "added"].includes(line) ? " lc-differs" : "";
+  /** Return the marks of a line: its position in the other program if it moved, or that only this program has it.
+   * @param {ProgramScene} scene @param {Moves} moves @param {number} line @param {string} text @param {boolean} old
+   * @returns {import("./lines.js").Dress} */
+  _dress(scene, moves, line, text, old) {
+    const found = moves.of(line, old), differs = scene[old ? "missing" : "added"].includes(line) ? " lc-differs" : "";
     if (!found) return { class: (text ? (old ? "lc-missing" : "lc-added") : "") + differs };
     if (!found.moved) return { class: differs };
     const half = 2 * found.part, [from, to] = half < 1 ? ["--change", "--rapid"] : ["--rapid", "--accent"];
@@ -113,41 +131,42 @@ export class ProgramView {
     return { class: `lc-moved${differs}`, style, where: found.begins ? [`${old ? "→" : "←"} ${found.there}`, words] : null };
   }
 
-  /** Link this view with a drawing: common selection and playback. */
+  /** Link this view with a drawing: common selection and playback.
+   * @param {Drawing} drawing */
   link(drawing) {
     this.drawing = drawing;
     if (!this.scene) this.ends.push(link(drawing, this.list));
     else {
       this.list.onSelect((line) => this._chosen(line, false));
       this.ends.push(drawing.on("select", (what) => this._pointed(what)));
-      this.ends.push(drawing.on("time", ({ line }) => this._running(line)));
+      this.ends.push(drawing.on("time", ({ line }) => (this._showsOriginal ? this.old : this.list)?.run(line)));
     }
     this.ends.push(drawing.on("main", () => this._again()));
     this._again();
   }
 
-  /** Handle the selection of a line in one of the lists: select it in the other list and in the drawing. */
+  /** Handle the selection of a line in one of the lists: select it in the other list and in the drawing.
+   * @param {number} line @param {boolean} old */
   _chosen(line, old) {
     const other = old ? this.list : this.old;
     if (other && this.moves) other.select(this.moves.other(line, old));
     if (!this.drawing) return;
-    const main = this.drawing.main?.scene.header.which === "before";
-    const own = main === old ? line : this.moves ? this.moves.other(line, old) : 0;
+    const own = this._showsOriginal === old ? line : this.moves ? this.moves.other(line, old) : 0;
     this.asking = true;
     this.drawing.selectLine(own);
     this.asking = false;
   }
 
+  /** Whether the drawing shows the original. */
+  get _showsOriginal() { return this.drawing?.main?.scene.header.which === "before"; }
+
+  /** Select the line of an object that was selected in the drawing, in both lists.
+   * @param {(Picked & { line: number }) | null} what */
   _pointed(what) {
     if (this.asking) return;
     const old = what?.which === "before", list = old ? this.old : this.list, other = old ? this.list : this.old;
     list?.select(what?.line ?? 0);
     if (what?.line && this.moves) other?.select(this.moves.other(what.line, old));
-  }
-
-  _running(line) {
-    const old = this.drawing.main?.scene.header.which === "before";
-    (old ? this.old : this.list)?.run(line);
   }
 
   /** Update the folds after a change of program or toolpath. */
@@ -157,8 +176,11 @@ export class ProgramView {
     if (this.wanted) this.find(this.wanted);
   }
 
+  /** Return the toolpath of a list, or null.
+   * @param {Lines} list */
   _path(list) {
-    const { tracks, main } = this.drawing ?? { tracks: {} };
+    if (!this.drawing) return null;
+    const { tracks, main } = this.drawing;
     if (list === this.old) return tracks.before?.scene ?? null;
     if (this.scene) return tracks.after?.scene ?? null;
     return main?.scene.text?.length ? main.scene : tracks.after?.scene ?? null;
@@ -166,24 +188,27 @@ export class ProgramView {
 
   _foldAll() {
     this.fold.value = kept.fold;
-    for (const list of [this.list, this.old]) {
-      const scene = list && this._path(list);
-      const folds = scene && kept.fold !== "none" ? foldsOf(scene, kept.fold, list.count, this.words) : null;
-      if (list && (folds || list.folds)) list.setFolds(folds);
-      else list?.show(0);
+    for (const list of this._lists) {
+      const scene = this._path(list), folds = scene && kept.fold !== "none" ? foldsOf(scene, kept.fold, list.count, this.words) : null;
+      if (folds || list.folds) list.setFolds(folds);
+      else list.show(0);
     }
   }
 
-  /** Scroll the passive list to the counterpart of the other list's selection. */
-  _follow() { if (this.old && this.list.selected) this.old.show(this.moves.other(this.list.selected, false)); }
+  get _lists() { return this.old ? [this.list, this.old] : [this.list]; }
 
+  /** Scroll the passive list to the counterpart of the other list's selection. */
+  _follow() { if (this.old && this.moves && this.list.selected) this.old.show(this.moves.other(this.list.selected, false)); }
+
+  /** @param {Column} list */
   _activate(list) {
     if (this.active === list) return;
     this.active = list;
     if (this.wanted) this.find(this.wanted);
   }
 
-  /** Find a text, and go to the first match at or after the selected line. */
+  /** Find a text, and go to the first match at or after the selected line.
+   * @param {string} words */
   find(words) {
     const { active } = this, found = (this.found = active.find(words));
     this.wanted = words;
@@ -192,7 +217,8 @@ export class ProgramView {
     this._tell();
   }
 
-  /** Go to the next or previous match. */
+  /** Go to the next or previous match.
+   * @param {number} by */
   step(by) {
     const { found, active } = this;
     if (!found.length) return;
@@ -207,27 +233,25 @@ export class ProgramView {
     this.told.textContent = !this.wanted ? "" : found.length ? told : words.foundNone;
   }
 
+  /** @param {number} line */
   goTo(line) {
     if (!(line >= 1)) return;
     this.active.choose(Math.min(Math.floor(line), this.active.count));
     this.active.view.focus();
   }
 
+  /** @param {KeyboardEvent} event */
   _key(event) {
-    const held = event.ctrlKey || event.metaKey, at = event.target;
-    if (held && event.key.toLowerCase() === "f") {
+    const held = event.ctrlKey || event.metaKey, key = event.key.toLowerCase(), searching = event.target === this.search;
+    const field = held ? { f: this.search, g: this.go }[key] : null;
+    if (field) {
       event.preventDefault();
-      this.search.focus();
-      this.search.select();
-    } else if (held && event.key.toLowerCase() === "g") {
-      event.preventDefault();
-      this.go.focus();
-      this.go.select();
-    } else if (at === this.search && event.key === "Enter") this.step(event.shiftKey ? -1 : 1);
-    else if (event.key === "F3") {
+      field.focus();
+      field.select();
+    } else if (key === "f3" || (searching && key === "enter")) {
       event.preventDefault();
       this.step(event.shiftKey ? -1 : 1);
-    } else if (at === this.search && event.key === "Escape") {
+    } else if (searching && key === "escape") {
       event.stopPropagation();
       this.search.value = "";
       this.find("");
@@ -236,8 +260,8 @@ export class ProgramView {
   }
 
   destroy() {
-    this.ends.forEach((end) => end());
-    for (const list of [this.list, this.old]) list?.destroy();
+    for (const end of this.ends) end();
+    for (const list of this._lists) list.destroy();
     this.root.remove();
   }
 }

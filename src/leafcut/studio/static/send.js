@@ -1,16 +1,19 @@
 // Uploads files to the studio. During uploads, window.leafcutSending is a promise. When the studio has reported all
 // files, it becomes true, or false if a file was refused.
 
-/** Upload a file; return {id, name, size}, or throw with the studio's one-line message. */
+/** Upload a file; return {id, name, size}, or throw with the studio's one-line message.
+ * @param {File} file @returns {Promise<{ id: string, name: string, size: number }>} */
 export function send(file) {
   const sent = transfer(file);
-  const told = sent.then(() => true, () => false).then((came) => new Promise((done) => setTimeout(done, 0, came)));
+  /** @type {Promise<boolean>} */
+  const told = sent.then(() => true, () => false).then((came) => new Promise((done) => { setTimeout(done, 0, came); }));
   const all = Promise.all([window.leafcutSending ?? true, told]).then((came) => came.every(Boolean));
   window.leafcutSending = all;
   all.then(() => { if (window.leafcutSending === all) window.leafcutSending = null; });
   return sent;
 }
 
+/** @param {File} file */
 async function transfer(file) {
   let answer;
   try {
@@ -20,8 +23,8 @@ async function transfer(file) {
       headers: { "content-type": "application/octet-stream" },
     });
   } catch {
-    const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|")[0];
-    throw new Error(`${file.name}: ${lost}`);
+    const meta = /** @type {HTMLMetaElement | null} */ (document.querySelector("meta[name=leafcut-lost]"));
+    throw new Error(`${file.name}: ${meta?.content.split("|")[0]}`);
   }
   const text = await answer.text();
   if (answer.ok) return JSON.parse(text);

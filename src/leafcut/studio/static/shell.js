@@ -1,69 +1,76 @@
 // General behaviour of the page, independent of leafcut: theme, copying, shortcuts, dialogs.
+// A classic script, because a module runs after the first painting, in the wrong theme.
 (() => {
   const root = document.documentElement;
-  root.lang = document.querySelector("meta[name=leafcut-language]").content;
+  /** Return a value that the server passes to the page.
+   * @param {string} name */
+  function metaContent(name) { return /** @type {HTMLMetaElement | null} */ (document.querySelector(`meta[name=leafcut-${name}]`))?.content ?? ""; }
+  /** Return the element around the target of an event.
+   * @param {Event} event @param {string} selector */
+  function around({ target }, selector) {
+    return target instanceof Element ? /** @type {HTMLElement | null} */ (target.closest(selector)) : null;
+  }
+  root.lang = metaContent("language");
   const theme = localStorage.getItem("leafcut-theme");
   if (theme) root.dataset.theme = theme;
 
   const dark = () =>
     root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  /** Show another text on a button for a while. */
-  const instead = (at, words, ms, then = () => {}) => {
+  /** Show another text on a button for a while; `then` runs at the end.
+   * @param {HTMLElement} at @param {string | undefined} words @param {number} ms */
+  function instead(at, words = "", ms, then = () => {}) {
     if (at.dataset.words) return;
-    at.dataset.words = at.textContent;
+    const own = (at.dataset.words = at.textContent);
     at.textContent = words;
     setTimeout(() => {
-      if (at.textContent === words) at.textContent = at.dataset.words;
+      if (at.textContent === words) at.textContent = own;
       delete at.dataset.words;
       then();
     }, ms);
-  };
+  }
   // Irreversible actions need a second click.
-  document.addEventListener(
-    "click",
-    (event) => {
-      const at = event.target.closest?.("[data-sure]");
-      if (!at || at.dataset.asked) return;
-      event.stopPropagation();
-      at.dataset.asked = "true";
-      instead(at, at.dataset.sure, 4000, () => delete at.dataset.asked);
-    },
-    true,
-  );
+  document.addEventListener("click", (event) => {
+    const at = around(event, "[data-sure]");
+    if (!at || at.dataset.asked) return;
+    event.stopPropagation();
+    at.dataset.asked = "true";
+    instead(at, at.dataset.sure, 4000, () => { delete at.dataset.asked; });
+  }, true);
   document.addEventListener("DOMContentLoaded", () => {
-    const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
-    document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
+    const lost = metaContent("lost").split("|");
+    document.querySelectorAll("#popup > span").forEach((line, k) => { line.textContent = lost[k] || line.textContent; });
   });
   // Switching the language does not leave the current page.
   document.addEventListener("click", (event) => {
-    const at = event.target.closest?.(".languages a");
-    if (at) at.search = new URLSearchParams({ ...Object.fromEntries(new URLSearchParams(location.search)), lang: at.lang });
+    const at = /** @type {HTMLAnchorElement | null} */ (around(event, ".languages a")), address = new URLSearchParams(location.search);
+    if (!at) return;
+    address.set("lang", at.lang);
+    at.search = String(address);
   });
-  const seen = (e) => e.getClientRects().length > 0;
   // A click outside an open menu, or on one of its links, closes it.
   document.addEventListener("click", (event) => {
     for (const menu of document.querySelectorAll(".more-files[open]")) {
-      if (!menu.contains(event.target) || event.target.closest("a")) menu.open = false;
+      if (!event.composedPath().includes(menu) || around(event, "a")) menu.removeAttribute("open");
     }
   });
 
   document.addEventListener("click", async (event) => {
-    const at = event.target.closest?.("[data-theme-switch], [data-copy], [data-dialog], [data-close]");
+    const at = around(event, "[data-theme-switch], [data-copy], [data-dialog], [data-close]");
     if (!at) return;
     if ("themeSwitch" in at.dataset) {
       root.dataset.theme = dark() ? "light" : "dark";
       localStorage.setItem("leafcut-theme", root.dataset.theme);
-      document.dispatchEvent(new CustomEvent("leafcut-theme"));
     } else if (at.dataset.copy) {
       const from = document.getElementById(at.dataset.copy);
+      if (!from) return;
       await navigator.clipboard.writeText(from.textContent).then(
         () => instead(at, at.dataset.said, 2000),
-        () => getSelection().selectAllChildren(from),
+        () => getSelection()?.selectAllChildren(from),
       );
     } else if (at.dataset.dialog) {
-      document.getElementById(at.dataset.dialog).showModal();
+      /** @type {HTMLDialogElement | null} */ (document.getElementById(at.dataset.dialog))?.showModal();
     } else {
-      at.closest("dialog").close();
+      at.closest("dialog")?.close();
     }
   });
 
@@ -71,8 +78,8 @@
   const folded = new Set((localStorage.getItem("leafcut-folded") ?? "").split(" ").filter(Boolean));
   const tellFolded = () => {
     root.dataset.folded = [...folded].join(" ");
-    const buttons = document.querySelectorAll("[data-fold]");
-    buttons.forEach((at) => at.setAttribute("aria-expanded", String(!folded.has(at.dataset.fold))));
+    const buttons = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-fold]"));
+    buttons.forEach((at) => at.setAttribute("aria-expanded", String(!folded.has(at.dataset.fold ?? ""))));
     return buttons.length > 0;
   };
   if (!tellFolded()) {
@@ -80,7 +87,7 @@
     watch.observe(root, { childList: true, subtree: true });
   }
   document.addEventListener("click", (event) => {
-    const side = event.target.closest?.("[data-fold]")?.dataset.fold;
+    const side = around(event, "[data-fold]")?.dataset.fold;
     if (!side) return;
     if (!folded.delete(side)) folded.add(side);
     localStorage.setItem("leafcut-folded", [...folded].join(" "));
@@ -89,38 +96,40 @@
   // In one column, the running job is below the button that starts it.
   document.addEventListener("click", (event) => {
     const narrow = matchMedia("(max-width: 760px)").matches;
-    if (narrow && event.target.closest?.('[data-key="r"]')) document.querySelector(".middle")?.scrollIntoView();
+    if (narrow && around(event, '[data-key="r"]')) document.querySelector(".middle")?.scrollIntoView();
   });
   // Run applies to the file that is being uploaded, so wait for it.
-  document.addEventListener(
-    "click",
-    (event) => {
-      const at = event.target.closest?.("[data-key~=r]");
-      if (!at || !window.leafcutSending) return;
-      event.stopPropagation();
-      window.leafcutSending.then((came) => came && at.click());
-    },
-    true,
-  );
+  document.addEventListener("click", (event) => {
+    const at = around(event, "[data-key~=r]");
+    if (!at || !window.leafcutSending) return;
+    event.stopPropagation();
+    window.leafcutSending.then((came) => { if (came) at.click(); });
+  }, true);
+
+  /** Return the first visible element with a shortcut that is not disabled.
+   * @param {string} key */
+  function withKey(key) {
+    const all = /** @type {NodeListOf<HTMLButtonElement>} */ (document.querySelectorAll(`[data-key~="${CSS.escape(key)}"]`));
+    return [...all].find((at) => at.getClientRects().length > 0 && !at.disabled);
+  }
 
   document.addEventListener("keydown", (event) => {
-    const run = event.key === "Enter" && (event.ctrlKey || event.metaKey) && document.querySelector("[data-key~=r]");
-    if (run && seen(run) && !document.querySelector("dialog[open]")) {
+    const held = event.ctrlKey || event.metaKey, run = event.key === "Enter" && held && withKey("r");
+    if (event.altKey || document.querySelector("dialog[open]")) return;
+    if (run) {
       event.preventDefault();
-      document.activeElement.blur(); // a field reports its text when it loses the focus
+      if (document.activeElement instanceof HTMLElement) document.activeElement.blur(); // a field reports its text when it loses the focus
       run.click();
       return;
     }
-    if (event.altKey || document.querySelector("dialog[open]")) return;
-    const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()], held = event.ctrlKey || event.metaKey;
+    const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()];
     if (held && !undo) return;
-    if (event.target.closest?.("input:not([type=checkbox], [type=file]), select, textarea, [contenteditable]:not([aria-readonly=true])")) return;
+    if (around(event, "input:not([type=checkbox], [type=file]), select, textarea, [contenteditable]:not([aria-readonly=true])")) return;
     if (event.defaultPrevented) return;
     if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // letters with Shift belong to the drawing
-    const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
-    const at = [...document.querySelectorAll(`[data-key~="${CSS.escape(key)}"]`)].find((e) => seen(e) && !e.disabled);
+    const at = withKey(held && undo ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase());
     if (!at) return;
     event.preventDefault();
-    (at.querySelector("input[type=file]") ?? at).click();
+    (/** @type {HTMLElement | null} */ (at.querySelector("input[type=file]")) ?? at).click();
   });
 })();

@@ -3,133 +3,161 @@
 // A worker cuts the stock (solid_worker.js) and reports changes. During motion the resolution is reduced for a
 // smooth display; at rest it is drawn once more, finer.
 
-import { make } from "./icons.js";
 import { mm } from "./describe.js";
+import { contextOf, make, selection } from "./icons.js";
 import { readScene } from "./scene.js";
 import { SolidCamera, meet, sectioned } from "./solid_camera.js";
 import { COLOURINGS, FIXTURE, LESS, MORE, TOOL, paletteOf, scaleCss, sectionColour, tonesOf } from "./solid_colours.js";
 import { ColumnRenderer } from "./solid_columns.js";
-import { SolidInput } from "./solid_input.js";
+import { listenToSolid } from "./solid_input.js";
 import { SolidMarks } from "./solid_marks.js";
 import { startOf } from "./solid_stock.js";
 import { surface } from "./sweep.js";
-import { coloursOf } from "./theme.js";
+import { isDark } from "./theme.js";
+
+/** @import { Drawing, Which } from "./canvas.js" */
+/** @import { Header, ToolpathScene } from "./scene.js" */
+/** @import { Block } from "./solid_camera.js" */
+/** @import { Stock, Tool, ToolPart } from "./solid_columns.js" */
+/** @import { SolidPlace } from "./solid_marks.js" */
+/** @import { Change } from "./solid_stock.js" */
+/** @import { Colours } from "./theme.js" */
+/** Loads a stock; null if the server has removed it.
+ * @typedef {() => Promise<ArrayBuffer | null>} Load */
 
 /** Maximum and minimum time of a frame during motion, ms; outside, the resolution is adapted. */
 const SLOW = 42, QUICK = 18;
 /** Time without change after which the view is at rest, and maximum time of a frame at rest, ms. */
 const REST = 140, FINE = 450;
 const COARSEST = 0.45;
+const SIDES = /** @type {const} */ (["iso", "top", "front"]);
 
 export class Solid {
+  /** @param {HTMLElement} host @param {Drawing} drawing */
   constructor(host, drawing) {
+    const { words } = drawing;
     this.drawing = drawing;
-    this.words = drawing.words;
+    this.words = words;
     this.camera = new SolidCamera();
+    /** @type {Partial<Record<Which, Load>>} */
     this.offers = {};
     this.colouring = "metal";
     this.section = { axis: "", share: 0.5 };
+    /** @type {Record<string, boolean>} */
     this.shows = { tool: true, path: false };
-    this.stock = this.scene = this.worker = null;
-    this.turn = 0; // number of the last request to the worker
+    /** @type {Stock | null} */
+    this.stock = null;
+    /** @type {ToolpathScene | null} */
+    this.scene = null;
+    /** @type {Worker | null} */
+    this.worker = null;
+    /** Blocks and header of the stock's scene. @type {any} */
+    this.blocks = null;
+    /** @type {Header | any} */
+    this.header = null;
+    /** Toolpath whose stock is loaded or being loaded. @type {{ which: Which, scene: ToolpathScene | null } | null} */
+    this._loaded = null;
+    this.turn = this.told = 0; // numbers of the last request to the worker, and of the last one it has reached
+    this.cut = 0; // number of completed moves
     this.time = Infinity;
+    /** @type {Block | null} */
+    this.box = null;
+    this.bottom = 0; // lowest height, mm
+    this._place = ""; // box and origin for which the view was fitted
+    /** @type {Uint8Array} */
+    this.tones = new Uint8Array();
+    this.ratio = 1;
     this.quality = 1;
-    this._build(host);
-    this.marks = new SolidMarks(this);
-    new SolidInput(this);
-  }
-
-  _build(host) {
-    const { words } = this;
+    this.frameMs = 0;
+    this.moved = 0;
+    /** @type {Colours | null} */
+    this.theme = null;
+    this.dark = false;
+    /** @type {HTMLCanvasElement | null} */
+    this.picture = null;
+    /** @type {ColumnRenderer | null} */
+    this.renderer = null;
+    this._palette = { colouring: "", dark: false, colours: /** @type {number[]} */ ([]) };
+    this._request = this._late = this._resting = 0;
     this.host = make("div", "lc-pane lc-solid", { hidden: "" });
-    this.bar = make("div", "lc-solid-bar", { role: "toolbar", "aria-label": words.solid });
-    this.frame = make("div", "lc-solid-frame");
     this.over = make("canvas", "lc-over", { tabindex: "0", role: "application", "aria-label": words.solidDrawing });
+    this.ctx = contextOf(this.over);
     this.reason = make("p", "lc-empty lc-refused", { hidden: "" });
-    this.legend = make("div", "lc-scale", { hidden: "" }, make("span"), make("i", "lc-ramp"), make("b"), make("b"));
+    this.scale = { name: make("span"), ramp: make("i", "lc-ramp"), low: make("b"), high: make("b") };
+    this.legend = make("div", "lc-scale", { hidden: "" }, ...Object.values(this.scale));
     this.collisions = make("div", "lc-collisions", { hidden: "" });
     this.differs = make("div", "lc-differs", { hidden: "" });
     this.busy = make("div", "lc-busy", { hidden: "" }, words.solidCutting);
-    this.frame.append(this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
-    this._buildBar();
+    this.frame = make("div", "lc-solid-frame", {}, this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
+    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), (name) => this.colour(name));
+    const sections = /** @type {[string, string][]} */ ([["", words.section_none], ["x", words.section_x], ["y", words.section_y]]);
+    this.axis = this._select("solidSection", sections, (axis) => this.cutOpen(axis, this.section.share));
+    this.plane = make("input", "lc-slider lc-plane", { type: "range", min: 0, max: 1000, value: 500, "aria-label": words.solidPlane, hidden: "" });
+    this.plane.addEventListener("input", () => this.cutOpen(this.section.axis, Number(this.plane.value) / 1000));
+    this.plane.addEventListener("change", () => drawing.keepView());
+    this.toggles = Object.fromEntries(Object.entries(this.shows).map(([name, shown]) => [name, this._button(`solid_${name}`, () => {
+      this.show(name, !this.shows[name]);
+      drawing.keepView();
+    }, { "aria-pressed": String(shown) })]));
+    this.bar = make(
+      "div", "lc-solid-bar", { role: "toolbar", "aria-label": words.solid },
+      make("div", "lc-group", { role: "group", "aria-label": words.solidFrom }, ...SIDES.map((from) => this._button(`solid_${from}`, () => this.look(from)))),
+      this.colours, this.axis, make("div", "lc-group", {}, ...Object.values(this.toggles)), this.plane,
+    );
     this.host.append(this.bar, this.frame);
     host.append(this.host);
-    this.ctx = this.over.getContext("2d");
+    this.marks = new SolidMarks(this);
+    listenToSolid(this);
   }
 
-  _buildBar() {
-    const { words, bar } = this;
-    const looks = make("div", "lc-group", { role: "group", "aria-label": words.solidFrom });
-    for (const from of ["iso", "top", "front"]) {
-      const button = make("button", "lc-button", { type: "button" }, words[`solid_${from}`]);
-      button.addEventListener("click", () => this.look(from));
-      looks.append(button);
-    }
-    const chosen = (act) => (value) => {
-      act(value);
+  /** @param {string} text @param {() => void} action */
+  _button(text, action, attributes = {}) {
+    const button = make("button", "lc-button", { type: "button", ...attributes }, this.words[text]);
+    button.addEventListener("click", action);
+    return button;
+  }
+
+  /** @param {string} label @param {[string, string][]} choices @param {(value: string) => void} action */
+  _select(label, choices, action) {
+    return selection("", this.words[label], choices, (value) => {
+      action(value);
       this.drawing.keepView();
-    };
-    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), chosen((name) => this.colour(name)));
-    this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], chosen((axis) => this.cutOpen(axis, this.section.share)));
-    this.plane = make("input", "lc-slider lc-plane", { type: "range", min: 0, max: 1000, value: 500, "aria-label": words.solidPlane, hidden: "" });
-    this.plane.addEventListener("input", () => this.cutOpen(this.section.axis, this.plane.value / 1000));
-    this.plane.addEventListener("change", () => this.drawing.keepView());
-    this.toggles = {};
-    const toggle = (name) => {
-      const button = make("button", "lc-button", { type: "button", "aria-pressed": String(this.shows[name]) }, words[`solid_${name}`]);
-      button.addEventListener("click", () => {
-        this.show(name, !this.shows[name]);
-        this.drawing.keepView();
-      });
-      this.toggles[name] = button;
-      return button;
-    };
-    bar.append(
-      looks, this.colours, this.axis, make("div", "lc-group", {}, toggle("tool"), toggle("path")), this.plane,
-    );
-  }
-
-  _select(label, choices, act) {
-    const select = make("select", "lc-select", { "aria-label": this.words[label], title: this.words[label] });
-    for (const [value, words] of choices) select.append(make("option", "", { value }, words));
-    select.addEventListener("change", () => act(select.value));
-    return select;
+    });
   }
 
   // Content.
 
-  /** Set the function that loads the stock with the moves "before" or "after"; null: no stock. */
+  /** Set the function that loads the stock with the moves "before" or "after"; null: no stock.
+   * @param {Which} which @param {Load | null} load */
   offer(which, load) {
     if (load) this.offers[which] = load; else delete this.offers[which];
-    if (this._loaded === which) this._forget();
+    if (this._loaded?.which === which) this._forget();
   }
 
   get offered() { return Object.keys(this.offers).length > 0; }
 
   /** Show the stock of the toolpath that is played, if the view is visible. */
   follow() {
-    const { main } = this.drawing, which = main?.scene.header.which ?? "", seen = !this.host.hidden;
-    if (!seen) return;
-    if (this._loaded === which && this._of === main?.scene) return;
-    this._load(which, main?.scene ?? null);
+    const scene = this.drawing.main?.scene ?? null;
+    if (this.host.hidden || (this._loaded && this._loaded.scene === scene)) return;
+    this._load(scene?.header.which ?? "", scene);
   }
 
+  /** @param {Which} which @param {ToolpathScene | null} scene */
   async _load(which, scene) {
     this._forget();
-    this._loaded = which;
-    this._of = scene;
-    const offered = this.offers[which];
-    this._refuse(offered ? "" : this.words.solidNone);
-    if (!offered || !scene) return;
+    const loaded = (this._loaded = { which, scene }), load = this.offers[which];
+    this._refuse(load ? "" : this.words.solidNone);
+    if (!load || !scene) return;
     this.setBusy(true);
     let found = null;
     try {
-      const bytes = await offered();
+      const bytes = await load();
       found = bytes?.byteLength ? readScene(bytes) : null;
     } catch (error) {
-      console.error(error.message);
+      console.error(error);
     }
-    if (this._of !== scene || this._loaded !== which) return; // another stock was requested meanwhile
+    if (this._loaded !== loaded) return; // another stock was requested meanwhile
     if (!found || found.header.refused || found.header.of !== scene.rows) {
       this.setBusy(false);
       this._refuse(found?.header.refused || this.words.solidNone);
@@ -138,6 +166,8 @@ export class Solid {
     this._begin(found, scene);
   }
 
+  /** Show why there is no stock; "" if there is one.
+   * @param {string} line */
   _refuse(line) {
     this.reason.hidden = !line;
     this.reason.textContent = line ? `${this.words.solidRefused}: ${line}` : "";
@@ -146,12 +176,12 @@ export class Solid {
 
   _forget() {
     this.worker?.terminate();
-    this.worker = this.stock = this.scene = this.blocks = null;
-    this._loaded = this._of = undefined;
-    this.marks?.forget();
+    this.worker = this.stock = this.scene = this.blocks = this._loaded = null;
+    this.marks.forget();
     this.wake();
   }
 
+  /** @param {any} found @param {ToolpathScene} scene */
   _begin(found, scene) {
     const { header } = found, { grid } = header, cells = grid.rows * grid.columns;
     this.scene = scene;
@@ -165,24 +195,24 @@ export class Solid {
     for (const height of found.start ?? []) if (height > header.floor) low = Math.min(low, height);
     for (let k = 2; k < found.move.length; k += 3) low = Math.min(low, found.move[k]);
     this.bottom = Math.max(low, header.floor);
-    const half = grid.cell / 2, box = [grid.x - half, grid.y - half, header.floor];
-    this.box = [...box, box[0] + grid.columns * grid.cell, box[1] + grid.rows * grid.cell, header.top];
+    const { x0, y0, x1, y1 } = sectioned(grid, { axis: "", share: 0 }, this.camera);
+    this.box = [x0, y0, header.floor, x1, y1, header.top];
     const place = JSON.stringify([this.box, header.origin]);
     if (place !== this._place) this.camera.fit(this.box); // otherwise keep the view for the other program
     this._place = place;
-    this._retone();
+    this._retone(this.stock, scene);
     this.cutOpen(this.section.axis, this.section.share); // updates its description
     this.marks.take();
-    this.worker = new Worker(new URL("./solid_worker.js", import.meta.url), { type: "module" });
-    this.worker.onmessage = ({ data }) => this._hear(data);
-    this.worker.onerror = (event) => this._refuse(event.message || "Worker");
-    const { kind, ...blocks } = found;
-    delete blocks.header;
-    this.worker.postMessage({ load: { header, blocks } });
+    const worker = (this.worker = new Worker(new URL("./solid_worker.js", import.meta.url), { type: "module" }));
+    worker.onmessage = ({ data }) => this._hear(worker, data);
+    worker.onerror = (event) => this._refuse(event.message || "Worker");
+    const { kind: _kind, header: _header, ...blocks } = found;
+    worker.postMessage({ load: { header, blocks } });
     this.setTime(this.drawing.player.time);
   }
 
-  /** Show the state at a time in seconds; null is the end. */
+  /** Show the state at a time in seconds; null is the end.
+   * @param {number | null} time */
   setTime(time) {
     const to = time ?? Infinity;
     this.time = to;
@@ -194,20 +224,23 @@ export class Solid {
     this._late = setTimeout(() => this.setBusy(this.told !== this.turn), 250);
   }
 
-  _hear({ found, there, turn, done }) {
-    if (found) this._change(found);
+  /** @param {Worker} worker @param {{ found: Change | null, there: boolean, turn: number, done: number }} report */
+  _hear(worker, { found, there, turn, done }) {
+    if (worker !== this.worker || !this.stock) return;
+    if (found) this._change(this.stock, found);
     if (there) this.told = turn;
     this.cut = done;
     if (this.ready) this.setBusy(false);
-    this.worker.postMessage({ heard: true });
+    worker.postMessage({ heard: true });
     this.wake();
   }
 
   /** Whether the shown state is the one requested last. */
   get ready() { return Boolean(this.stock) && this.told === this.turn; }
 
-  _change({ rect: [c0, r0, c1, r1], heights, by, relief }) {
-    const { stock } = this, { columns } = stock.grid, width = c1 - c0;
+  /** @param {Stock} stock @param {Change} change */
+  _change(stock, { rect: [c0, r0, c1, r1], heights, by, relief }) {
+    const { columns } = stock.grid, width = c1 - c0;
     for (let row = r0; row < r1; row++) {
       const to = row * columns + c0, from = (row - r0) * width;
       stock.heights.set(heights.subarray(from, from + width), to);
@@ -220,14 +253,16 @@ export class Solid {
     }
   }
 
-  _retone() {
-    const { tones, most } = tonesOf(this.colouring, this.blocks, this.scene), { by, tint } = this.stock;
+  /** @param {Stock} stock @param {ToolpathScene} scene */
+  _retone({ by, tint }, scene) {
+    const { tones, most } = tonesOf(this.colouring, this.blocks, scene);
     this.tones = tones;
     for (let k = 0; k < by.length; k++) tint[k] = this._toneOf(k, by[k]);
     this._scale(most);
   }
 
-  /** Return the tone of a cell by the move that cut it last; 0: uncut. */
+  /** Return the tone of a cell by the move that cut it last; 0: uncut.
+   * @param {number} cell @param {number} move */
   _toneOf(cell, move) {
     if (this.blocks.held?.[cell]) return FIXTURE;
     const differs = this.colouring === "metal" ? this.blocks.differs?.[cell] : 0;
@@ -236,6 +271,7 @@ export class Solid {
 
   // Controls.
 
+  /** @param {typeof SIDES[number]} from */
   look(from) {
     this.camera.look(from);
     this.wake();
@@ -246,23 +282,26 @@ export class Solid {
     this.wake();
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     this.camera.zoom(factor);
     this.wake();
   }
 
+  /** @param {string} name */
   colour(name) {
     this.colouring = this.colours.value = name;
-    if (this.stock) this._retone();
+    if (this.stock && this.scene) this._retone(this.stock, this.scene);
     this.wake();
   }
 
-  /** Show a section across "x" or "y" at a fraction of the length; "" closes it. */
+  /** Show a section across "x" or "y" at a fraction of the length; "" closes it.
+   * @param {string} axis @param {number} share */
   cutOpen(axis, share) {
     this.section = { axis, share };
     this.axis.value = axis;
     this.plane.hidden = !axis;
-    this.plane.value = Math.round(1000 * share);
+    this.plane.value = String(Math.round(1000 * share));
     if (axis && this.box) {
       const k = axis === "x" ? 0 : 1, at = this.box[k] + share * (this.box[k + 3] - this.box[k]) + this.header.origin[k];
       this.plane.setAttribute("aria-valuetext", `${axis.toUpperCase()} ${mm(at)}`);
@@ -270,14 +309,16 @@ export class Solid {
     this.wake();
   }
 
-  /** Show or hide the "tool" or the "path". */
+  /** Show or hide the "tool" or the "path".
+   * @param {string} name @param {boolean} shown */
   show(name, shown) {
     this.shows[name] = shown;
-    this.toggles[name].setAttribute("aria-pressed", shown);
+    this.toggles[name].setAttribute("aria-pressed", String(shown));
     this.wake();
   }
 
-  /** Restore the view of the previous page (solid_kept.js). */
+  /** Restore the view of the previous page (solid_kept.js).
+   * @param {NonNullable<ReturnType<typeof import("./solid_kept.js").readKept>>} kept */
   restore({ colouring, axis, share, tool, path }) {
     this.show("tool", tool);
     this.show("path", path);
@@ -285,20 +326,24 @@ export class Solid {
     this.cutOpen(axis, share);
   }
 
+  /** @param {boolean} busy */
   setBusy(busy) {
     this.busy.hidden = !busy;
-    this.frame.setAttribute("aria-busy", busy);
+    this.frame.setAttribute("aria-busy", String(busy));
   }
 
-  /** Show the colour scale. */
+  /** Show the colour scale; `most` is the highest feed, mm/s.
+   * @param {number} most */
   _scale(most) {
-    const { words, legend, colouring } = this, [name, , low, high] = legend.children;
+    const { words, legend, colouring, scale } = this;
     legend.hidden = colouring === "metal";
     if (legend.hidden) return;
-    const ends = { depth: ["0 mm", `${+(this.bottom - this.header.top).toFixed(2)} mm`], engagement: ["0 %", "100 %"], feed: ["0", `${Math.round(60 * most).toLocaleString("en")} mm/min`] }[colouring];
-    name.textContent = words[`scale_${colouring}`];
-    legend.children[1].style.background = scaleCss(colouring);
-    [low.textContent, high.textContent] = ends;
+    scale.name.textContent = words[`scale_${colouring}`];
+    scale.ramp.style.background = scaleCss(colouring);
+    [scale.low.textContent, scale.high.textContent] = {
+      depth: ["0 mm", `${+(this.bottom - this.header.top).toFixed(2)} mm`], engagement: ["0 %", "100 %"],
+      feed: ["0", `${Math.round(60 * most).toLocaleString("en")} mm/min`],
+    }[colouring] ?? ["", ""];
   }
 
   // Drawing.
@@ -313,15 +358,15 @@ export class Solid {
     this.wake();
   }
 
-  restyle() {
-    this.theme = coloursOf(this.host);
-    this.dark = brightness(this.theme.card) < 128;
+  /** @param {Colours} colours */
+  restyle(colours) {
+    this.theme = colours;
+    this.dark = isDark(colours.card);
     this.wake();
   }
 
   wake() {
     this.moved = performance.now();
-    this.fine = false;
     this._again();
   }
 
@@ -334,38 +379,38 @@ export class Solid {
   }
 
   _draw() {
-    if (this.host.hidden || !this.theme) return;
-    if (!this.stock) {
+    const { stock, theme, drawing: { player } } = this;
+    if (this.host.hidden || !theme) return;
+    if (!stock) {
       this.picture?.remove();
-      this.picture = null;
+      this.picture = this.renderer = null;
       this.ctx.clearRect(0, 0, this.over.width, this.over.height);
       return;
     }
-    if (!this.picture) {
+    if (!this.renderer) {
       this.picture = make("canvas", "lc-picture");
-      this.frame.prepend(this.picture);
       this.renderer = new ColumnRenderer(this.picture);
+      this.frame.prepend(this.picture);
     }
-    const rests = performance.now() - this.moved > REST && !this.drawing.player.playing;
+    const rests = performance.now() - this.moved > REST && !player.playing;
     const finest = 2 * this.ratio, cost = this.frameMs ? this.frameMs / this.quality ** 2 : 0;
     const pixels = rests ? (cost ? Math.min(finest, Math.max(Math.sqrt(FINE / cost), this.quality)) : finest) : this.quality;
-    const began = performance.now(), tool = this._tool();
-    this.renderer.draw(this.stock, this.camera, { ...this._look(), tool }, pixels);
-    this._adapt(performance.now() - began, rests);
-    this._overlay();
-    this.fine = rests;
-    if (!rests) {
-      if (this.drawing.player.playing) this._again();
-      else {
-        clearTimeout(this._resting);
-        this._resting = setTimeout(() => this._again(), REST + 10);
-      }
+    const began = performance.now();
+    this.renderer.draw(stock, this.camera, this._look(), pixels);
+    const took = performance.now() - began;
+    this._overlay(theme);
+    if (rests) return;
+    this._adapt(took);
+    if (player.playing) this._again();
+    else {
+      clearTimeout(this._resting);
+      this._resting = setTimeout(() => this._again(), REST + 10);
     }
   }
 
-  /** Adapt the resolution to the time of the last frame. */
-  _adapt(took, rests) {
-    if (rests) return;
+  /** Adapt the resolution to the time of the last frame, ms.
+   * @param {number} took */
+  _adapt(took) {
     this.frameMs = took;
     if (took > SLOW) this.quality = Math.max(this.quality * Math.max(Math.sqrt(SLOW / took), 0.6), COARSEST);
     else if (took < QUICK) this.quality = Math.min(this.quality * 1.08, this.ratio);
@@ -373,16 +418,17 @@ export class Solid {
 
   _look() {
     const { colouring, dark } = this;
-    if (this._palette?.colouring !== colouring || this._palette.dark !== dark) {
+    if (this._palette.colouring !== colouring || this._palette.dark !== dark) {
       this._palette = { colouring, dark, colours: paletteOf(colouring, dark) };
     }
     return {
       palette: this._palette.colours, byHeight: colouring === "depth", bottom: this.bottom, ratio: this.ratio,
-      section: this.section, sectionColour: sectionColour(dark),
+      section: this.section, sectionColour: sectionColour(dark), tool: this._tool(),
     };
   }
 
-  /** Return the current tool, or null: its position, its shape, and its sections from the top down. */
+  /** Return the current tool, or null: its position, its shape, and its sections from the top down.
+   * @returns {Tool | null} */
   _tool() {
     const { scene, header } = this;
     if (!this.shows.tool || !Number.isFinite(this.time) || !scene) return null;
@@ -396,21 +442,23 @@ export class Solid {
     };
   }
 
-  _overlay() {
+  /** @param {Colours} theme */
+  _overlay(theme) {
     const { ctx, ratio, camera } = this;
     ctx.setTransform(1, 0, 0, 1, 0, 0);
     ctx.clearRect(0, 0, this.over.width, this.over.height);
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-    if (this.shows.path) this._path(ctx);
-    this.marks.draw(ctx, camera, this.theme);
-    axes(ctx, camera, this.theme);
+    if (this.shows.path) this._path(ctx, theme);
+    this.marks.draw(ctx, camera, theme);
+    axes(ctx, camera, theme);
   }
 
-  /** Draw the path of the tool so far, limited to the last moves. */
-  _path(ctx) {
-    const { blocks, camera, theme } = this, { move, rapid } = blocks, most = 12000;
-    const last = Math.min(this.cut ?? 0, blocks.row.length), first = Math.max(0, last - most);
-    for (const [kind, colour, width] of [[1, theme.rapid, 0.9], [0, theme.cut, 1.1]]) {
+  /** Draw the path of the tool so far, limited to the last moves.
+   * @param {Context} ctx @param {Colours} theme */
+  _path(ctx, theme) {
+    const { blocks: { move, rapid, row }, camera } = this, most = 12000;
+    const last = Math.min(this.cut, row.length), first = Math.max(0, last - most);
+    for (const [kind, colour, width] of /** @type {[number, string, number][]} */ ([[1, theme.rapid, 0.9], [0, theme.cut, 1.1]])) {
       ctx.beginPath();
       for (let k = first; k < last; k++) {
         if (rapid[k] !== kind) continue;
@@ -427,14 +475,15 @@ export class Solid {
     }
   }
 
-  /** Return the point of the stock under a pixel, with the line that cut it last (0: none), or null. */
+  /** Return the point of the stock under a pixel, with the line that cut it last (0: none), or null.
+   * @param {number} px @param {number} py @returns {SolidPlace | null} */
   placeAt(px, py) {
     const { stock, camera, blocks, scene } = this;
-    if (!stock) return null;
+    if (!stock || !scene) return null;
     const found = meet(camera, stock, sectioned(stock.grid, this.section, camera), px, py);
     if (!found) return null;
     const move = stock.by[found.row * stock.grid.columns + found.column], row = move ? blocks.row[move - 1] : -1;
-    return { ...found, move, path: row, line: row < 0 ? 0 : scene.line[row] };
+    return { x: found.x, y: found.y, z: found.z, path: row, line: row < 0 ? 0 : scene.line[row] };
   }
 
   destroy() {
@@ -445,11 +494,12 @@ export class Solid {
   }
 }
 
-
 /** Return the sections of a tool from the top down: lower and upper end above the tip, radius, colour, fluted or not.
- * Unknown sections above the flutes are as wide as the flutes. */
+ * Unknown sections above the flutes are as wide as the flutes.
+ * @param {any} known @param {number} point @param {number} cuts */
 function partsOf({ shape, bodies }, point, cuts) {
-  const radius = shape[0], parts = [[point, cuts, radius, TOOL.cuts, true]], above = bodies?.length ? bodies : [["shank", cuts, radius]];
+  const radius = shape[0], parts = /** @type {ToolPart[]} */ ([[point, cuts, radius, TOOL.cuts, true]]);
+  const above = bodies?.length ? bodies : [["shank", cuts, radius]];
   for (const [kind, low, wide] of above) {
     const last = parts[parts.length - 1];
     if (parts.length === 1 && low > cuts + 1e-6) parts.push([cuts, low, radius, TOOL.shank, false]);
@@ -459,11 +509,14 @@ function partsOf({ shape, bodies }, point, cuts) {
   return parts.reverse();
 }
 
-/** Draw the directions of the axes at the lower left. */
+/** Draw the directions of the axes at the lower left.
+ * @param {Context} ctx @param {SolidCamera} camera @param {Colours} theme */
 function axes(ctx, camera, theme) {
   const x = 46, y = camera.height_px - 78, // the readout is below
     { right, ahead, sin, cos } = camera.axes, long = 26;
-  const ends = [["X", right[0], ahead[0] * sin, theme.bad], ["Y", right[1], ahead[1] * sin, theme.accent], ["Z", 0, cos, theme.rapid]];
+  const ends = /** @type {[string, number, number, string][]} */ ([
+    ["X", right[0], ahead[0] * sin, theme.bad], ["Y", right[1], ahead[1] * sin, theme.accent], ["Z", 0, cos, theme.rapid],
+  ]);
   ctx.font = "600 11px system-ui, sans-serif";
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
@@ -477,9 +530,4 @@ function axes(ctx, camera, theme) {
     ctx.stroke();
     ctx.fillText(name, x + dx * (long + 10), y - dy * (long + 10));
   }
-}
-
-function brightness(colour) {
-  const [r, g, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
-  return 0.3 * r + 0.59 * g + 0.11 * b;
 }

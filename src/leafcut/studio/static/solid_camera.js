@@ -1,5 +1,13 @@
 // View of the stock: rotated about the vertical axis, from above, as a parallel projection.
 
+/** @import { StockGrid } from "./sweep.js" */
+/** Smallest x, y, z and largest x, y, z, mm.
+ * @typedef {[number, number, number, number, number, number]} Block */
+/** A section across "x" or "y" at a fraction of the length; "" for none.
+ * @typedef {{ axis: string, share: number }} Section */
+/** Box of the visible stock, and its side that a section cuts: "x0", "x1", "y0", "y1" or "".
+ * @typedef {{ x0: number, y0: number, x1: number, y1: number, cut: string }} Cut */
+
 const LOWEST = (8 * Math.PI) / 180, HIGHEST = Math.PI / 2;
 const MARGIN = 0.08;
 
@@ -10,25 +18,26 @@ export class SolidCamera {
     this.scale = 4; // pixels per mm
     this.x = this.y = this.z = 0; // centre of the view, mm
     this.width = this.height_px = 1;
-    this.box = [0, 0, 0, 1, 1, 1];
+    this.box = /** @type {Block} */ ([0, 0, 0, 1, 1, 1]);
     this.fitted = true;
     this.look("iso");
   }
 
-  /** View everything from "top", "front" or "iso". */
+  /** View everything from a side.
+   * @param {"top" | "front" | "iso"} from */
   look(from) {
-    const [turn, height] = { top: [0, HIGHEST], front: [0, LOWEST], iso: [-0.62, 0.68] }[from];
-    Object.assign(this, { turn, height });
+    [this.turn, this.height] = { top: [0, HIGHEST], front: [0, LOWEST], iso: [-0.62, 0.68] }[from];
     this.fit();
   }
 
+  /** @param {number} width @param {number} height */
   resize(width, height) {
     this.width = Math.max(width, 1);
     this.height_px = Math.max(height, 1);
     if (this.fitted) this.fit();
   }
 
-  /** Fit a box into the view: smallest x, y, z and largest x, y, z, mm. */
+  /** Fit a box into the view. */
   fit(box = this.box) {
     this.box = box;
     [this.x, this.y, this.z] = [0, 1, 2].map((k) => (box[k] + box[k + 3]) / 2);
@@ -45,13 +54,16 @@ export class SolidCamera {
     this.fitted = true;
   }
 
+  /** Rotate by pixels.
+   * @param {number} dx @param {number} dy */
   orbit(dx, dy) {
     this.turn -= dx * 0.008;
     this.height = Math.min(Math.max(this.height + dy * 0.008, LOWEST), HIGHEST);
     if (this.fitted) this.fit();
   }
 
-  /** Pan by pixels. */
+  /** Pan by pixels.
+   * @param {number} dx @param {number} dy */
   pan(dx, dy) {
     const { axes, scale } = this, [rx, ry] = axes.right, [fx, fy] = axes.ahead, up = dy / scale;
     // Move across the table in a steep view, else up and down.
@@ -62,7 +74,8 @@ export class SolidCamera {
     this.fitted = false;
   }
 
-  /** Zoom about (px, py). */
+  /** Zoom about (px, py).
+   * @param {number} factor */
   zoom(factor, px = this.width / 2, py = this.height_px / 2) {
     const before = this.scale, largest = 1e4;
     this.scale = Math.min(Math.max(before * factor, 1e-3), largest);
@@ -76,14 +89,16 @@ export class SolidCamera {
     return { right: [c, s], ahead: [-s, c], sin: Math.sin(this.height), cos: Math.cos(this.height) };
   }
 
-  /** Return the screen position of a point, pixels, and its depth, mm. */
+  /** Return the screen position of a point, pixels, and its depth, mm.
+   * @param {number} x @param {number} y @param {number} z @returns {[number, number, number]} */
   project(x, y, z) {
     const { right, ahead, sin, cos } = this.axes, dx = x - this.x, dy = y - this.y, dz = z - this.z;
     const across = dx * right[0] + dy * right[1], far = dx * ahead[0] + dy * ahead[1];
     return [this.width / 2 + across * this.scale, this.height_px / 2 - (far * sin + dz * cos) * this.scale, far * cos - dz * sin];
   }
 
-  /** Return the point of the ray through a pixel in the view plane of the centre, and the direction of the ray. */
+  /** Return the point of the ray through a pixel in the view plane of the centre, and the direction of the ray.
+   * @param {number} px @param {number} py */
   ray(px, py) {
     const { right, ahead, sin, cos } = this.axes;
     const u = (px - this.width / 2) / this.scale, v = (this.height_px / 2 - py) / this.scale;
@@ -92,20 +107,20 @@ export class SolidCamera {
   }
 }
 
-/** Return the box of a stock without the part that a section removes in front: x0, y0, x1, y1, and the cut side "x0",
- * "x1", "y0", "y1" or "". */
-export function sectioned(grid, section, camera) {
-  const half = grid.cell / 2, [x0, y0] = [grid.x - half, grid.y - half];
-  const box = { x0, y0, x1: x0 + grid.columns * grid.cell, y1: y0 + grid.rows * grid.cell, cut: "" };
-  if (!section?.axis) return box;
-  const { axis } = section, low = box[`${axis}0`], high = box[`${axis}1`], at = low + section.share * (high - low);
-  const ahead = camera.axes.ahead[axis === "x" ? 0 : 1];
-  box.cut = ahead >= 0 ? `${axis}0` : `${axis}1`;
-  box[box.cut] = at;
-  return box;
+/** Return the box of a stock without the part that a section removes in front.
+ * @param {StockGrid} grid @param {Section} section @param {SolidCamera} camera @returns {Cut} */
+export function sectioned(grid, { axis, share }, camera) {
+  const half = grid.cell / 2, x0 = grid.x - half, y0 = grid.y - half;
+  const x1 = x0 + grid.columns * grid.cell, y1 = y0 + grid.rows * grid.cell, box = { x0, y0, x1, y1, cut: "" };
+  if (!axis) return box;
+  const [ahead, at] = axis === "x" ? [camera.axes.ahead[0], x0 + share * (x1 - x0)] : [camera.axes.ahead[1], y0 + share * (y1 - y0)];
+  const cut = ahead >= 0 ? `${axis}0` : `${axis}1`;
+  return { ...box, cut, [cut]: at };
 }
 
-/** Return the intersection of a ray with the stock: { x, y, z, cell } or null, with its `column` and `row`. */
+/** Return the intersection of a ray with the stock: x, y, z and the `column` and `row` of the cell, or null.
+ * @param {SolidCamera} camera @param {{ grid: StockGrid, heights: Float32Array, floor: number, top: number }} stock
+ * @param {Cut} box @param {number} px @param {number} py */
 export function meet(camera, stock, box, px, py) {
   const { grid, heights, floor, top } = stock, { from, way } = camera.ray(px, py);
   let enters = -Infinity, leaves = Infinity;

@@ -1,16 +1,44 @@
 // Marks in the solid view: collisions, differences, measurements, and the selected point.
 
-import { mm } from "./describe.js";
+import { drawChange } from "./differences.js";
+import { mm, xy } from "./describe.js";
 import { iconButton, make } from "./icons.js";
-import { FONT, haloed } from "./marks.js";
+import { FONT, circle, haloed, strokeHaloed } from "./marks.js";
+import { linePath } from "./pen.js";
+import { nearest } from "./search.js";
 import { LESS, MORE, toneCss } from "./solid_colours.js";
+
+/** @import { Solid } from "./solid.js" */
+/** @import { SolidCamera } from "./solid_camera.js" */
+/** @import { Colours } from "./theme.js" */
+/** @typedef {{ x: number, y: number, z: number }} Place3 */
+/** Point of the stock, with the row of the toolpath and the program line that cut it last; -1 and 0 for none.
+ * @typedef {Place3 & { path: number, line: number }} SolidPlace */
+/** A collision with its line and depth, mm, or a difference ("differs") with the other program's height, mm.
+ * @typedef {Place3 & { kind: string, line?: number, depth?: number, other?: number }} Mark */
 
 const REACH = 12; // pixels
 
 export class SolidMarks {
+  /** @param {Solid} solid */
   constructor(solid) {
     this.solid = solid;
-    this.forget();
+    /** @type {Mark[]} */
+    this.collisions = [];
+    /** @type {Mark[]} */
+    this.differences = [];
+    /** @type {Mark[]} */
+    this.marks = [];
+    this.current = -1; // index of the selected mark
+    this.on = this.byKey = false;
+    /** First and second point of the measurement. @type {SolidPlace | null} */
+    this.from = null;
+    /** @type {SolidPlace | null} */
+    this.to = null;
+    /** Point under the cursor. @type {SolidPlace | null} */
+    this.at = null;
+    /** Selected point. @type {SolidPlace | null} */
+    this.chosen = null;
   }
 
   forget() {
@@ -24,39 +52,40 @@ export class SolidMarks {
   /** Load the marks of the scene: collisions, and differences from another program. */
   take() {
     const { blocks, header } = this.solid;
-    this.collisions = header.collisions.map(([kind, line], k) => {
+    this.collisions = header.collisions.map((/** @type {[string, number]} */ [kind, line], /** @type {number} */ k) => {
       const [x, y, z, depth] = blocks.collision.subarray(4 * k, 4 * k + 4);
       return { kind, line, x, y, z, depth };
     });
-    this.differences = (header.differs?.places ?? []).map(([x, y, z, other]) => ({ kind: "differs", x, y, z, other }));
+    this.differences = (header.differs?.places ?? []).map((/** @type {number[]} */ [x, y, z, other]) => ({ kind: "differs", x, y, z, other }));
     this.marks = [...this.collisions, ...this.differences];
     this._list();
   }
 
   /** Show the number of marks of each kind, and buttons to step through them. */
   _list() {
-    const { solid, collisions, differences } = this, { words } = solid, differs = solid.header?.differs;
+    const { solid, collisions, differences } = this, { words } = solid, differs = solid.stock ? solid.header.differs : null;
     solid.collisions.hidden = !collisions.length;
-    solid.differs.hidden = !differs || !solid.stock;
-    const buttons = (name, list) => [
+    solid.differs.hidden = !differs;
+    const buttons = (/** @type {string} */ name, /** @type {Mark[]} */ list) => [
       iconButton("up", words[`${name}Previous`], () => this.go(-1, list)), iconButton("down", words[`${name}Next`], () => this.go(1, list)),
     ];
     if (collisions.length) {
-      const count = make("span", "", {}, words.collisions.replace("{number}", collisions.length));
+      const count = make("span", "", {}, words.collisions.replace("{number}", String(collisions.length)));
       solid.collisions.replaceChildren(count, ...buttons("collision", collisions));
     }
-    if (solid.differs.hidden) return;
+    if (!differs) return;
     const count = make("span", "", {}, differs.count ? words.differs.replace("{number}", differs.count) : words.differsNone);
-    const swatch = (tone, said) => {
+    const swatch = (/** @type {number} */ tone, /** @type {string} */ text) => {
       const square = make("i", "", { "aria-hidden": "true" });
       square.style.background = toneCss(tone);
-      return [square, make("span", "", {}, said)];
+      return [square, make("span", "", {}, text)];
     };
     const meaning = differs.count ? [...swatch(MORE, words.differsMore), ...swatch(LESS, words.differsLess)] : [];
     solid.differs.replaceChildren(count, ...meaning, ...(differences.length ? buttons("differs", differences) : []));
   }
 
-  /** Go to the next or previous mark of a list. */
+  /** Go to the next or previous mark of a list.
+   * @param {number} step */
   go(step, list = this.marks) {
     const { length } = list;
     if (!length) return;
@@ -64,18 +93,18 @@ export class SolidMarks {
     this.choose(this.marks.indexOf(list[(at + step + length + (at < 0 && step < 0 ? 1 : 0)) % length]));
   }
 
+  /** @param {number} index */
   choose(index) {
-    const one = this.marks[index], { solid } = this, { words, drawing } = solid;
+    const { kind, line = 0, depth = 0, z, other = 0 } = this.marks[index], { solid } = this, { words, drawing } = solid;
     this.current = index;
     this.chosen = null;
     solid.wake();
-    if (one.kind === "differs") {
-      drawing._say([words.differsPlace.replace("{here}", mm(one.z)).replace("{other}", mm(one.other))]);
+    if (kind === "differs") {
+      drawing.say([words.differsPlace.replace("{here}", mm(z)).replace("{other}", mm(other))]);
       return;
     }
-    drawing.selectLine(one.line);
-    const kind = words[`collision_${one.kind}`] ?? one.kind;
-    drawing._say([kind, `${mm(one.depth)} mm`, `${words.line} ${one.line}`]);
+    drawing.selectLine(line);
+    drawing.say([words[`collision_${kind}`] ?? kind, `${mm(depth)} mm`, `${words.line} ${line}`]);
   }
 
   /** Start or stop measuring; with the keyboard, the centre of the view is the cursor. */
@@ -83,7 +112,7 @@ export class SolidMarks {
     this.on = on;
     this.from = this.to = this.at = null;
     this.byKey = byKey;
-    this.solid.drawing.toolbar?.update();
+    this.solid.drawing.toolbar.update();
     if (on && byKey) this.aim();
     this._tell();
   }
@@ -94,17 +123,19 @@ export class SolidMarks {
     this._tell(true);
   }
 
-  /** Handle a pointer position, or none. */
+  /** Handle a pointer position.
+   * @param {number} px @param {number} py */
   move(px, py) {
     const { solid } = this, found = solid.placeAt(px, py);
     if (this.on) {
       this.byKey = false;
       this.at = found;
       this._tell(true);
-    } else solid.drawing._say(found ? this._words(found) : [], true);
+    } else solid.drawing.say(found ? this._words(found) : [], true);
   }
 
-  /** Handle a click or Enter: take a point of the measurement, or select a point. */
+  /** Handle a click or Enter: take a point of the measurement, or select a point.
+   * @param {number} px @param {number} py */
   press(px, py) {
     const { solid } = this;
     if (this.on) {
@@ -123,24 +154,25 @@ export class SolidMarks {
     const found = solid.placeAt(px, py);
     this.chosen = found;
     this.current = -1;
-    if (found?.path >= 0) solid.drawing.select(found.path);
-    solid.drawing._say(found ? this._words(found) : []);
+    if (found && found.path >= 0) solid.drawing.select(found.path);
+    solid.drawing.say(found ? this._words(found) : []);
     solid.wake();
   }
 
+  /** Return the index of the nearest mark, or -1.
+   * @param {number} px @param {number} py */
   near(px, py) {
     const { camera } = this.solid;
-    let best = -1, least = REACH;
-    this.marks.forEach((one, k) => {
-      const [x, y] = camera.project(one.x, one.y, one.z), away = Math.hypot(x - px, y - py);
-      if (away <= least) [least, best] = [away, k];
+    return nearest(this.marks.keys(), REACH, (k) => {
+      const { x, y, z } = this.marks[k], [mx, my] = camera.project(x, y, z);
+      return Math.hypot(mx - px, my - py);
     });
-    return best;
   }
 
+  /** @param {SolidPlace} place */
   _words({ x, y, z, line }) {
     const [ox, oy] = this.solid.header.origin, { words } = this.solid;
-    return [`X ${mm(x + ox)}  Y ${mm(y + oy)}  Z ${mm(z)}`, line ? `${words.line} ${line}` : words.solidUncut];
+    return [`${xy(x + ox, y + oy)}  Z ${mm(z)}`, line ? `${words.line} ${line}` : words.solidUncut];
   }
 
   /** Return the measurement as text. */
@@ -148,12 +180,12 @@ export class SolidMarks {
     const { words } = this.solid, { from } = this, to = this.to ?? this.at;
     if (!from) return [words.measure, words.measureFrom];
     if (!to) return [words.measure, words.measureTo];
-    const d = ["x", "y", "z"].map((axis) => to[axis] - from[axis]);
-    return [`${mm(Math.hypot(...d))} mm`, `ΔX ${mm(d[0])}  ΔY ${mm(d[1])}  ΔZ ${mm(d[2])}`];
+    const dx = to.x - from.x, dy = to.y - from.y, dz = to.z - from.z;
+    return [`${mm(Math.hypot(dx, dy, dz))} mm`, `ΔX ${mm(dx)}  ΔY ${mm(dy)}  ΔZ ${mm(dz)}`];
   }
 
   _tell(quiet = false) {
-    this.solid.drawing._say(this.on ? this.words : [], quiet);
+    this.solid.drawing.say(this.on ? this.words : [], quiet);
     this.solid.wake();
   }
 
@@ -168,85 +200,56 @@ export class SolidMarks {
     return true;
   }
 
+  /** @param {Context} ctx @param {SolidCamera} camera @param {Colours} theme */
   draw(ctx, camera, theme) {
-    this.marks.forEach((one, k) => (one.kind === "differs" ? unlike : warning)(ctx, camera.project(one.x, one.y, one.z), theme, k === this.current));
-    if (this.chosen) ring(ctx, camera.project(this.chosen.x, this.chosen.y, this.chosen.z), theme.accent, theme.card);
+    for (const [k, mark] of this.marks.entries()) drawMark(ctx, camera, mark, theme, k === this.current);
+    if (this.chosen) ring(ctx, camera, this.chosen, theme);
     if (!this.on) return;
     const { from, at } = this, to = this.to ?? (from ? at : null);
     if (from && to) {
-      const corner = { x: to.x, y: to.y, z: from.z }, turn = { x: to.x, y: from.y, z: from.z };
-      line(ctx, camera, [from, turn, corner, to], theme["ink-2"], 1.2, [4, 4]);
-      for (const [colour, width] of [[theme.card, 4.5], [theme.accent, 2]]) line(ctx, camera, [from, to], colour, width);
-      const [ax, ay] = camera.project(from.x, from.y, from.z), [bx, by] = camera.project(to.x, to.y, to.z);
+      const corners = [from, { ...from, x: to.x }, { ...to, z: from.z }, to].map(({ x, y, z }) => camera.project(x, y, z));
+      const [[ax, ay], , , [bx, by]] = corners;
+      ctx.strokeStyle = theme["ink-2"];
+      ctx.lineWidth = 1.2;
+      ctx.setLineDash([4, 4]);
+      ctx.stroke(linePath(corners.flatMap(([x, y]) => [x, y])));
+      ctx.setLineDash([]);
+      strokeHaloed(ctx, linePath([ax, ay, bx, by]), theme.accent, 2, theme.card, 4.5);
       ctx.font = FONT;
       ctx.textAlign = "center";
       ctx.textBaseline = "bottom";
       haloed(ctx, this.words[0], (ax + bx) / 2, (ay + by) / 2 - 8, theme.ink, theme.card);
     }
-    for (const place of [from, to, this.to ? null : at]) if (place) ring(ctx, camera.project(place.x, place.y, place.z), theme.accent, theme.card);
+    for (const place of [from, to, this.to ? null : at]) if (place) ring(ctx, camera, place, theme);
   }
 }
 
-function line(ctx, camera, places, colour, width, dash = []) {
-  ctx.strokeStyle = colour;
-  ctx.lineWidth = width;
-  ctx.setLineDash(dash);
-  ctx.beginPath();
-  places.forEach(({ x, y, z }, k) => {
-    const [px, py] = camera.project(x, y, z);
-    if (k) ctx.lineTo(px, py); else ctx.moveTo(px, py);
-  });
-  ctx.stroke();
-  ctx.setLineDash([]);
+/** @param {Context} ctx @param {SolidCamera} camera @param {Place3} place @param {Colours} theme */
+function ring(ctx, camera, { x, y, z }, theme) {
+  const [px, py] = camera.project(x, y, z);
+  strokeHaloed(ctx, circle(px, py, 6), theme.accent, 2.2, theme.card, 5);
 }
 
-function ring(ctx, [x, y], colour, card) {
-  for (const [stroke, width] of [[card, 5], [colour, 2.2]]) {
-    ctx.strokeStyle = stroke;
-    ctx.lineWidth = width;
-    ctx.beginPath();
-    ctx.arc(x, y, 6, 0, 2 * Math.PI);
-    ctx.stroke();
+/** Draw the sign of a difference, or a triangle with an exclamation mark, recognizable without colour.
+ * @param {Context} ctx @param {SolidCamera} camera @param {Mark} mark @param {Colours} theme @param {boolean} chosen */
+function drawMark(ctx, camera, { kind, x, y, z }, theme, chosen) {
+  const [px, py] = camera.project(x, y, z);
+  if (kind === "differs") {
+    drawChange(ctx, px, py, "changed", theme.warn, theme.card, chosen ? 11 : 8);
+    ctx.stroke(linePath([px - 3, py + 5, px + 3, py - 5]));
+    return;
   }
-}
-
-/** Draw a disc with the sign for a change, as in the plan. */
-function unlike(ctx, [x, y], theme, chosen) {
-  const size = chosen ? 11 : 8;
-  ctx.beginPath();
-  ctx.arc(x, y, size, 0, 2 * Math.PI);
-  ctx.fillStyle = theme.warn;
-  ctx.strokeStyle = theme.card;
-  ctx.lineWidth = 2;
-  ctx.fill();
-  ctx.stroke();
-  ctx.beginPath();
-  for (const dy of [-2, 2]) {
-    ctx.moveTo(x - 4, y + dy);
-    ctx.lineTo(x + 4, y + dy);
-  }
-  ctx.moveTo(x - 3, y + 5);
-  ctx.lineTo(x + 3, y - 5);
-  ctx.stroke();
-}
-
-/** Draw a triangle with an exclamation mark, recognizable without colour. */
-function warning(ctx, [x, y], theme, chosen) {
-  const size = chosen ? 13 : 10;
-  ctx.beginPath();
-  ctx.moveTo(x, y - size);
-  ctx.lineTo(x + size, y + 0.75 * size);
-  ctx.lineTo(x - size, y + 0.75 * size);
-  ctx.closePath();
+  const size = chosen ? 13 : 10, triangle = linePath([px, py - size, px + size, py + 0.75 * size, px - size, py + 0.75 * size]);
+  triangle.closePath();
   ctx.lineJoin = "round";
   ctx.strokeStyle = theme.card;
   ctx.lineWidth = 4;
-  ctx.stroke();
+  ctx.stroke(triangle);
   ctx.fillStyle = theme.bad;
-  ctx.fill();
+  ctx.fill(triangle);
   ctx.fillStyle = theme.card;
   ctx.font = `700 ${size + 2}px system-ui, sans-serif`;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
-  ctx.fillText("!", x, y + 0.15 * size);
+  ctx.fillText("!", px, py + 0.15 * size);
 }

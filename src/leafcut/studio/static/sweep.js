@@ -2,11 +2,17 @@
 //
 // Both have the same lines of code and give equal heights (compared in tests/studio/test_solid_browser.py).
 
+/** Radius, flat, corner, reach, rise and slope of a tool (kernels/sweep.py).
+ * @typedef {ArrayLike<number> & Iterable<number>} Shape */
+/** Middle of the first cell, and side of the cells, mm.
+ * @typedef {{ x: number, y: number, cell: number, rows: number, columns: number }} StockGrid */
+
 const HALVINGS = 20;
 /** Thinner layers are rounding errors, mm. */
 const FILM = 1e-3;
 
-/** Return the height of a tool's surface above its tip, mm, at the distance r from its axis. */
+/** Return the height of a tool's surface above its tip, mm, at the distance r from its axis.
+ * @param {Shape} shape @param {number} r */
 export function surface(shape, r) {
   const [, flat, corner, reach, rise, slope] = shape;
   if (r <= flat) return 0;
@@ -17,6 +23,7 @@ export function surface(shape, r) {
   return rise + slope * (r - reach);
 }
 
+/** @param {Shape} shape @param {number} d @param {number} grade @param {number} most */
 function lowestOffset(shape, d, grade, most) {
   const [, flat, corner, reach, , slope] = shape, atReach = Math.sqrt(Math.max(reach * reach - d * d, 0));
   if (d >= reach || (slope > 0 && slope * atReach < grade * reach)) {
@@ -34,6 +41,8 @@ function lowestOffset(shape, d, grade, most) {
   return Math.min(0.5 * (low + high), most);
 }
 
+/** @param {Shape} shape @param {number} margin @param {number} along @param {number} d @param {number} length
+ * @param {number} grade @param {number} enough */
 function lowestHeight(shape, margin, along, d, length, grade, enough) {
   const radius = shape[0];
   if (length <= 0) return surface(shape, Math.min(Math.sqrt(d * d + along * along) + margin, radius));
@@ -48,8 +57,9 @@ function lowestHeight(shape, margin, along, d, length, grade, enough) {
   return grade * (along + w) + surface(shape, Math.min(Math.sqrt(d * d + w * w) + margin, radius));
 }
 
-/** Range in x of the row at y covered by a disc that moves from (0, 0) by (dx, dy). */
 let stretchLow = 0, stretchHigh = 0;
+/** Set the range in x of the row at y covered by a disc that moves from (0, 0) by (dx, dy); return whether it has one.
+ * @param {number} y @param {number} dx @param {number} dy @param {number} radius */
 function rowStretch(y, dx, dy, radius) {
   if (Math.abs(dy) < 1e-12) {
     if (Math.abs(y) > radius) return false;
@@ -75,7 +85,10 @@ function rowStretch(y, dx, dy, radius) {
 /** Cut a field (`heights`, and `by`: number from 1 of the last move that cut a cell) by one move; extend `dirty`.
  *
  * `grid` has x, y, cell, rows and columns; `inset` reduces the tool's radius, mm; the tip moves from (x0, y0, z0) to
- * (x1, y1, z1). */
+ * (x1, y1, z1).
+ * @param {Float32Array} heights @param {Uint32Array} by @param {StockGrid} grid @param {Shape} shape
+ * @param {number} x0 @param {number} y0 @param {number} z0 @param {number} x1 @param {number} y1 @param {number} z1
+ * @param {number} inset @param {number} number @param {import("./boxes.js").Box} dirty */
 export function sweep(heights, by, grid, shape, x0, y0, z0, x1, y1, z1, inset, number, dirty) {
   const { cell, rows, columns } = grid, radius = shape[0] - inset, flat = shape[1];
   if (radius <= 0) return;

@@ -3,12 +3,17 @@
 import { isDense, paintDensity } from "./density.js";
 import { PartPaths } from "./paths.js";
 import { OUTLINES } from "./scene.js";
-import { layerColour } from "./theme.js";
+import { colourOf } from "./theme.js";
+
+/** @import { Frame, Steps } from "./buffer.js" */
+/** @import { Pane } from "./pane.js" */
+/** @import { PartScene } from "./scene.js" */
 
 const POINT = 2; // pixels
 const FAINT = 0.62;
 
-/** Return the names of the layers of some parts, in the order of their numbers. */
+/** Return the names of the layers of some parts, in the order of their numbers.
+ * @param {(PartScene | null)[]} parts @returns {string[]} */
 export function layersOf(...parts) {
   const names = new Set();
   for (const part of parts) for (const name of part?.header.layers ?? []) names.add(name);
@@ -17,24 +22,27 @@ export function layersOf(...parts) {
 
 /** Paths of a part by layer; "" for objects without a layer. */
 export class WholePaths {
+  /** @param {PartScene} part */
   constructor(part) {
-    const names = [...part.header.layers, ""];
+    const names = /** @type {string[]} */ ([...part.header.layers, ""]);
+    this.part = part;
     this.layers = new Map(names.map((name) => [name, new PartPaths(part, new Set(names.filter((other) => other !== name)))]));
   }
 }
 
-/** Paint the whole drawing, with a colour per layer if there are several; yields between steps. */
-export function* paintWhole(ctx, frame, { whole, wholePaths, drawnLayers, hidden, colours }) {
-  const px = 1 / frame.scale;
+/** Paint the whole drawing, with a colour per layer if there are several; yields between steps.
+ * @param {Context} ctx @param {Frame} frame @param {WholePaths} wholePaths @param {Pane} pane @returns {Steps} */
+export function* paintWhole(ctx, frame, wholePaths, { drawnLayers, hidden, colours }) {
+  const px = 1 / frame.scale, whole = wholePaths.part;
   for (const [name, paths] of wholePaths.layers) {
     if (hidden.has(name)) continue;
     frame.inMm(ctx, whole.origin);
-    const colour = (ctx.strokeStyle = layerColour(colours, drawnLayers, name));
+    const colour = (ctx.strokeStyle = colourOf(colours, drawnLayers, name));
     ctx.lineJoin = ctx.lineCap = "round";
     ctx.lineWidth = px;
     ctx.globalAlpha = FAINT;
     for (const kind of OUTLINES) {
-      for (const [path, cost] of paths.strokes(kind)?.visible(frame.seen, frame.scale) ?? []) {
+      for (const [path, cost] of paths.outlines[kind]?.visible(frame.seen, frame.scale) ?? []) {
         ctx.stroke(path);
         yield cost;
       }
@@ -43,12 +51,12 @@ export function* paintWhole(ctx, frame, { whole, wholePaths, drawnLayers, hidden
       paintDensity(ctx, paths.density, frame.scale, colour);
       yield 400;
     } else yield* paintHoles(ctx, frame, whole, paths);
-    const slots = slotsOf(whole, paths.slots);
-    if (slots) ctx.stroke(slots);
+    ctx.stroke(slotsOf(whole, paths.slots));
     ctx.globalAlpha = 1;
   }
 }
 
+/** @param {Context} ctx @param {Frame} frame @param {PartScene} whole @param {PartPaths} paths @returns {Steps} */
 function* paintHoles(ctx, frame, whole, paths) {
   for (const piece of paths.visibleHoles(frame.seen)) {
     ctx.stroke(paths.holes(piece, (whole.holes > 3000 ? 0.5 : POINT) / frame.scale));
@@ -56,8 +64,8 @@ function* paintHoles(ctx, frame, whole, paths) {
   }
 }
 
+/** @param {PartScene} part @param {number[]} slots */
 function slotsOf(part, slots) {
-  if (!slots.length) return null;
   const path = new Path2D();
   for (const k of slots) {
     path.moveTo(part.slot[5 * k], part.slot[5 * k + 1]);

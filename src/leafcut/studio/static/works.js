@@ -1,9 +1,13 @@
 // Kinds of work as thumbnails: a group of radio buttons.
-import { h } from "vue";
+import { defineComponent, getCurrentInstance, h, onUpdated, ref, watch } from "vue";
 
 const SIZE = "0 0 96 56";
 
-/** Icons for kinds of work without a drawing: strong and faint lines in a box of 96 × 56. */
+/** Strong and faint lines in a box of 96 × 56. @typedef {{ style: string, strong: string, faint: string }} Picture */
+/** @typedef {{ name: string, title: string, picture?: Picture | null }} Work */
+
+/** Icons for kinds of work without a drawing.
+ * @type {Record<string, Picture>} */
 const ICONS = {
   drill: { style: "holes", faint: "M14 8H82V48H14Z", strong: "M28 18a4 4 0 1 0 .1 0ZM48 18a4 4 0 1 0 .1 0ZM68 18a4 4 0 1 0 .1 0ZM28 32a4 4 0 1 0 .1 0ZM48 32a4 4 0 1 0 .1 0ZM68 32a4 4 0 1 0 .1 0Z" },
   cut: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M18 44V26a14 14 0 0 1 28 0v18ZM32 22a4 4 0 1 0 .1 0ZM56 12H80V44H56ZM68 22a6 6 0 1 0 .1 0Z" },
@@ -16,7 +20,7 @@ const ICONS = {
 };
 const PLAIN = { style: "lines", faint: "M14 8H82V48H14Z", strong: "M28 28H68" };
 
-/** Return an image as SVG. */
+/** Return an image as SVG. @param {Picture} picture */
 function drawn({ style, strong, faint }) {
   return h("svg", { class: ["picture", style], viewBox: SIZE, "aria-hidden": "true" }, [
     h("path", { class: "faint", d: faint }),
@@ -24,30 +28,36 @@ function drawn({ style, strong, faint }) {
   ]);
 }
 
-export default {
-  props: { label: String, works: Array, chosen: String, why: String, turn: Number },
-  emits: ["choose"],
-  data: () => ({ pressed: null }), // the user's choice until the page confirms it
-  computed: { now() { return this.pressed ?? this.chosen; } },
-  watch: { turn() { this.pressed = null; } },
-  // The browser checks a pressed button at once; undo that if the page does not select it.
-  updated() { for (const one of this.$el.querySelectorAll("input")) one.checked = one.value === this.now; },
-  methods: {
-    take(name) {
-      this.pressed = name;
-      this.$emit("choose", name);
-    },
+export default defineComponent({
+  props: {
+    label: String,
+    works: { type: /** @type {Prop<Work[]>} */ (Array), default: () => [] },
+    chosen: String,
+    why: String,
+    turn: Number,
   },
-  render() {
-    const card = ({ name, title, picture }) =>
-      h("label", { class: ["work-card", name === this.now && "chosen"], key: name }, [
-        h("input", { type: "radio", name: `work-${this.$.uid}`, value: name, checked: name === this.now, onChange: () => this.take(name) }),
-        drawn(picture ?? ICONS[name] ?? PLAIN),
+  emits: ["choose"],
+  setup(props, { emit }) {
+    const pressed = ref(/** @type {string | null} */ (null)); // the user's choice until the page confirms it
+    const group = ref(/** @type {HTMLElement | null} */ (null)), name = `work-${getCurrentInstance()?.uid}`;
+    const now = () => pressed.value ?? props.chosen;
+    watch(() => props.turn, () => { pressed.value = null; });
+    // The browser checks a pressed button at once; undo that if the page does not select it.
+    onUpdated(() => { for (const input of group.value?.querySelectorAll("input") ?? []) input.checked = input.value === now(); });
+    /** @param {string} work */
+    function take(work) {
+      pressed.value = work;
+      emit("choose", work);
+    }
+    const card = (/** @type {Work} */ { name: value, title, picture }) =>
+      h("label", { class: ["work-card", value === now() && "chosen"], key: value }, [
+        h("input", { type: "radio", name, value, checked: value === now(), onChange: () => take(value) }),
+        drawn(picture ?? ICONS[value] ?? PLAIN),
         h("span", title),
       ]);
-    return h("div", { class: "works", "data-turn": this.turn }, [
-      h("div", { class: "work-cards", role: "radiogroup", "aria-label": this.label }, this.works.map(card)),
-      this.why ? h("p", { class: "why quiet" }, this.why) : null,
+    return () => h("div", { class: "works", "data-turn": props.turn, ref: group }, [
+      h("div", { class: "work-cards", role: "radiogroup", "aria-label": props.label }, props.works.map(card)),
+      props.why ? h("p", { class: "why quiet" }, props.why) : null,
     ]);
   },
-};
+});
