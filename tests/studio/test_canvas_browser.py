@@ -328,23 +328,3 @@ def test_the_notice_of_a_run_says_how_it_ended(page: Any) -> None:
         states,
     )
     assert told == ["over", "over", "failed", "cancelled", "interrupted"]
-
-
-def test_the_fewest_blocks_are_told_to_have_moved(page: Any) -> None:
-    """Two blocks change places: the shorter list of blocks that keep their order is as long as it can be."""
-    order = [1, 2, 3, 8, 9, 4, 5, 6, 7, 10]
-    pairs = sorted((old, new) for new, old in enumerate(order, 1))
-    moved = page.evaluate(
-        """async ([order, pairs]) => {
-          const { Moves } = await import("/static/program_moves.js");
-          const moves = new Moves(Uint32Array.from(pairs.flat()), 10, 10);
-          const flags = order.map((old) => moves.of(old, true).moved);
-          return [flags, moves.other(8, true), moves.other(4, false), moves.of(9, true).there];
-        }""",
-        [order, pairs],
-    )
-    assert moved[1:] == [4, 8, 4]
-    assert [flag for flag in moved[0] if flag] != []
-    kept = [old for old, flag in zip(order, moved[0], strict=True) if not flag]
-    assert kept == sorted(kept)
-    assert len([flag for flag in moved[0] if flag]) in (2, 4)  # one of the two blocks

@@ -229,25 +229,6 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     assert page.inner_text(".lc-differs") == "Both programs leave the same stock"
 
 
-def test_a_kept_view_comes_back_and_what_is_not_as_it_should_be_is_as_if_not_chosen(page: Any) -> None:
-    kept = page.evaluate("""async () => {
-      const { keep, readKept } = await import("/static/solid_kept.js"), values = {};
-      const storage = { getItem: (key) => values[key] ?? null, setItem: (key, value) => { values[key] = value; } };
-      const found = [readKept(storage)];
-      const section = { axis: "y", share: 0.25 }, shows = { tool: false, path: true };
-      keep(storage, { space: "both", solid: { colouring: "feed", section, shows } });
-      found.push(readKept(storage));
-      for (const text of ["{", "7", '{"space": "up", "colouring": 3, "axis": "z", "share": 9}']) {
-        values["leafcut-solid"] = text;
-        found.push(readKept(storage));
-      }
-      return [...found, readKept(null)];
-    }""")
-    chosen = {"space": "both", "colouring": "feed", "axis": "y", "share": 0.25, "tool": False, "path": True}
-    usual = {"space": "plan", "colouring": "metal", "axis": "", "share": 0.5, "tool": True, "path": False}
-    assert kept == [None, chosen, None, None, usual, None]
-
-
 def test_stock_that_is_not_known_is_told_and_not_drawn(page: Any) -> None:
     page.evaluate("drawing.clear()")
     page.evaluate("load('unknown', ['after', 'solid_after'])")
