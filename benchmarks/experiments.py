@@ -15,11 +15,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import page
+from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.description import Description
-from leafcut.lab.judging import judged
 from leafcut.lab.loading import load, shipped
 from leafcut.lab.overviews import overview
-from leafcut.lab.page import circumstances
+from leafcut.lab.page import run_circumstances
 from leafcut.lab.published import Runs, published_blocks
 from leafcut.lab.results import ReportBlock, Results, Table
 from leafcut.lab.running import can_run, rows_of
@@ -47,14 +47,14 @@ def section(experiment: Description, rows: list[Row]) -> str:
     for note in experiment.notes:
         lines += [f"* {note}"]
     lines += [""]
-    blocks = judged(results)
+    blocks = analysis_blocks(results)
     if not any(table.columns[-1] != _PAIRS for block in blocks for table in block.tables):
         blocks.append(overview(results))
     for block in blocks:
         lines += shown(block)
     for block in published_blocks({experiment.name: Runs(experiment, experiment, rows)}, "en"):
         lines += shown(block, MOST_PUBLISHED)
-    lines += [f"* {line}" for line in circumstances(results.rows)]
+    lines += [f"* {line}" for line in run_circumstances(results.rows)]
     return "\n".join(lines)
 
 

@@ -75,10 +75,10 @@ def _file(module: str, function: str, *, many: bool = False) -> Target:
 
 
 def _options(data: bytes, place: Path) -> None:
-    from leafcut.processes.settings import collect
+    from leafcut.processes.settings import collect_settings
 
     place.write_bytes(data)
-    collect({}, place)
+    collect_settings({}, place)
 
 
 def _machine(data: bytes, place: Path) -> None:

@@ -35,7 +35,7 @@ from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
 from leafcut.read.machine import load_machine
 from leafcut.timing.grbl import sent_lines
-from leafcut.timing.toolpath import clock, measure
+from leafcut.timing.toolpath import measure_toolpath, time_rows
 
 BOARD = shared("LEAFCUT_GRBL", "grbl")
 DATA = data_folder() / "gcode"
@@ -298,8 +298,8 @@ def our_seconds(lines: Sequence[str], machine: Machine) -> float:
     """Return leafcut's estimate, without the stops before the first move and after the last move."""
     path = interpret_program("\n".join(lines), dialect(machine.controller), units="mm").path
     sent = sent_lines(lines)
-    whole = measure(path, machine, start=(0.0, 0.0), lines=sent)
-    timed = clock(path, machine, sent)
+    whole = measure_toolpath(path, machine, start=(0.0, 0.0), lines=sent)
+    timed = time_rows(path, machine, sent)
     moving = timed.path.kind <= Kind.ARC_CCW
     # Only a move away from zero has a known length at the start.
     away = np.abs(np.nan_to_num(timed.path.end)).max(axis=1) > 0.0

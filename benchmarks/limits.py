@@ -41,7 +41,7 @@ SIZES = {
 #: Modules and functions of the searches. A search within a search counts once.
 SEARCHES = (
     ("leafcut.order.solve", "solve"),
-    ("leafcut.processes.pocket.plan.connected", "best"),
+    ("leafcut.processes.pocket.plan.connected_rings", "best"),
     ("leafcut.nesting.plan.nesting", "variants"),
 )
 #: Functions that load kernels, within a search.

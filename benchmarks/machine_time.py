@@ -29,7 +29,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 SIMULATION = shared("LEAFCUT_LINUXCNC", "linuxcnc")
 
@@ -101,7 +101,7 @@ def simulated_seconds(text: str, slow: bool = False) -> float:
 def estimated_seconds(text: str) -> float:
     """Return leafcut's seconds on the same machine; the path starts at machine zero as the simulation does."""
     path = interpret_program(text, dialect("linuxcnc")).path
-    return measure(_from_zero(path), load_machine("linuxcnc-sim")).time_s
+    return measure_toolpath(_from_zero(path), load_machine("linuxcnc-sim")).time_s
 
 
 def _from_zero(path: Toolpath) -> Toolpath:

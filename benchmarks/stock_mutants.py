@@ -26,7 +26,7 @@ from leafcut.order.stop import Deadline
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 #: Comment of every tool, with its diameter and shape.
 TOOLS = {1: "D=6. CR=0. - flat end mill", 2: "D=4. CR=2. - ball end mill", 3: "D=5. TAPER=118deg - drill"}
@@ -126,7 +126,7 @@ def differ(original: Path, new: Path) -> bool:
 
 def reordered(original: Path, new: Path) -> bool:
     """Return whether the judge of `leafcut reorder` refuses the new program."""
-    settings = collect({})
+    settings = collect_settings({})
     job = Job(settings, machine_of(settings), Deadline())
     words = dialect("linuxcnc")
     before, after = (

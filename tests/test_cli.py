@@ -13,12 +13,12 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
-from leafcut.files.digests import signed
+from leafcut.files.digests import sign_program
 from leafcut.model.heartbeat import Progress
 from leafcut.nesting.options import NestOptions
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
 from leafcut.options.option_spec import flag_name
-from leafcut.processes.settings import all_options, collect
+from leafcut.processes.settings import all_options, collect_settings
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> tuple[str, str]:
@@ -117,7 +117,7 @@ def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixtu
     own.write_text(answer(capsys, "list", "machines", "haas-vf2")[0], encoding="utf-8")
     shown = leafcut.optimize(PLATE, machine=str(own), thickness=5).text
     assert (
-        signed(shown.replace("--machine my.toml", "--machine haas-vf2"))
+        sign_program(shown.replace("--machine my.toml", "--machine haas-vf2"))
         == leafcut.optimize(PLATE, machine="haas-vf2", thickness=5).text
     )
     profile = json.loads(answer(capsys, "list", "machines", str(own), "--json")[0])
@@ -303,7 +303,7 @@ def test_the_header_holds_what_it_takes_to_make_the_program_again() -> None:
 def test_settings_are_checked_when_they_are_made() -> None:
     with pytest.raises(leafcut.LeafcutError, match="minimum"):
         SolveOptions(iterations=-1)
-    assert collect({"depth": "0.1in"}).job.depth == pytest.approx(2.54)
+    assert collect_settings({"depth": "0.1in"}).job.depth == pytest.approx(2.54)
 
 
 def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from leafcut.cli.app import run
 from leafcut.cli.shop_defaults import TEMPLATE
 from leafcut.processes import registry
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from outside_programs import program_path
 
 
@@ -85,7 +85,7 @@ def test_without_a_file_it_is_told_where_one_would_be(
         if line.startswith("# ") and ("=" in line or line.startswith("# ["))
     ]
     file.write_text("\n".join(wanted))
-    assert len(collect({}, None, file).defaults) == sum("=" in line for line in wanted) > 8
+    assert len(collect_settings({}, None, file).defaults) == sum("=" in line for line in wanted) > 8
 
 
 @pytest.mark.parametrize(

@@ -295,7 +295,7 @@ def test_a_profile_of_a_board_is_not_named_after_its_port(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (SETTINGS / "grbl_3018.txt").read_text()
-    monkeypatch.setattr("leafcut.cli.machine._asked", lambda *_: ("grbl", text))
+    monkeypatch.setattr("leafcut.cli.machine._query_board", lambda *_: ("grbl", text))
     assert run(["machine", "import", "--port", "/dev/ttyUSB0"]) == 0
     out = capsys.readouterr().out
     assert 'name = "grbl-board"' in out

@@ -11,9 +11,9 @@ import pytest
 import leafcut
 from leafcut._version import __version__
 from leafcut.cli.app import run
-from leafcut.files.digests import is_unchanged, signed
+from leafcut.files.digests import is_unchanged, sign_program
 from leafcut.processes import registry
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.read.registry import read_source
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -64,7 +64,7 @@ def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
     ],
 )
 def test_machine_options_and_layers_decide_what_a_file_is_for(name: str, options: dict[str, Any], command: str) -> None:
-    assert registry.guess([read_source(EXAMPLES / name)], collect(options)) == command
+    assert registry.guess_command([read_source(EXAMPLES / name)], collect_settings(options)) == command
 
 
 def test_a_guessed_work_has_its_usual_machine(shop: Path) -> None:
@@ -146,7 +146,7 @@ def test_the_program_of_another_command_is_not_replaced(shop: Path, capsys: pyte
         in (capsys.readouterr().err)
     )
     assert (shop / "pocket.ngc").read_bytes() == program
-    text = signed(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
+    text = sign_program(program.decode().replace(f"{__version__} drill", f"{__version__} pocket"))
     (shop / "pocket.ngc").write_text(text)
     assert run(drilled) == 1
     assert "written by `leafcut pocket`" in capsys.readouterr().err

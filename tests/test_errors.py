@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut import errors
-from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, nearest, shown
+from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, name_suggestion, printable
 from leafcut.files.whole_files import OutputError
 
 
@@ -26,7 +26,7 @@ def test_a_read_error_names_file_and_line() -> None:
 @pytest.mark.parametrize("word", ["\\" * 500, "a/b" * 200, "x" * 500])
 def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> None:
     """Messages of other libraries repeat words of the file: only these words are cut."""
-    said = shown(f"Unknown type: '{word}' in line 3", 120)
+    said = printable(f"Unknown type: '{word}' in line 3", 120)
     assert max(map(len, said.split())) <= LONGEST_QUOTE
     assert said.startswith("Unknown type: '")
     assert said.endswith("in line 3")
@@ -43,10 +43,10 @@ def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> Non
     ],
 )
 def test_an_unknown_name_gets_the_nearest_or_the_list(name: str, end: str) -> None:
-    assert nearest(name, ["Haas-VF2", "grbl"]) == end
+    assert name_suggestion(name, ["Haas-VF2", "grbl"]) == end
 
 
 def test_a_long_list_of_names_is_not_printed() -> None:
     names = [f"{letter}{number}" for letter in "abcdefgh" for number in range(20)]
-    assert nearest("zzzz", names) == ""
-    assert nearest("a1", names) == "; did you mean 'a1'?"
+    assert name_suggestion("zzzz", names) == ""
+    assert name_suggestion("a1", names) == "; did you mean 'a1'?"

@@ -19,7 +19,7 @@ from leafcut.errors import OptionError
 from leafcut.options import keywords
 from leafcut.options.option_spec import OptionSpec
 from leafcut.processes import registry
-from leafcut.processes.settings import collect, used_by
+from leafcut.processes.settings import collect_settings, options_used_by
 
 #: Function → the kinds of work that it does.
 FUNCTIONS: dict[Callable[..., Any], tuple[str, ...]] = {
@@ -51,7 +51,7 @@ def test_the_keywords_of_a_function_are_the_options_that_its_work_uses(
     function: Callable[..., Any], works: tuple[str, ...]
 ) -> None:
     names = keywords_of(function).keys()
-    assert names == {name for _, name, _ in used_by(*map(registry.work, works))}
+    assert names == {name for _, name, _ in options_used_by(*map(registry.work, works))}
     assert not names & inspect.signature(function).parameters.keys()
 
 
@@ -84,9 +84,9 @@ def values_of(hint: Any, spec: OptionSpec) -> Iterator[Any]:
 def test_the_options_take_what_the_types_allow(function: Callable[..., Any], works: tuple[str, ...]) -> None:
     """Every choice, None, and a number: one that is refused is out of bounds, and not of a wrong kind."""
     types = keywords_of(function)
-    for _, name, spec in used_by(*map(registry.work, works)):
+    for _, name, spec in options_used_by(*map(registry.work, works)):
         for value in values_of(types[name], spec):
             try:
-                collect({name: value})
+                collect_settings({name: value})
             except OptionError as problem:
                 assert re.search("is (below|above) the", str(problem)), problem

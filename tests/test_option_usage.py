@@ -14,9 +14,9 @@ from PIL import Image, ImageDraw
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.options import FireflyOptions, PostOptions, SolveOptions
-from leafcut.options.option_spec import OptionGroup, flag_name, written
+from leafcut.options.option_spec import OptionGroup, flag_name, typed_text
 from leafcut.processes import registry
-from leafcut.processes.settings import all_options, collect, settings_for, used_by
+from leafcut.processes.settings import all_options, collect_settings, options_used_by, settings_for
 from meshes import binary_stl, box_triangles
 from own_machines import machine_of_power
 
@@ -182,7 +182,7 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     """An option that is named and never read would be ignored; one that is read and not named, refused for nothing."""
     _runs(work, files, tmp_path)
     # The command line reads `strict` for the exit status of these.
-    named = {name for _, name, _ in used_by(WORKS[work])} - {"simulate": {"strict"}, "stock": {"strict"}}.get(
+    named = {name for _, name, _ in options_used_by(WORKS[work])} - {"simulate": {"strict"}, "stock": {"strict"}}.get(
         work, set()
     )
     # Speeds are chosen for a program that is planned, written and proved as usual, but not shown.
@@ -198,7 +198,7 @@ def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: 
     others = [(group, name) for group, name, _ in all_options() if name not in WORKS[work].used()]
     assert others
     for group, name in others:
-        settings = collect({name: _default_or_some(group, name)})
+        settings = collect_settings({name: _default_or_some(group, name)})
         with pytest.raises(OptionError, match=f"^{flag_name(name)}: not used for {WORKS[work].title};"):
             settings_for(settings, WORKS[work])
 
@@ -208,7 +208,7 @@ def _default_or_some(group: type[OptionGroup], name: str) -> Any:
     spec, default = group.specs()[name], group.defaults()[name]
     value = spec.maximum if default is None else default
     if value is not None:
-        return written(spec, value) if spec.kind == "quantity" else value
+        return typed_text(spec, value) if spec.kind == "quantity" else value
     if spec.choices or spec.example:
         return spec.example or spec.choices[0]
     return {"text": "10x10", "names": "a", "point": "1,2", "place": "centre", "path": "a", "flag": True}.get(
@@ -229,7 +229,7 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
     """Also in shared tables: a shop's file states each value once."""
     shop = tmp_path / "shop.toml"
     shop.write_text("[drill]\nthickness = 6\ntools = 'a.toml'\n[cut]\nmaterial = 'brass'\n[read]\nstrict = true\n")
-    settings = collect({}, shop)
+    settings = collect_settings({}, shop)
     job = settings.job
     assert (job.thickness, job.tools, job.material, settings.read.strict) == (6.0, Path("a.toml"), "brass", True)
     for text, words in (
@@ -238,7 +238,7 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
     ):
         shop.write_text(text)
         with pytest.raises(OptionError, match=words):
-            collect({}, shop)
+            collect_settings({}, shop)
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ import pytest
 from leafcut.errors import OptionError
 from leafcut.nesting.options import NestOptions
 from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
-from leafcut.options.option_spec import flag_name, written
+from leafcut.options.option_spec import flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.settings import all_options, collect, group_of
+from leafcut.processes.settings import all_options, collect_settings, group_of
 
 
 def test_a_name_belongs_to_one_group_only() -> None:
@@ -89,24 +89,24 @@ def test_a_bare_number_means_the_same_in_a_file_in_a_call_and_on_the_command_lin
     file = tmp_path / "o.toml"
     file.write_text("[drill]\nfeed = 300\nthickness = 6\ndwell = 0.5\n")
     made = [
-        collect({}, file),
-        collect({"feed": 300, "thickness": 6.0, "dwell": 0.5}),
-        collect({"feed": "300", "thickness": "6", "dwell": "0.5"}),
-        collect({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
+        collect_settings({}, file),
+        collect_settings({"feed": 300, "thickness": 6.0, "dwell": 0.5}),
+        collect_settings({"feed": "300", "thickness": "6", "dwell": "0.5"}),
+        collect_settings({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
     ]
     assert [s.job.feed for s in made] == pytest.approx([5.0] * 4)
     assert all((s.job.thickness, s.of(DrillOptions).dwell) == (6.0, 0.5) for s in made)
 
 
 def test_an_option_made_anew_keeps_its_inner_value() -> None:
-    options = collect({"feed": "300"}).job
+    options = collect_settings({"feed": "300"}).job
     assert dataclasses.replace(options, depth=3.0).feed == options.feed
 
 
 def test_what_is_given_goes_before_what_the_file_says(tmp_path: Path) -> None:
     file = tmp_path / "o.toml"
     file.write_text("[solve]\nseed = 3\npreset = 'fast'\n")
-    settings = collect({"seed": 4, "preset": None}, file)
+    settings = collect_settings({"seed": 4, "preset": None}, file)
     assert (settings.solve.seed, settings.solve.preset) == (4, "fast")
 
 
@@ -114,7 +114,7 @@ def test_options_of_a_file_may_stand_at_its_top_without_a_table(tmp_path: Path) 
     """Also beside tables, and where an option has the name of a table."""
     file = tmp_path / "o.toml"
     file.write_text('machine = "haas-vf2"\nseed = 3\nsheet = "400x300"\n[solve]\npreset = "fast"\n[drill]\ndepth = 4\n')
-    settings = collect({}, file)
+    settings = collect_settings({}, file)
     assert (settings.machine.machine, settings.job.depth) == ("haas-vf2", 4.0)
     assert settings.of(NestOptions).sheet == ("400x300",)
     assert (settings.solve.seed, settings.solve.preset) == (3, "fast")
@@ -136,17 +136,17 @@ def test_a_file_of_options_that_is_wrong_is_refused(text: str, words: str, tmp_p
     file = tmp_path / "o.toml"
     file.write_text(text)
     with pytest.raises(OptionError, match=words):
-        collect({}, file)
+        collect_settings({}, file)
 
 
 def test_an_unknown_option_gets_the_nearest_name() -> None:
     with pytest.raises(OptionError, match="unknown option 'thicknes'; did you mean 'thickness'"):
-        collect({"thicknes": 3})
+        collect_settings({"thicknes": 3})
 
 
 def test_only_what_changes_the_program_counts_as_changed() -> None:
     given = {"threads": 2, "feed": "300", "start_point": "free", "end_point": "1,2.5", "header": False, "seed": 1}
-    assert collect(given).changed() == {
+    assert collect_settings(given).changed() == {
         "--feed": "300mm/min",
         "--start-point": "free",
         "--end-point": "1,2.5",
@@ -159,7 +159,7 @@ def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: 
     value = getattr(group(), name)
     if value is None or spec.kind in ("flag", "names"):
         return
-    assert getattr(group(**{name: written(spec, value)}), name) == value
+    assert getattr(group(**{name: typed_text(spec, value)}), name) == value
 
 
 def test_a_share_is_a_number_or_percent_of_it() -> None:
@@ -168,7 +168,7 @@ def test_a_share_is_a_number_or_percent_of_it() -> None:
 
 
 def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_holds_several() -> None:
-    found = collect({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
+    found = collect_settings({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
     assert (found.job.thickness, found.of(DrillOptions).dwell) == (6.5, 0.5)
     assert found.job.start_point == (10.0, 20.0)
     assert found.of(JobOptions).step_over == 0.625
@@ -178,4 +178,4 @@ def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_hold
 def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(name: str) -> None:
     """No float holds it, and Python does not print it."""
     with pytest.raises(OptionError, match="64 bits"):
-        collect({name: 10**5000})
+        collect_settings({name: 10**5000})

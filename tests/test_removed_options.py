@@ -10,7 +10,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.options.removed import REMOVED, why_removed
-from leafcut.processes.settings import all_options, collect, options_of_file
+from leafcut.processes.settings import all_options, collect_settings, options_of_file
 
 
 def test_no_removed_option_exists_and_the_new_name_of_each_does() -> None:
@@ -25,7 +25,7 @@ def test_a_removed_option_is_refused_by_name_in_a_call_and_in_a_file(name: str, 
     line = why_removed(name)
     assert line.startswith(f"--{name.replace('_', '-')} ") and "\n" not in line
     with pytest.raises(OptionError) as refused:
-        collect({name: 1})
+        collect_settings({name: 1})
     assert str(refused.value) == line
     for k, text in enumerate((f"{name} = 1\n", f"[solve]\n{name} = 1\n")):
         file = tmp_path / f"{k}.toml"

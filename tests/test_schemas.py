@@ -28,8 +28,8 @@ from leafcut.gcode.dialects import dialect, dialect_template
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
 from leafcut.processes.settings import options_of_file
-from leafcut.read.controllers.importing import changed_profile, imported
-from leafcut.read.controllers.questions import answers_of, questioned
+from leafcut.read.controllers.importing import changed_profile, machine_from_settings
+from leafcut.read.controllers.questions import ask_machine, read_answers
 from leafcut.read.machine import load_machine, machine_template
 from leafcut.read.order_file import load_order, order_text
 from leafcut.read.plan_file import load_plan
@@ -73,7 +73,7 @@ def read_history(file: Path) -> None:
 TEXTS: dict[Schema, tuple[str, str, Callable[[Path], Any]]] = {
     schemas.OPTIONS: ("a.toml", "thickness = 6\n", options_of_file),
     schemas.MACHINE: ("a.toml", machine_template("haas-vf2"), lambda file: load_machine(str(file))),
-    schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', answers_of),
+    schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', read_answers),
     schemas.TOOLS: ("a.toml", TOOL, load_tools),
     schemas.MATERIAL: ("a.toml", material_text("copper"), lambda file: load_material(str(file))),
     schemas.DIALECT: ("a.toml", 'base = "haas"\n', lambda file: dialect(str(file))),
@@ -164,9 +164,9 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     saved = tmp_path / "saved.toml"
     given: dict[str, Any] = {"depth": 3, "material": "steel-c45", "save": saved}
     yield "list machines", machine_template("haas-vf2")
-    yield "machine import", imported(settings, "grbl.txt").text
+    yield "machine import", machine_from_settings(settings, "grbl.txt").text
     answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}
-    yield "machine new", questioned(answers).text
+    yield "machine new", ask_machine(answers).text
     yield "machine check", changed_profile("haas-vf2", {}, "a.toml")
     yield "list materials", material_text("copper")
     yield "list dialects", dialect_template("haas")

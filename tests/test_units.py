@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import OptionError
 from leafcut.options.sheet_word import parse_sheet
-from leafcut.processes.settings import collect, options_of_file
+from leafcut.processes.settings import collect_settings, options_of_file
 from leafcut.read.tools import load_tools
 from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_point, parse_quantity
 
@@ -116,14 +116,14 @@ def test_a_fraction_is_taken_wherever_a_quantity_is(tmp_path: Path) -> None:
     (tmp_path / "shop.toml").write_text('[drill]\nthickness = "1/4in"\nstart_point = "1/4in,1 1/2in"\n')
     options = options_of_file(tmp_path / "shop.toml")
     for values in ({"thickness": "1/4in"}, {"thickness": options["thickness"]}):
-        assert collect(values).job.thickness == quarter
-    assert collect(options).job.start_point == pytest.approx((6.35, 38.1))
+        assert collect_settings(values).job.thickness == quarter
+    assert collect_settings(options).job.start_point == pytest.approx((6.35, 38.1))
     assert parse_sheet('48 1/2inx96"').size == pytest.approx((48.5 * 25.4, 96 * 25.4))
     (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\ndiameter = "1/4in"\nfeed = "7 1/2 ipm"\n')
     tool = load_tools(tmp_path / "tools.toml").tools[0]
     assert (tool.diameter, tool.feed) == (quarter, pytest.approx(7.5 * 25.4 / 60))
     with pytest.raises(OptionError, match=r"^--thickness: division by zero in '1/0in'$"):
-        collect({"thickness": "1/0in"})
+        collect_settings({"thickness": "1/0in"})
 
 
 @given(st.text())

@@ -14,7 +14,7 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.files import user_files
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 PLATE = "example:plate-10"
 FAST = ["--preset", "fast", "--threads", "1"]
@@ -107,18 +107,18 @@ def test_what_is_wrong_in_the_defaults_is_told_with_file_and_line(
     _, err = said(capsys, "optimize", PLATE, status=2)
     assert err.count("\n") == 1
     with pytest.raises(OptionError, match=words):
-        collect({}, None, defaults)
+        collect_settings({}, None, defaults)
 
 
 def test_files_that_the_defaults_name_are_sought_from_where_they_lie(defaults: Path) -> None:
     """A whole path and one from the home stay what they are."""
     defaults.write_text('tools = "shop/tools.toml"\nmachine = "mill.toml"\nchart = "/data/chart.csv"\n')
-    settings = collect({}, None, defaults)
+    settings = collect_settings({}, None, defaults)
     assert settings.job.tools == defaults.parent / "shop" / "tools.toml"
     assert settings.machine.machine == str(defaults.parent / "mill.toml")
     assert settings.cut_data.chart == Path("/data/chart.csv")
     defaults.write_text('machine = "haas-vf2"\n')
-    assert collect({}, None, defaults).machine.machine == "haas-vf2"
+    assert collect_settings({}, None, defaults).machine.machine == "haas-vf2"
 
 
 def test_a_refusal_tells_that_nobody_typed_the_option_that_it_names(

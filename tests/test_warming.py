@@ -59,7 +59,7 @@ def test_python_calls_only_kernels_that_are_compiled_for_python() -> None:
 def test_a_warm_up_that_compiles_nothing_prints_nothing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("_order", "_follow_programs", "_look_at_surfaces", "_measure_a_path"):
+    for name in ("_warm_order", "_warm_program_reader", "_warm_surfaces", "_warm_timing"):
         monkeypatch.setattr(warming, name, lambda: None)
     assert run(["install", "kernels"]) == 0
     assert capsys.readouterr() == ("", "")
@@ -70,9 +70,9 @@ def test_a_warm_up_that_compiles_nothing_prints_nothing(
 def test_compiled_kernels_are_counted_and_a_missing_cache_folder_is_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("_order", "_follow_programs"):
+    for name in ("_warm_order", "_warm_program_reader"):
         monkeypatch.setattr(warming, name, lambda: None)
-    monkeypatch.setattr(warming, "_look_at_surfaces", lambda: numba.njit(lambda x: x)(1))
+    monkeypatch.setattr(warming, "_warm_surfaces", lambda: numba.njit(lambda x: x)(1))
     assert run(["install", "kernels"]) == 0
     said = capsys.readouterr()
     assert re.fullmatch(r"1 kernel compiled in \d+ s\n", said.out)

@@ -6,9 +6,9 @@ import textwrap
 from collections import Counter
 from pathlib import Path
 
-from leafcut.options.option_spec import OptionGroup, OptionSpec, written
+from leafcut.options.option_spec import OptionGroup, OptionSpec, typed_text
 from leafcut.processes import registry
-from leafcut.processes.settings import all_options, used_by
+from leafcut.processes.settings import all_options, options_used_by
 from leafcut.units import BARE_UNIT
 
 FILE = Path(__file__).parents[1] / "src" / "leafcut" / "options" / "keywords.py"
@@ -98,7 +98,7 @@ def line_of(name: str, spec: OptionSpec) -> str:
 def words_of(group: type[OptionGroup], name: str, spec: OptionSpec) -> str:
     """Return the docstring of an option: help, unit and default."""
     default = group.defaults()[name]
-    usual = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
+    usual = spec.default_words or ("" if default in (None, (), False) else typed_text(spec, default))
     beside = [BARE_UNIT[spec.unit]] if spec.unit else []
     beside += ["on unless False"] if default is True else [f"default: {usual}"] if usual else []
     said = spec.help[:1].upper() + spec.help[1:].rstrip(".") + (f" ({'; '.join(beside)})" if beside else "") + "."
@@ -111,7 +111,8 @@ def words_of(group: type[OptionGroup], name: str, spec: OptionSpec) -> str:
 def users_of_options() -> dict[tuple[type[OptionGroup], tuple[str, ...]], list[tuple[str, OptionSpec]]]:
     """Return the options by their group and the classes of `CLASSES` that have them."""
     works = {
-        title: {name for _, name, _ in used_by(*map(registry.work, works))} for title, (_, works, _) in CLASSES.items()
+        title: {name for _, name, _ in options_used_by(*map(registry.work, works))}
+        for title, (_, works, _) in CLASSES.items()
     }
     cells: dict[tuple[type[OptionGroup], tuple[str, ...]], list[tuple[str, OptionSpec]]] = {}
     for group, name, spec in all_options():

@@ -7,7 +7,7 @@ from pathlib import Path
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
 from leafcut.options import ALGORITHM_TITLES
-from leafcut.options.option_spec import flag_name, written
+from leafcut.options.option_spec import flag_name, typed_text
 from leafcut.options.removed import REMOVED
 from leafcut.processes import registry
 from leafcut.read import formats
@@ -38,7 +38,7 @@ def options_table() -> list[str]:
         lines += ["| flag | TOML key | default | used for | what |", "| --- | --- | --- | --- | --- |"]
         for name, spec in group.specs().items():
             default = group.defaults()[name]
-            words = spec.default_words or ("" if default in (None, ()) else written(spec, default))
+            words = spec.default_words or ("" if default in (None, ()) else typed_text(spec, default))
             words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
             choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
             choices += f" (or {', '.join(f'`{word}`' for word in spec.words)})" if spec.words else ""

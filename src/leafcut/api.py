@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
-from leafcut.kernels.compiling import announced, compile_seconds
-from leafcut.model.heartbeat import OnProgress, Progress, looking_for, passing_on
+from leafcut.kernels.compiling import announced_compilations, compile_seconds
+from leafcut.model.heartbeat import OnProgress, Progress, heartbeat_for_step, progress_of_search
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -26,9 +26,9 @@ from leafcut.order.stop import Deadline
 from leafcut.processes import registry
 from leafcut.processes.course import run_process
 from leafcut.processes.job import Job, machine_of, refuse_missing
-from leafcut.processes.settings import collect, files_read, settings_for
+from leafcut.processes.settings import collect_settings, files_read, settings_for
 from leafcut.read import Input
-from leafcut.results.base import as_result
+from leafcut.results.base import result_of
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from leafcut.results.tool_speeds import ToolSpeedsResult
     from leafcut.results.tour import TourResult
     from leafcut.results.verification import VerificationResult
-    from leafcut.timing.fitting import Fitted
+    from leafcut.timing.fitting import MachineFit
 
 
 def optimize(
@@ -116,7 +116,7 @@ def optimize(
     check_output(report, [*inputs, output])
     if process == "auto":
         process, sources = _guessed(sources, settings)
-    work = registry.of_drawings(process)
+    work = registry.drawing_process(process)
     outputs = [output, report, *(work.other_outputs(settings) if work else ())]
     for k, target in enumerate(outputs[2:], 2):
         check_output(target, [*inputs, *outputs[:k]])
@@ -143,7 +143,7 @@ def optimize(
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
-    return as_result(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
+    return result_of(ProgramResult, outcome, [*inputs, *_profile_files(run.machine.controller)])
 
 
 def drill(
@@ -207,7 +207,7 @@ def _guessed(sources: Sequence[Input], settings: Settings) -> tuple[str, list[In
     inputs = [
         (format_, loaded if loaded.cache is not None else replace(loaded, cache={})) for format_, loaded in inputs
     ]
-    return registry.guess(inputs, settings), [loaded for _, loaded in inputs]
+    return registry.guess_command(inputs, settings), [loaded for _, loaded in inputs]
 
 
 def _collect(
@@ -217,9 +217,9 @@ def _collect(
     defaults: str | Path | None = None,
 ) -> Settings:
     check_is_there("--options", Path(file) if file else None)
-    work = registry.of_command(process) if isinstance(process, str) else process
+    work = registry.process_of_command(process) if isinstance(process, str) else process
     group = work.options if work else None
-    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None, group)
+    return collect_settings(options, Path(file) if file else None, Path(defaults) if defaults else None, group)
 
 
 def _settings(
@@ -234,7 +234,7 @@ def _settings(
 
 
 def _with_usual_options(settings: Settings, word: str) -> Settings:
-    work = registry.of_drawings(word)
+    work = registry.drawing_process(word)
     return work.usual(settings) if work else settings
 
 
@@ -317,7 +317,7 @@ def nest(
     outcome, read = registry.command("nest")(
         parts, output, settings, other_inputs=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return as_result(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
+    return result_of(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
@@ -357,9 +357,9 @@ def solve(
     from leafcut.results.tour import TourResult
 
     settings = _settings("solve", options, None, defaults_file)
-    part = source if isinstance(source, Part) else read(source, settings.read, looking_for(progress, "reading"))
+    part = source if isinstance(source, Part) else read(source, settings.read, heartbeat_for_step(progress, "reading"))
     solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
-    return as_result(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
+    return result_of(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
 
 
 def _tour(
@@ -370,13 +370,13 @@ def _tour(
     cancelled: threading.Event | None,
 ) -> Solution:
     from leafcut.order import solve
-    from leafcut.order.maps import check_allowed, problem_of_map
+    from leafcut.order.maps import check_forbidden_edges, problem_of_map
 
     problem = problem_of_map(part)
     step = f"solving {part.name}"
-    looking_for(progress, step)  # report the step at once: the search reports only between its steps
-    on_progress = passing_on(progress, step)
-    with announced(lambda message: progress(Progress(message)) if progress else None):
+    heartbeat_for_step(progress, step)  # report the step at once: the search reports only between its steps
+    on_progress = progress_of_search(progress, step)
+    with announced_compilations(lambda message: progress(Progress(message)) if progress else None):
         solution = solve.solve(
             problem,
             settings.solve,
@@ -386,7 +386,7 @@ def _tour(
             observe=observe,
             cancelled=cancelled,
         )
-    check_allowed(part, solution.nodes)
+    check_forbidden_edges(part, solution.nodes)
     return solution
 
 
@@ -415,7 +415,7 @@ def simulate(
 
     settings = _settings("simulate", options, None, defaults_file)
     outcome = registry.command("simulate")(program, settings, dialect, progress)
-    return as_result(
+    return result_of(
         SimulationResult,
         outcome,
         [*_file_names(program), *_profile_files(dialect), defaults_file, *files_read(settings)],
@@ -429,7 +429,7 @@ def check_times(
     dialect: str | None = None,
     units: Literal["mm", "in"] | None = None,
     progress: OnProgress | None = None,
-) -> tuple[Fitted, list[SimulationResult]]:
+) -> tuple[MachineFit, list[SimulationResult]]:
     """Compare the simulated times of programs with measured times, s, and fit the machine to the measured times.
 
     Return the fit (`leafcut.timing.fitting`), and the simulation of each program before the fit.
@@ -439,7 +439,7 @@ def check_times(
     ReadError, OptionError
         A program cannot be read, or `measured` is empty.
     """
-    from leafcut.timing.fitting import Measured, fit
+    from leafcut.timing.fitting import MeasuredProgram, fit_machine
 
     if not measured:
         raise OptionError("no program was measured; add a time to each program")
@@ -448,10 +448,10 @@ def check_times(
         keywords["units"] = units
     simulations = [simulate(str(path), dialect=dialect, progress=progress, **keywords) for path, _ in measured]
     programs = [
-        Measured(simulation.program, simulation.run, seconds)
+        MeasuredProgram(simulation.program, simulation.run, seconds)
         for simulation, (_, seconds) in zip(simulations, measured, strict=True)
     ]
-    return fit(programs, simulations[0].machine), simulations
+    return fit_machine(programs, simulations[0].machine), simulations
 
 
 def stock(
@@ -481,7 +481,7 @@ def stock(
     settings = _settings("stock", options, None, defaults_file)
     outcome = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
     read = [*_file_names(program, same_as), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return as_result(StockResult, outcome, read)
+    return result_of(StockResult, outcome, read)
 
 
 def tool_speeds(
@@ -529,7 +529,7 @@ def tool_speeds(
     if save:
         texts[str(save)] = registry.command("cutting_data_library")(outcome, settings, save)
     write_together(texts)
-    return as_result(ToolSpeedsResult, outcome, inputs)
+    return result_of(ToolSpeedsResult, outcome, inputs)
 
 
 def verify(
@@ -560,7 +560,7 @@ def verify(
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
     read = [*_file_names(original, new), *_profile_files(dialect), defaults_file, *files_read(settings)]
-    return as_result(VerificationResult, proof, read)
+    return result_of(VerificationResult, proof, read)
 
 
 def output_name(

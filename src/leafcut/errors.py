@@ -10,8 +10,8 @@
     ├── VerifyError    the written program differs from the plan, or is not safe
     └── SendError      a program cannot be sent to a machine, or its run was ended
 
-A message is one line: the problem, the expectation and the remedy. Quotations from files are shortened here (`brief`),
-and exceptions of other libraries become a `ReadError` (`parsing`).
+A message is one line: the problem, the expectation and the remedy. Quotations are shortened here (`shorten_message`),
+and exceptions of other libraries become a `ReadError` (`parser_errors`).
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
 _UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST_QUOTE + 3},}}")
 
 
-def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
+def printable(text: str, limit: int = LONGEST_QUOTE) -> str:
     """Return text from a file as one printable line for a message; the line and each of its words are shortened."""
     words = text[: 10 * limit].split()
     line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
-    printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
-    return printable if len(printable) <= limit else printable[: limit - 1] + "…"
+    quote = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
+    return quote if len(quote) <= limit else quote[: limit - 1] + "…"
 
 
-def brief(message: str) -> str:
+def shorten_message(message: str) -> str:
     """Return a message with shortened quotations and long words."""
     if len(message) <= LONGEST_QUOTE:
         return message
     line = message[: 10 * LONGEST_MESSAGE]
-    line = _QUOTED.sub(lambda match: f"'{shown(match[1])}'", line)
-    line = _UNBROKEN.sub(lambda match: shown(match[0]), line)
+    line = _QUOTED.sub(lambda match: f"'{printable(match[1])}'", line)
+    line = _UNBROKEN.sub(lambda match: printable(match[0]), line)
     return line if len(line) <= LONGEST_MESSAGE else line[: LONGEST_MESSAGE - 1] + "…"
 
 
@@ -62,7 +62,7 @@ class LeafcutError(Exception):
     answered = False
 
     def __init__(self, message: str = "") -> None:
-        super().__init__(brief(message))
+        super().__init__(shorten_message(message))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the exception picklable for any arguments; otherwise it would break a process pool."""
@@ -82,7 +82,7 @@ class ReadError(LeafcutError):
     def __init__(self, file: str | Path, reason: str, line: int | None = None) -> None:
         self.file = str(file)
         self.line = line
-        self.reason = brief(reason)
+        self.reason = shorten_message(reason)
         place = self.file if line is None else f"{self.file}:{line}"
         super().__init__()
         self.args = (f"{place}: {self.reason}",)  # file names are never shortened
@@ -127,7 +127,7 @@ class SendError(LeafcutError):
 
 
 @contextmanager
-def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
+def parser_errors(file: str | Path, failure: str, line: int | None = None) -> Iterator[None]:
     """Convert any exception of a third-party parser to a `ReadError`; `failure` describes the problem."""
     try:
         yield
@@ -136,11 +136,11 @@ def parsing(file: str | Path, failure: str, line: int | None = None) -> Iterator
     except RecursionError:
         raise ReadError(file, f"{failure} (nested too deep)", line) from None
     except Exception as problem:
-        reason = shown(str(problem), 120) or "no reason given"
+        reason = printable(str(problem), 120) or "no reason given"
         raise ReadError(file, f"{failure} ({type(problem).__name__}: {reason})", line) from None
 
 
-def close_to(name: str, known: Iterable[str]) -> str:
+def closest_name(name: str, known: Iterable[str]) -> str:
     """Return the known name that the user most likely meant by `name`, or "" if no name is close.
 
     Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, that is
@@ -166,12 +166,12 @@ def close_to(name: str, known: Iterable[str]) -> str:
 _MAX_LISTED = 60
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def name_suggestion(name: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` with the known name closest to `name`, or a list of the known names if it is
     short.
     """
     known = list(known)
-    match = close_to(name, known)
+    match = closest_name(name, known)
     if match:
         return f"; did you mean '{match}'?"
     return f"; choose one of {', '.join(known)}" if len(known) <= _MAX_LISTED else ""

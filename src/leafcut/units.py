@@ -197,7 +197,7 @@ def format_time(seconds: float) -> str:
     return f"{hours} h {minutes:02d} min"
 
 
-def fixed(value: float, decimals: int) -> str:
+def to_fixed(value: float, decimals: int) -> str:
     """Return a number with a fixed number of decimals; zero has no sign."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 

@@ -10,7 +10,7 @@ import pytest
 from leafcut.gcode.block_description import (
     RangeDigests,
     changed_inputs,
-    describe,
+    describe_block,
     may_read_parameters,
     normalized,
     significant_text,
@@ -36,16 +36,16 @@ HAAS, LINUXCNC, FAGOR = dialect("haas"), dialect("linuxcnc"), dialect("fagor8055
 )
 def test_words_are_described_by_their_values(line: str, haas: str, linuxcnc: str) -> None:
     """With Fanuc, a number with a decimal point may mean another length."""
-    assert describe(tokenise(line), [], None, "", HAAS) == haas
-    assert describe(tokenise(line), [], None, "", LINUXCNC) == linuxcnc
+    assert describe_block(tokenise(line), [], None, "", HAAS) == haas
+    assert describe_block(tokenise(line), [], None, "", LINUXCNC) == linuxcnc
 
 
 def test_comments_and_digests_follow_the_words() -> None:
     block = replace(tokenise("G65 P1"), deleted=True)
-    assert describe(block, ["MSG,  hi  you", "b"], "12", "ab", LINUXCNC) == (
+    assert describe_block(block, ["MSG,  hi  you", "b"], "12", "ab", LINUXCNC) == (
         "/ G65 P1 MSG, hi you b [parameters 12] [calls ab]"
     )
-    assert describe(block, [], "", "", LINUXCNC) == "/ G65 P1 [parameters ]"
+    assert describe_block(block, [], "", "", LINUXCNC) == "/ G65 P1 [parameters ]"
     assert without_digests("G65 P1 [parameters 12] [calls ab] [again 3:4]") == "G65 P1"
     assert without_digests("X[1] [parameters ]") == "X[1]"
 

@@ -156,7 +156,7 @@ def test_a_parameter_whose_number_is_not_known_may_be_any() -> None:
     """After an assignment to it, all parameters are unknown."""
     parameters = ProgramParameters(numbered={1: 3.0, 150: 4.0}, local={"a": 5.0})
     for key, value in read_block("#[#900]=7", 1, parameters).settings:
-        parameters.put(key, value)
+        parameters.set_parameter(key, value)
     assert math.isnan(parameters.number(1)) and math.isnan(parameters.number(150)) and parameters.named("a") == 5.0
 
 

@@ -145,7 +145,7 @@ def test_numbers_that_no_machine_can_go_to_are_refused(value: float) -> None:
 def test_a_length_is_written_within_half_of_its_last_decimal(mm: float, inch: bool) -> None:
     """The value differs by at most half of the last decimal."""
     numbers = NumberFormat(inch, 4 if inch else 3, True)
-    assert abs(numbers.said(mm) - mm) <= numbers.resolution / 2 + 1e-9
+    assert abs(numbers.rounded(mm) - mm) <= numbers.resolution / 2 + 1e-9
     assert "." in numbers.length(mm) and "e" not in numbers.length(mm)
 
 

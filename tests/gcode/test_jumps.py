@@ -7,9 +7,9 @@ import pytest
 from leafcut.gcode.expressions import ProgramParameters
 from leafcut.gcode.jumps import (
     Jumps,
-    Undecided,
+    UndecidedJump,
     board_command,
-    compact,
+    code_without_spaces,
     has_statements,
     is_output,
     statement_of,
@@ -90,7 +90,7 @@ def test_the_next_line_of_a_statement(text: str, line: int, expected: tuple[int,
 )
 def test_lines_whose_run_depends_on_the_machine(text: str, line: int, last: int | None, again: int | None) -> None:
     """#9 is known to the machine only."""
-    with pytest.raises(Undecided) as found:
+    with pytest.raises(UndecidedJump) as found:
         step(text, line)
     assert (found.value.last, found.value.again) == (last, again)
 
@@ -146,8 +146,8 @@ def test_lines_of_other_kinds() -> None:
     assert not is_output("DPRNTS") and not is_output("X1 DPRNT[X]")
     assert has_statements(["X1", "GOTO 5"]) and has_statements(["if [1] goto 5"]) and has_statements(["goto 5"])
     assert not has_statements(["X[1]"]) and not has_statements(["X1 GOTO 5"]) and not has_statements(["DO 1"])
-    assert compact("N5 G1 (a (b)) X 1 ; c") == "N5G1X1"
-    assert compact("G1 (a X1") == "G1(aX1"
+    assert code_without_spaces("N5 G1 (a (b)) X 1 ; c") == "N5G1X1"
+    assert code_without_spaces("G1 (a X1") == "G1(aX1"
 
 
 def test_targets_of_jumps_are_known_by_their_lines() -> None:

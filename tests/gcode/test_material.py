@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.material import Material, materials_of, with_controller_moves
+from leafcut.gcode.material import Material, read_materials, with_controller_moves
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.timing.profile import trapezoid_time
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 TABLE = Machine(
     name="table",
@@ -38,7 +38,7 @@ def test_a_cut_by_hand() -> None:
     """Down 6 mm, 0.5 s, down 2.5 mm at 20 mm/s, 100 mm at 20 mm/s, up 8.5 mm; a second way of 50 mm, and a mark: down
     and up 8.5 mm without a wait."""
     path, unknown = run(f"{STEEL}\nG0 X0 Y0\n{CUT}G0 Y50\nM3 $1 S1\nG1 X0\nM5 $1\n")
-    found = measure(path, TABLE)
+    found = measure_toolpath(path, TABLE)
     assert unknown == 0
     rapids = [(6.0, 50.0), (8.5, 50.0), (50.0, 100.0), (8.5, 50.0), (8.5, 50.0)]
     assert found.by_kind["spindle"] == pytest.approx(0.5)
@@ -56,14 +56,14 @@ def test_the_torch_goes_down_at_the_feed_that_the_cut_begins_with() -> None:
 
 
 def test_the_figures_are_in_the_units_of_the_program() -> None:
-    assert materials_of(["G20", "(o=0, ph=0.1, pd=1.5, ch=0.05, fr=60)"]) == [
+    assert read_materials(["G20", "(o=0, ph=0.1, pd=1.5, ch=0.05, fr=60)"]) == [
         (2, Material(pytest.approx(2.54), 1.5, pytest.approx(1.27), pytest.approx(25.4)))
     ]
 
 
 def test_a_material_of_the_programs_own_table_is_chosen_by_its_number() -> None:
     lines = ["(o=1, nu=7, ph=3, pd=0.2, ch=1)", "M190 P8", "n20 m190 p7", "(o=0, ph=5)", "(only words, pd=9)"]
-    assert materials_of(lines) == [
+    assert read_materials(lines) == [
         (2, None),
         (3, Material(3.0, 0.2, 1.0, 0.0)),
         (4, Material(5.0, 0.0, 0.0, 0.0)),
@@ -80,12 +80,12 @@ def test_cuts_of_a_material_that_only_the_controller_knows_are_counted() -> None
 def test_an_arc_after_a_start_is_as_long_as_before() -> None:
     """Half a circle of 10 mm."""
     path, _ = run(f"{STEEL}\nG0 X0 Y0\nM3 $0 S1\nG3 X20 Y0 I10 J0 F1200\nM5 $0\n")
-    assert measure(path, TABLE).cut_mm == pytest.approx(2.5 + 31.4159, abs=1e-3)
+    assert measure_toolpath(path, TABLE).cut_mm == pytest.approx(2.5 + 31.4159, abs=1e-3)
 
 
 def test_senseless_comments_cost_no_time_and_do_no_harm() -> None:
     odd = "(o=0, ph=, pd=1.2.3, ch=99999999999999)", "(o=0," + "pd=1" * 5000 + ")", "(o=9, pd=1)", "(o=0, pd=-4)"
-    assert [m for _, m in materials_of(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
+    assert [m for _, m in read_materials(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
 
 
 HAL = "F#<_hal[plasmac.cut-feed-rate]>"

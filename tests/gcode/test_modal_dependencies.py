@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.modal_dependencies import GROUPS, HERE, BlockReader, height_matters, next_place
+from leafcut.gcode.modal_dependencies import GROUPS, HERE, BlockReader, depends_on_height, next_position
 from leafcut.gcode.program import Program
 from rewriting import program_of
 
@@ -44,7 +44,7 @@ def blocks_of(blocks: str) -> tuple[Program, list[int]]:
 def test_the_height_before_matters_until_a_block_says_its_own(blocks: str, matters: bool) -> None:
     """G98 returns to the height before the cycle, G99 to R; what may be skipped or is not understood may use it."""
     program, mine = blocks_of(blocks)
-    assert height_matters(BlockReader(program), mine) == matters
+    assert depends_on_height(BlockReader(program), mine) == matters
 
 
 @pytest.mark.parametrize(
@@ -88,23 +88,23 @@ def test_a_block_relies_on_the_modes_that_it_uses_and_does_not_state(blocks: str
     """A cut uses the motion, G90 or G91, the feed and its mode, and the speed of a turning spindle; an arc also the
     plane and the kind of its centre; a hole also the plane and G98 or G99. An unknown block may use and set all."""
     program, mine = blocks_of(blocks)
-    found = BlockReader(program).reliance(mine[0], mine[-1] + 1)
-    assert (" ".join(sorted(found.relies)), " ".join(sorted(found.sets))) == (relies, sets)
+    found = BlockReader(program).modal_use(mine[0], mine[-1] + 1)
+    assert (" ".join(sorted(found.inherited)), " ".join(sorted(found.sets))) == (relies, sets)
 
 
 def test_a_hole_without_its_cycle_words_relies_on_the_cycle() -> None:
     program, mine = blocks_of("G81 X1 Y1 Z-1 R1 F100 / X2")
-    found = BlockReader(program).reliance(mine[1], mine[1] + 1)
-    assert found.relies == found.sets == GROUPS - {"centres"}
+    found = BlockReader(program).modal_use(mine[1], mine[1] + 1)
+    assert found.inherited == found.sets == GROUPS - {"centres"}
 
 
 def test_the_first_blocks_that_state_modes_and_letters() -> None:
     program, mine = blocks_of("G1 X5 F100 / F200 S900 / G81 X1 Y1 Z-1 R1 / X2 R2")
     reader, first = BlockReader(program), mine[0]
-    assert reader.first_stated == {
+    assert reader.first_blocks_by_group == {
         "distance": 0, "plane": 0, "speed": 2, "motion": 3, "feed": first,
     }  # fmt: skip
-    assert reader.stated == {
+    assert reader.blocks_by_letter == {
         "S": ([2, first + 1], ["1000", "900"]),
         "F": ([first, first + 1], ["100", "200"]),
         "X": ([first + 2, first + 3], ["1", "2"]),
@@ -150,4 +150,4 @@ def test_the_next_place_is_that_of_the_first_move_that_states_both_coordinates(
 ) -> None:
     """A cut, a dwell amid cuts, a low move and an unknown block happen at the place before them."""
     program, mine = blocks_of(blocks)
-    assert next_place(BlockReader(program), mine, clearance=2.0) == place
+    assert next_position(BlockReader(program), mine, clearance=2.0) == place

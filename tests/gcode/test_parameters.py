@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from leafcut.gcode.expressions import ProgramParameters, Reading, Scanner, read_block, spelled_words
+from leafcut.gcode.expressions import BlockReading, ProgramParameters, Scanner, read_block, words_as_written
 from leafcut.gcode.words import BlockError
 
 NAN = math.nan
@@ -19,7 +19,7 @@ def value_of(text: str, parameters: ProgramParameters | None = None) -> float:
     return value
 
 
-def reading(line: str, **given: object) -> Reading:
+def reading(line: str, **given: object) -> BlockReading:
     return read_block(line, 3, ProgramParameters(**given))  # type: ignore[arg-type]
 
 
@@ -241,5 +241,5 @@ def test_arguments_of_a_subroutine_are_zero_until_they_are_set() -> None:
 )
 def test_computed_words_keep_their_text(line: str, words: list[tuple[str, str]] | None) -> None:
     """Only lengths, feeds, speeds and times may be computed."""
-    found = spelled_words(line)
+    found = words_as_written(line)
     assert (None if found is None else [(word.letter, word.text) for word in found]) == words

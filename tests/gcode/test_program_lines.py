@@ -6,7 +6,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.program_interpreter import interpret_program, lines_of
+from leafcut.gcode.program_interpreter import interpret_program, split_lines
 
 
 @pytest.mark.parametrize(
@@ -23,13 +23,13 @@ from leafcut.gcode.program_interpreter import interpret_program, lines_of
 )
 @pytest.mark.parametrize("name", ["linuxcnc", "haas", "grbl", "mach3"])
 def test_a_text_is_split_at_its_line_feeds(text: str, lines: list[str], name: str) -> None:
-    assert list(lines_of(text, dialect(name), "f")) == lines
+    assert list(split_lines(text, dialect(name), "f")) == lines
 
 
 def lone_returns(name: str, text: str) -> str:
     """Return the refusal of a text, or its lines."""
     try:
-        return repr(lines_of(text, dialect(name), "f"))
+        return repr(split_lines(text, dialect(name), "f"))
     except ReadError as problem:
         return str(problem)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.gcode.reversible_cut import find_stroke
+from leafcut.gcode.reversible_cut import find_reversible_cut
 from rewriting import program_of
 
 HEAD = "G21 G90 G17 G94 / T1 M6 / S1000 M3 / G0 X9 Y9 Z5"
@@ -62,7 +62,7 @@ def test_a_cut_is_reversible_if_all_its_blocks_are_plain_and_level(
     program = program_of(f"{HEAD} / {blocks} / M2")
     lines = range(5, 5 + len(blocks.split(" / ")))
     mine = [block for block in range(program.n_blocks) if int(program.line[block]) in lines]
-    found = find_stroke(program, mine[0], mine[-1] + 1)
+    found = find_reversible_cut(program, mine[0], mine[-1] + 1)
     if cut is None:
         assert found is None
     else:

@@ -13,7 +13,7 @@ from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.program_rows import known_process
 from leafcut.processes.program.reading import read_foreign
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.read.machine import load_machine
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
@@ -35,7 +35,7 @@ def read(path: Path) -> Program:
     """Interpret a file as its controller would."""
     machine = load_machine(machine_of(path.name))
     words = dialect(machine.controller)
-    return read_foreign(path.read_text(encoding="utf-8"), path.name, collect({}), machine, words).program
+    return read_foreign(path.read_text(encoding="utf-8"), path.name, collect_settings({}), machine, words).program
 
 
 def test_there_are_four_of_each_style_at_least() -> None:

@@ -12,7 +12,7 @@ from leafcut.errors import PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.gcode.torch import for_controller
+from leafcut.gcode.torch import convert_for_controller
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from rs274_moves import run_rs274
 
@@ -134,7 +134,7 @@ def cut_with_a_dark_end() -> Toolpath:
 
 def told(words: str, path: Toolpath) -> list[str]:
     """Return the kinds of rows of a program."""
-    return [m.kind.name for m in for_controller(path, dialect(words))]
+    return [m.kind.name for m in convert_for_controller(path, dialect(words))]
 
 
 def test_a_controller_is_told_only_what_is_its_programs() -> None:
@@ -143,17 +143,17 @@ def test_a_controller_is_told_only_what_is_its_programs() -> None:
     laser = [kind for kind in lit if kind != "HEIGHT"]
     assert told("grbl-laser", cut_with_a_dark_end()) == ["RAPID", *laser]
     assert told("fanuc-laser", cut_with_a_dark_end()) == ["BLENDING", "RAPID", laser[0], "DWELL", *laser[1:]]
-    same = for_controller(cut_with_a_dark_end(), dialect("linuxcnc"))
+    same = convert_for_controller(cut_with_a_dark_end(), dialect("linuxcnc"))
     assert len(same) == len(cut_with_a_dark_end())
 
 
 def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> None:
     path = cut_with_a_dark_end()
     with pytest.raises(PostError, match="cannot move on with the torch off"):
-        for_controller(path, dialect("plasma"))
+        convert_for_controller(path, dialect("plasma"))
     rows = [m for m in path if m.kind is not Kind.TORCH or m.value == 0.0]
     arcs = path.arcs
-    ends = for_controller(Toolpath.of_motions(rows), dialect("plasma"))
+    ends = convert_for_controller(Toolpath.of_motions(rows), dialect("plasma"))
     kinds = [m.kind.name for m in ends]
     assert kinds[7:] == ["ARC_CCW", "SPINDLE", "FEED", "RAPID", "END"]
     assert arcs[0].center == (5.0, 0.0, 1.5)

@@ -10,7 +10,7 @@ import shapely
 from ezdxf.math import BSpline
 
 from leafcut.errors import PlanError
-from leafcut.geometry.curves import bezier_points, ellipse_path, fitted, spline_points
+from leafcut.geometry.curves import bezier_points, ellipse_path, fit_arcs_to_curve, spline_points
 
 CONTROL = np.array([(0, 0), (10, 30), (30, -20), (40, 20), (60, 0), (70, 25.0)])
 
@@ -54,7 +54,7 @@ def test_a_bezier_curve_has_its_ends_and_its_middle() -> None:
     points = bezier_points(control, 0.001)
     assert points[0] == pytest.approx((0, 0)) and points[-1] == pytest.approx((20, 0))
     assert np.abs(points - np.array([10, 7.5])).sum(axis=1).min() < 0.01
-    path = fitted(points, 0.01, closed=False)
+    path = fit_arcs_to_curve(points, 0.01, closed=False)
     assert path.n_segments < len(points) / 2
 
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
 from leafcut.geometry import index
-from leafcut.geometry.cleaning import cleaned
+from leafcut.geometry.cleaning import cleaned_path
 from leafcut.geometry.joining import join
 from leafcut.geometry.overlaps import without_overlaps
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import tidy
+from leafcut.geometry.tidying import tidy_outlines
 
 
 def line(*points: tuple[float, float]) -> Polyline:
@@ -31,7 +31,7 @@ def rectangle(x: float, y: float, w: float, h: float) -> list[Polyline]:
 
 
 def areas(strokes: list[Polyline]) -> list[float]:
-    return sorted(round(abs(made.path.area), 6) for made in tidy(strokes, 0.05).paths)
+    return sorted(round(abs(made.path.area), 6) for made in tidy_outlines(strokes, 0.05).paths)
 
 
 @given(st.lists(st.floats(1, 20), min_size=3, max_size=12), st.randoms(use_true_random=False))
@@ -101,7 +101,7 @@ def test_a_path_that_ends_where_it_began_is_closed() -> None:
 )
 def test_what_is_drawn_twice_is_taken_once(strokes: list[Polyline], left: list[float]) -> None:
     assert areas(strokes) == left
-    assert tidy(strokes, 0.05).doubles
+    assert tidy_outlines(strokes, 0.05).doubles
 
 
 @pytest.mark.parametrize("low", [0.0, 2.0])
@@ -131,12 +131,12 @@ def test_millions_of_ends_in_one_place_are_refused_before_they_fill_the_memory(m
 
 def test_cleaning_drops_what_has_no_length_and_halves_long_arcs() -> None:
     path = Polyline(np.array([[0, 0, 0], [0, 0, 0], [10, 0, 2.0], [10, 5, 0], [10, 5, 0.0]]), closed=True)
-    good = cleaned(path)
+    good = cleaned_path(path)
     assert good is not None
     assert good.n_segments == 4
     assert good.area == pytest.approx(path.area)
     assert np.abs(good.bulges).max() <= 1
-    assert cleaned(line((3, 3), (3, 3))) is None
+    assert cleaned_path(line((3, 3), (3, 3))) is None
 
 
 @pytest.mark.parametrize("radius", [4_900.0, 20_000.0, 2_000_000.0])
@@ -144,7 +144,7 @@ def test_cleaning_drops_what_has_no_length_and_halves_long_arcs() -> None:
 def test_cleaning_replaces_arcs_of_a_huge_radius_by_lines_that_are_as_true(radius: float, closed: bool) -> None:
     bulge = math.tan(0.25 * 2.0 * math.asin(300.0 / radius))
     path = Polyline(np.array([[0, 0, 0], [600, 0, 0], [600, 200, bulge], [0, 200, 0.0]]), closed)
-    good = cleaned(path)
+    good = cleaned_path(path)
     assert good is not None
     assert any(s.is_arc for s in good.segments()) is (radius < 5_000.0)
     rise = radius - math.sqrt(radius**2 - 300.0**2)

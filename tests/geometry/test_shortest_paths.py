@@ -38,7 +38,7 @@ def test_a_path_keeps_the_radius_from_standing_polygons_and_ignores_others() -> 
     """From the left of the first square to its right: straight over it, or around two of its corners."""
     obstacles = ObstacleMap(SQUARES, {})
     a, b = (-5.0, 4.0), (12.5, 4.0)
-    assert obstacles.crossed(a, b) == {0}
+    assert obstacles.polygons_crossed(a, b) == {0}
     assert obstacles.path_around(a, b, set(), 2.0) == []
     corners = obstacles.path_around(a, b, {0}, 2.0)
     assert corners is not None

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.geometry.zones import touches_any_zone, widen_zones
 
 WHOLE = st.integers(-6, 6)
 POINT = st.tuples(WHOLE, WHOLE)
@@ -47,5 +47,5 @@ def test_an_unknown_place_touches_nothing() -> None:
 
 
 def test_a_zone_is_widened_on_every_side() -> None:
-    assert widened([[0.0, 1.0, 10.0, 5.0]], 2.5).tolist() == [[-2.5, -1.5, 12.5, 7.5]]
-    assert widened(np.zeros((0, 4)), 1.0).shape == (0, 4)
+    assert widen_zones([[0.0, 1.0, 10.0, 5.0]], 2.5).tolist() == [[-2.5, -1.5, 12.5, 7.5]]
+    assert widen_zones(np.zeros((0, 4)), 1.0).shape == (0, 4)

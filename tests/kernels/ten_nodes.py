@@ -37,18 +37,18 @@ from leafcut.kernels import (
 )
 from leafcut.material.engagement import engagement as measured
 from leafcut.material.step_over import widest_gaps
-from leafcut.material.tool_steps import way_of
+from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import bound as patched
 from leafcut.order import kicks as tour_kicks
-from leafcut.order.annealing import Forgetting
+from leafcut.order.annealing import PathAnnealing
 from leafcut.order.bound import lower_bound
 from leafcut.order.construction import greedy as greedy_tour
 from leafcut.order.directed import build_directed
 from leafcut.order.instance import build_instance, cost_model
-from leafcut.order.kicks import shorten_long_edges, work_tour
+from leafcut.order.kicks import shorten_long_edges, tour_with_buffers
 from leafcut.order.solve import solve
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
 
@@ -110,7 +110,7 @@ def results() -> dict[str, object]:
                 found = solve(problem, options, AcoOptions(n_ants=4))
                 out[f"{algorithm} {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
     instance = build_instance(problem, 4)
-    tour = work_tour(np.random.default_rng(2).permutation(instance.n).astype(np.int32), queued=False)
+    tour = tour_with_buffers(np.random.default_rng(2).permutation(instance.n).astype(np.int32), queued=False)
     out["long edges"] = [shorten_long_edges(instance, tour), tour.node.tolist(), tour.queue.tolist()]
     matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
     explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
@@ -121,7 +121,7 @@ def results() -> dict[str, object]:
     out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()
     out["sequential"] = [in_order(xy, closed, ways) for closed, ways in ((True, 2), (False, 1))]
     lists = build_instance(RoutingProblem.of_points(xy, closed=True), 5).candidates
-    out["branching"] = pheromone.branching(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
+    out["branching"] = pheromone.branching_factor(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
     bent = np.column_stack([np.arange(25.0), np.sin(np.arange(25.0)), np.zeros(25)])
     begins = np.zeros(24, dtype=np.bool_)
     out["chords"] = [chords.merge_chords(bent, np.arange(24) % 7 > 0, np.full(24, 1.2), begins), begins.tolist()]
@@ -134,7 +134,7 @@ def results() -> dict[str, object]:
 def along_a_way(corners: np.ndarray) -> list[object]:
     """Return the engagement of a 10 mm tool along a path, and the largest step-over."""
     rules = PocketRules(tool_diameter=10.0, step_over=6.0)
-    way = way_of(PocketPath("way", (PocketPiece(Polyline.of_points(corners)),)), rules)
+    way = steps_along_path(PocketPath("way", (PocketPiece(Polyline.of_points(corners)),)), rules)
     found = measured(way, rules)
     room = shapely.box(-10.0, -10.0, 100.0, 100.0)
     near = CoveragePoints(corners, np.full(len(corners), 30.0), np.arange(len(way) - 1)).near(way.xy)
@@ -162,7 +162,7 @@ def seen_from_above() -> list[object]:
     )
     heights, widest = np.full((12, 12), -np.inf), np.zeros((12, 12))
     surface.raise_whole_cells(triangles, -1.0, -1.0, 1.0, heights)
-    surface.raise_around(heights, surface.reach_in_cells(1.5, 1.0), widest)
+    surface.maximum_within_reach(heights, surface.reach_in_cells(1.5, 1.0), widest)
     x, y = np.array([-0.5, 0.5, 3.0, 8.0]), np.array([2.0, 0.5, 3.0, 7.0])
     top, under = np.full(4, -np.inf), np.full(4, np.inf)
     surface.heights_at(triangles, np.searchsorted(x, triangles[:, :, 0].min(axis=1)), x, y, top, under)
@@ -187,13 +187,13 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     cuts = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
     found = solve(cuts, SolveOptions(algorithm="colony", iterations=2, bound=False))
     directed = build_directed(cuts, 6)
-    ant = Forgetting(directed, np.array([7], dtype=np.uint64))
+    ant = PathAnnealing(directed, np.array([7], dtype=np.uint64))
     orders = [
         solve(cuts, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
               firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
         for name in ("acs", "firefly", "nn")
     ]  # fmt: skip
-    forgotten = ant.cool_down(found.nodes, 20.0, 30, 1e-9, lambda _: True)
+    forgotten = ant.anneal(found.nodes, 20.0, 30, 1e-9, lambda _: True)
     return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist(), orders]
 
 

@@ -13,22 +13,22 @@ from leafcut.kernels.assembly import (
     BEGIN,
     CYCLES,
     Assembly,
+    apply_child,
     assemble,
     fill_links,
     find_cycles,
     length_of_piece,
-    piece_at,
-    rewrite,
+    piece_of_position,
     sort_few,
     try_cycle,
-    undo,
+    undo_changes,
 )
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.colony import assembly_for
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, choices, descend, work_tour
+from leafcut.order.kicks import BREADTH, descend, search_breadth, tour_with_buffers
 from leafcut.order.stop import Stop
 from plain_python import plain_python
 from plain_random import Xorshift
@@ -51,7 +51,7 @@ def edges(tour: np.ndarray) -> Counter:
 
 def prepared(one: np.ndarray, two: np.ndarray) -> tuple[Tour, Assembly]:
     """Return the work tour and the assembly of two tours."""
-    tour, a = work_tour(one, queued=False), assembly_for(len(one))
+    tour, a = tour_with_buffers(one, queued=False), assembly_for(len(one))
     with plain_python():
         fill_links(a.links, one, 0)
         fill_links(a.links, two, 2)
@@ -73,8 +73,9 @@ def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -
     """Return the child of two tours and its reported gain."""
     mine, gains = one.copy()[None], np.zeros(1)
     assemble(
-        instance.cost, work_tour(one, queued=False), assembly_for(len(one)), instance.candidates, instance.lengths,
-        choices(instance, BREADTH), mine, two[None], np.array([seed + 1], dtype=np.uint64), gains, 0, 1,
+        instance.cost, tour_with_buffers(one, queued=False), assembly_for(len(one)), instance.candidates,
+        instance.lengths, search_breadth(instance, BREADTH), mine, two[None],
+        np.array([seed + 1], dtype=np.uint64), gains, 0, 1,
     )  # fmt: skip
     return mine[0], float(gains[0])
 
@@ -107,7 +108,7 @@ def test_the_gain_of_a_child_is_true_and_undo_restores_the_links(n: int, seed: i
             )
             if gain > -np.inf:
                 mine, place = tour.node.copy(), tour.place.copy()
-                assert rewrite(tour, a, entries)
+                assert apply_child(tour, a, entries)
                 assert sorted(tour.node.tolist()) == list(range(n))
                 assert np.array_equal(tour.node[tour.place], np.arange(n))
                 assert tour_cost(instance.cost, tour.node) == pytest.approx(tour_cost(instance.cost, one) - gain)
@@ -115,7 +116,7 @@ def test_the_gain_of_a_child_is_true_and_undo_restores_the_links(n: int, seed: i
                     tuple(sorted((v, int(w)))) for v in range(n) for w in a.links[v, :2] if v < w
                 )
                 tour.node[:], tour.place[:] = mine, place
-            undo(a, entries)
+            undo_changes(a, entries)
             assert np.array_equal(a.links, before)
 
 
@@ -133,7 +134,7 @@ def test_assembling_never_makes_a_tour_longer_and_counts_its_gain_right(n: int, 
 @given(st.integers(8, 60), SEEDS)
 def test_a_tour_assembled_with_itself_stays_unchanged(n: int, seed: int) -> None:
     instance = instance_of(n, seed, **CLOSED)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    tour = tour_with_buffers(np.random.default_rng(seed).permutation(n).astype(np.int32))
     descend(instance, tour, BREADTH, Stop())
     mine, gain = assembled(instance, tour.node, tour.node, seed)
     assert gain == 0
@@ -162,7 +163,7 @@ def test_every_place_lies_in_the_piece_that_ends_at_the_next_cut(cuts: set[int],
     cut = np.array(sorted(cuts), dtype=np.int32)
     after = [k for k, c in enumerate(cut) if c >= place]
     with plain_python():
-        assert piece_at(cut, len(cut), place) == (after[0] if after else 0)
+        assert piece_of_position(cut, len(cut), place) == (after[0] if after else 0)
         assert sum(length_of_piece(cut, len(cut), s, 100) for s in range(len(cut))) == 100
 
 
@@ -293,7 +294,7 @@ def test_a_child_is_that_of_a_plain_implementation() -> None:
         plain = PlainAssembly(instance, one, two, Xorshift(seed + 1))
         mine, gains, state = one.copy()[None], np.zeros(1), np.array([seed + 1], dtype=np.uint64)
         assemble(
-            instance.cost, work_tour(one, queued=False), assembly_for(n), instance.candidates, instance.lengths,
+            instance.cost, tour_with_buffers(one, queued=False), assembly_for(n), instance.candidates, instance.lengths,
             np.zeros(5, dtype=np.int64), mine, two[None], state, gains, 0, 1,
         )  # fmt: skip
         plain.run()

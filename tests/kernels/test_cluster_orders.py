@@ -8,11 +8,20 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.annealing import BEST, PATH, anneal, begin_trial, choose_dirty, close_path, forget, spread_dirty
-from leafcut.kernels.layers import Clusters, choose_between, ring_length
-from leafcut.kernels.ordering import choose_all, draw_next, lay_order, may_invert
+from leafcut.kernels.annealing import (
+    BEST,
+    PATH,
+    anneal,
+    begin_trial,
+    choose_dirty,
+    close_path,
+    mark_neighbours,
+    remove_neighbours,
+)
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
+from leafcut.kernels.ordering import choose_all, choose_next_cluster, construct_order, may_invert
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.annealing import Forgetting, layers_of
+from leafcut.order.annealing import PathAnnealing, build_clusters
 from leafcut.order.directed import DirectedInstance, build_directed
 from plain_python import plain_python
 
@@ -54,18 +63,18 @@ def test_a_step_is_drawn_in_proportion_to_its_weight_among_clusters_that_may_com
     chances = np.array([1.0, 0.0, 2.0, 0.0, 5.0]) / 8.0
     with plain_python():
         for greedy, wanted in ((0.0, chances), (0.4, 0.6 * chances + 0.4 * np.eye(5)[4])):
-            taken = [draw_next(weights, nearness, missing, 3, greedy, state, 0) for _ in range(draws)]
+            taken = [choose_next_cluster(weights, nearness, missing, 3, greedy, state, 0) for _ in range(draws)]
             counts = np.bincount(taken, minlength=5) / draws
             assert (abs(counts - wanted) <= 5.0 * np.sqrt(wanted * (1.0 - wanted) / draws) + 1e-12).all()
         # Without trails nearness decides; without a last cluster, or with infinite weights, all are equal.
         weights[3] = 0.0
         nearness[3] = [1.0, 50.0, 2.0, 50.0, 5.0]
-        taken = [draw_next(weights, nearness, missing, 3, 0.0, state, 0) for _ in range(draws)]
+        taken = [choose_next_cluster(weights, nearness, missing, 3, 0.0, state, 0) for _ in range(draws)]
         assert (abs(np.bincount(taken, minlength=5) / draws - chances) < 0.07).all()
-        assert draw_next(weights, nearness, missing, 3, 1.0, state, 0) == 4
+        assert choose_next_cluster(weights, nearness, missing, 3, 1.0, state, 0) == 4
         nearness[3, 0] = math.inf
         for last in (-1, 3):
-            taken = [draw_next(weights, nearness, missing, last, 0.5, state, 0) for _ in range(600)]
+            taken = [choose_next_cluster(weights, nearness, missing, last, 0.5, state, 0) for _ in range(600)]
             counts = np.bincount(taken, minlength=5)
             assert counts[[1, 3]].tolist() == [0, 0]
             assert (abs(counts[[0, 2, 4]] - 200) < 5 * math.sqrt(600 * 2 / 9)).all()
@@ -75,7 +84,7 @@ def test_a_step_is_drawn_in_proportion_to_its_weight_among_clusters_that_may_com
 @pytest.mark.parametrize("rate", [0.0, 0.25])
 def test_an_order_keeps_precedence_and_wears_off_the_steps_it_takes(closed: bool, rate: float) -> None:
     instance = instance_of(closed, PAIRS)
-    m, layers = instance.n, layers_of(instance)
+    m, layers = instance.n, build_clusters(instance)
     rng, state = np.random.default_rng(4), words()
     seen = set()
     with plain_python():
@@ -83,7 +92,7 @@ def test_an_order_keeps_precedence_and_wears_off_the_steps_it_takes(closed: bool
             tau, nearness = rng.uniform(1, 2, (2, m, m))
             before, weights = tau.copy(), tau**2.0 * nearness
             order, missing = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
-            lay_order(layers, tau, nearness, weights, 2.0, 0.2, rate, 0.5, state, 0, missing, order)
+            construct_order(layers, tau, nearness, weights, 2.0, 0.2, rate, 0.5, state, 0, missing, order)
             assert sorted(order.tolist()) == list(range(m))
             assert closed or order[0] == m - 1
             place = np.argsort(order)
@@ -100,7 +109,7 @@ def test_an_order_keeps_precedence_and_wears_off_the_steps_it_takes(closed: bool
 @pytest.mark.parametrize("closed", [False, True])
 def test_the_nodes_of_an_order_are_the_best_of_all_choices(closed: bool) -> None:
     instance = instance_of(closed, [])
-    m, layers = instance.n, layers_of(instance)
+    m, layers = instance.n, build_clusters(instance)
     widest = int(np.diff(layers.begin).max())
     sums, links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
     path, trial = np.zeros((2, m), dtype=np.int32)
@@ -118,7 +127,7 @@ def test_the_nodes_of_an_order_are_the_best_of_all_choices(closed: bool) -> None
 def test_nodes_between_two_places_are_the_best_and_the_others_stay() -> None:
     """All stretches of a ring, also those that go on beyond its end."""
     instance = instance_of(True, [])
-    m, layers = instance.n, layers_of(instance)
+    m, layers = instance.n, build_clusters(instance)
     widest = int(np.diff(layers.begin).max())
     sums, links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
     with plain_python():
@@ -133,7 +142,7 @@ def test_nodes_between_two_places_are_the_best_and_the_others_stay() -> None:
             )
             best = min(ring_of(layers, list(nodes)) for nodes in choices)
             kept = path.copy()
-            choose_between(layers, path, first - m if first + length > m else first,
+            choose_nodes_between(layers, path, first - m if first + length > m else first,
                            first + length - 1 - (m if first + length > m else 0), sums, links)  # fmt: skip
             assert ring_of(layers, path.tolist()) == pytest.approx(best)
             assert layers.owner[path].tolist() == layers.owner[kept].tolist()
@@ -141,7 +150,7 @@ def test_nodes_between_two_places_are_the_best_and_the_others_stay() -> None:
 
 
 def test_a_run_may_be_inverted_exactly_if_no_pair_is_in_it() -> None:
-    layers = layers_of(instance_of(True, PAIRS))
+    layers = build_clusters(instance_of(True, PAIRS))
     after = {*PAIRS, (0, 5)}  # 0 before 3 before 5
     order = np.array([4, 0, 1, 3, 2, 5], dtype=np.int32)
     place = np.argsort(order).astype(np.int32)
@@ -154,7 +163,7 @@ def test_a_run_may_be_inverted_exactly_if_no_pair_is_in_it() -> None:
 @pytest.mark.parametrize("closed", [False, True])
 def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool) -> None:
     instance = instance_of(closed, PAIRS, m=14)
-    ant, m, sizes = Forgetting(instance, words()), instance.n, set()
+    ant, m, sizes = PathAnnealing(instance, words()), instance.n, set()
     layers, walk = ant.layers, ant.walk
     order = [*([m - 1] if instance.anchored else []), 0, 3, 1, 6, 5, 2, 4, *range(7, 14)]
     walk.path[:] = layers.begin[order]
@@ -163,7 +172,7 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
             begin_trial(layers, walk)
             assert walk.trial.tolist() == walk.path.tolist()
             assert not walk.dirty.any()
-            out = forget(layers, walk, ant.words, 0)
+            out = remove_neighbours(layers, walk, ant.words, 0)
             gone = walk.out[:out].tolist()
             assert len(set(gone)) == out
             assert 1 <= out <= 10
@@ -186,17 +195,17 @@ def test_what_is_forgotten_leaves_gaps_whose_neighbours_are_marked(closed: bool)
 
 @pytest.mark.parametrize("marked", [[0], [5], [9], [2, 3], [0, 9], []])
 def test_marks_spread_two_places_to_both_sides_round_the_ring(marked: list[int]) -> None:
-    ant = Forgetting(instance_of(True, [], m=10), words())
+    ant = PathAnnealing(instance_of(True, [], m=10), words())
     ant.walk.dirty[marked] = 1
     with plain_python():
-        spread_dirty(ant.walk)
+        mark_neighbours(ant.walk)
     wanted = {(at + d) % 10 for at in marked for d in (-2, -1, 0, 1, 2)}
     assert set(np.flatnonzero(ant.walk.dirty).tolist()) == wanted
 
 
 @pytest.mark.parametrize("marked", [[0], [1, 2], [4, 5], [0, 1, 5], [0, 5], [1, 3], []])
 def test_nodes_at_marked_places_are_chosen_best_and_the_others_stay(marked: list[int]) -> None:
-    ant = Forgetting(instance_of(True, []), words())
+    ant = PathAnnealing(instance_of(True, []), words())
     layers, walk = ant.layers, ant.walk
     walk.trial[:] = layers.begin[[3, 1, 5, 0, 2, 4]]
     kept = walk.trial.copy()
@@ -217,7 +226,7 @@ def test_nodes_at_marked_places_are_chosen_best_and_the_others_stay(marked: list
 @pytest.mark.parametrize("heat", [0.0, 1e9])
 def test_a_cold_ant_takes_shorter_paths_only_and_a_hot_one_nearly_all(heat: float) -> None:
     instance = instance_of(False, PAIRS, m=9)
-    ant = Forgetting(instance, words())
+    ant = PathAnnealing(instance, words())
     layers, walk, m = ant.layers, ant.walk, instance.n
     walk.path[:] = layers.begin[[m - 1, 0, 3, 1, 6, 5, 2, 4, 7, 8]]
     walk.costs[:] = math.inf

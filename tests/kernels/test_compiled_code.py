@@ -17,7 +17,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import leafcut.kernels
-from leafcut.kernels.compiling import EVERY_RUN, FIRST_RUN, announced
+from leafcut.kernels.compiling import EVERY_RUN, FIRST_RUN, announced_compilations
 
 KERNEL = """
 from kernels_copy import kernel
@@ -63,7 +63,7 @@ def forget() -> None:
 def run() -> tuple[int, int]:
     """Call the kernel as a new process does; return its answer and the number of compilations."""
     forget()
-    with announced(lambda _: None) as compilations:
+    with announced_compilations(lambda _: None) as compilations:
         answer = importlib.import_module("kernels_copy.caller").twice(21)
     return answer, compilations.count
 
@@ -98,7 +98,7 @@ def test_the_line_about_compiling_names_a_missing_cache_folder(
     copy = importlib.import_module("kernels_copy")
     monkeypatch.setattr("leafcut.kernels.compiling.cache_folder", copy.cache_folder)
     told: list[str] = []
-    with announced(told.append) as compilations:
+    with announced_compilations(told.append) as compilations:
         assert importlib.import_module("kernels_copy.caller").twice(21) == 42
     assert told == [line]
     assert compilations.kept == writable

@@ -16,7 +16,7 @@ from leafcut.kernels.construct import (
 )
 from leafcut.kernels.random import below, uniform
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.construction import none_visited
+from leafcut.order.construction import unvisited_buffers
 from leafcut.order.instance import Instance, build_instance
 from plain_python import plain_python
 
@@ -104,7 +104,7 @@ def test_a_tour_of_an_ant_is_whole_and_wears_off_its_own_edges(
     with plain_python():
         for _ in range(6):
             tau[:], weights[:] = tau_before, tau_before**2.0 * nearness
-            rest = (0.1, instance.first, instance.second, state, 0, tour, Unvisited(*none_visited(instance)))
+            rest = (0.1, instance.first, instance.second, state, 0, tour, Unvisited(*unvisited_buffers(instance)))
             edges = WeightedEdges(instance.candidates, tau, nearness, weights)
             construct_tour(instance.cost, instance.tree, edges, Decay(2.0, 0.25 if decays else 0.0, 0.5), *rest)
             assert sorted(tour.tolist()) == list(range(n))
@@ -136,7 +136,7 @@ def test_an_ant_follows_overwhelming_trails_and_goes_to_the_nearest_where_its_li
     candidates, weights = np.zeros((n, 2), dtype=np.int32), np.full((n, 2), 1e-12)
     for a, b, c in zip(ring, np.roll(ring, -1), np.roll(ring, -2), strict=True):
         candidates[a], weights[a] = (c, b), (1e-12, 1.0)
-    tour, unvisited = np.zeros(n, dtype=np.int32), Unvisited(*none_visited(instance))
+    tour, unvisited = np.zeros(n, dtype=np.int32), Unvisited(*unvisited_buffers(instance))
     rest = (instance.cost, instance.tree)
 
     def trails(lists: np.ndarray) -> WeightedEdges:

@@ -66,10 +66,10 @@ def test_a_new_board_is_at_rest_and_has_done_nothing() -> None:
 def test_the_program_works_more_slowly_while_the_motors_run() -> None:
     b = board(pace=2.0)
     b.state[SHARE] = 0.25
-    clock._spend(b, 3.0)
+    clock._spend_time(b, 3.0)
     assert b.state[NOW] == 6.0
     b.counts[RUNNING] = 1
-    clock._spend(b, 3.0)
+    clock._spend_time(b, 3.0)
     assert b.state[NOW] == 30.0
 
 
@@ -243,7 +243,7 @@ def test_blocks_are_planned_as_fast_as_their_corners_and_the_stop_at_the_end_all
             b.ring[at, [LEFT, RATE, MOST2, ENTRY2]] = length, rate, limit, 0.0
             b.counts[PLANNED] = at + 1
             first = int(b.counts[FIXED])
-            assert clock._plan(b) == at - first
+            assert clock._plan_blocks(b) == at - first
             assert b.ring[: at + 1, ENTRY2].tolist() == pytest.approx(planned(b, blocks))
             history.append((int(b.counts[FIXED]), b.ring[: at + 1, ENTRY2].tolist()))
         assert b.counts[CHANGED] == 0
@@ -265,12 +265,12 @@ def test_a_block_that_is_being_run_is_planned_from_its_speed_now() -> None:
     b.state[SPEED] = 10.0
     b.ring[4, [LEFT, RATE, ENTRY2]] = 2.0, 100.0, 7.0
     b.ring[5, [LEFT, RATE, MOST2]] = 30.0, 100.0, 800.0
-    assert clock._plan(b) == 1
+    assert clock._plan_blocks(b) == 1
     assert b.ring[[4, 5], ENTRY2].tolist() == [100.0, 500.0]
     assert b.counts[[CHANGED, FIXED]].tolist() == [1, 21]
     # A single block that is being run is not planned again.
     b.counts[[DONE, PLANNED, CHANGED]] = 21, 22, 0
-    assert clock._plan(b) == 0
+    assert clock._plan_blocks(b) == 0
     assert (b.counts[CHANGED], b.ring[5, ENTRY2]) == (0, 500.0)
 
 
@@ -319,7 +319,7 @@ def test_a_turn_of_less_than_a_thousandth_is_straight_or_a_reversal() -> None:
 
 def test_a_move_becomes_a_block_with_the_limits_of_its_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     """10 steps/mm in x and y; times of a block, of each axis, of a corner, and of three replanned blocks."""
-    monkeypatch.setattr(clock, "_plan", lambda _: 3)
+    monkeypatch.setattr(clock, "_plan_blocks", lambda _: 3)
     b, spent = board(), 0.0
 
     def add(x: float, y: float, z: float, feed: float, owner: int, seconds: float) -> None:
@@ -416,7 +416,7 @@ def test_a_replanned_block_takes_the_time_of_a_started_one(monkeypatch: pytest.M
     b.counts[[RUNNING, BEGUN, CHANGED]] = 1
     b.ends[:] = [-1.0, -1.0, 5.0, 5.0, 5.0]
     b.state[ENDS] = 5.0
-    clock._fill(b)
+    clock._prepare_segments(b)
     assert b.state[NOW] == pytest.approx(2 * CUT + LOAD)
     assert b.counts[[CHANGED, MADE]].tolist() == [0, 2]
 
@@ -427,10 +427,10 @@ def test_motors_that_have_no_segment_stop_and_stay_locked(monkeypatch: pytest.Mo
     b.counts[RUNNING] = 1
     b.state[[NOW, ENDS]] = 3.0, 3.0
     b.ends[:] = 9.0
-    clock._fill(b)
+    clock._prepare_segments(b)
     assert (b.counts[RUNNING], b.state[NOW]) == (1, 3.0)
     b.state[NOW] = 3.5
-    clock._fill(b)
+    clock._prepare_segments(b)
     assert (b.counts[RUNNING], b.state[NOW], b.counts[MADE]) == (0, 3.75, 0)
 
 

@@ -23,11 +23,11 @@ from leafcut.kernels.lin_kernighan import (
     kick_and_mend,
     make_move,
     segment_kick,
-    take_back,
+    undo_log,
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, queue_waiting, work_tour
+from leafcut.order.kicks import BREADTH, queue_waiting, tour_with_buffers
 from plain_python import plain_python
 
 #: Entries enough for all that a test does.
@@ -79,7 +79,7 @@ def joined_in_one(n: int, old: list[tuple[int, int]], ends: list[int]) -> bool:
 def test_feasibility_by_sorted_places_agrees_with_a_walk_along_the_tour(n: int, seed: int, k: int) -> None:
     """Random removed edges in random direction: both tests of feasibility agree, and so does the move."""
     rng = np.random.default_rng(seed)
-    tour = work_tour(rng.permutation(n).astype(np.int32), log=LOG)
+    tour = tour_with_buffers(rng.permutation(n).astype(np.int32), log=LOG)
     cuts = rng.choice(n, k, replace=False)
     ends: list[int] = []
     for cut in cuts.tolist():
@@ -99,7 +99,7 @@ def test_feasibility_by_sorted_places_agrees_with_a_walk_along_the_tour(n: int, 
             removed = {tuple(sorted(p)) for p in zip(ends[::2], ends[1::2], strict=True)}
             assert set(edges(tour.node)) == set(old) - removed | added
             assert np.array_equal(tour.node[tour.place], np.arange(n))
-            take_back(tour)
+            undo_log(tour)
             assert np.array_equal(tour.node, before)
             assert np.array_equal(tour.node[tour.place], np.arange(n))
 
@@ -125,7 +125,7 @@ def test_a_key_tells_whether_a_move_leaves_one_tour(k: int, table: list[int]) ->
 @given(st.integers(8, 30), SEEDS, METRICS)
 def test_the_gain_of_every_move_is_true(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
+    tour = tour_with_buffers(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     breadth = breadth_for(instance)
     with plain_python():
         for v in range(n):
@@ -142,7 +142,7 @@ def test_the_gain_of_every_move_is_true(n: int, seed: int, metric: str) -> None:
 @given(st.integers(8, 60), SEEDS, METRICS)
 def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
+    tour = tour_with_buffers(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     arrays = (tour, instance.candidates, lengths, breadth_for(instance))
     words = np.array([seed + 1], dtype=np.uint64)
     first = tour_cost(instance.cost, tour.node)
@@ -159,13 +159,13 @@ def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed
 @given(st.integers(8, 60), SEEDS)
 def test_an_undone_kick_leaves_no_trace(n: int, seed: int) -> None:
     instance, _ = random_instance(n, seed)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
+    tour = tour_with_buffers(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     before, place = tour.node.copy(), tour.place.copy()
     cost = tour_cost(instance.cost, before)
     with plain_python():
         worse = segment_kick(instance.cost, tour, np.array([seed + 1], dtype=np.uint64), 0)
         assert tour_cost(instance.cost, tour.node) == pytest.approx(cost + worse)
-        take_back(tour)
+        undo_log(tour)
     assert np.array_equal(tour.node, before)
     assert np.array_equal(tour.place, place)
 
@@ -173,7 +173,9 @@ def test_an_undone_kick_leaves_no_trace(n: int, seed: int) -> None:
 @given(st.integers(6, 40), SEEDS)
 def test_a_tied_edge_survives_kicks(n: int, seed: int) -> None:
     instance, lengths = random_instance(n, seed, start=(0.0, 0.0), end=(9.0, 9.0))
-    tour = work_tour(np.concatenate([[n + 1, n], np.random.default_rng(seed).permutation(n)]).astype(np.int32), log=LOG)
+    tour = tour_with_buffers(
+        np.concatenate([[n + 1, n], np.random.default_rng(seed).permutation(n)]).astype(np.int32), log=LOG
+    )
     arrays = (tour, instance.candidates, lengths, breadth_for(instance))
     improve_queued(instance.cost, *arrays, 10**6)
     kick_and_mend(instance.cost, *arrays, np.array([seed + 1], dtype=np.uint64), 0, 30)
@@ -183,7 +185,7 @@ def test_a_tied_edge_survives_kicks(n: int, seed: int) -> None:
 def test_a_full_log_stops_the_work_and_nothing_is_lost() -> None:
     """A log too small for any move: the move is not made, the tour stays, and the node stays in the queue."""
     instance, lengths = random_instance(40, 3)
-    tour = work_tour(np.random.default_rng(3).permutation(40).astype(np.int32))
+    tour = tour_with_buffers(np.random.default_rng(3).permutation(40).astype(np.int32))
     tour = tour._replace(log=np.zeros((1, 2), dtype=np.int32))
     before = tour.node.copy()
     assert improve_queued(instance.cost, tour, instance.candidates, lengths, breadth_for(instance), 10**6) == 0.0
@@ -194,7 +196,7 @@ def test_a_full_log_stops_the_work_and_nothing_is_lost() -> None:
 
 def test_a_move_too_long_for_the_buffer_waits_until_there_is_a_longer_one() -> None:
     instance, lengths = random_instance(300, 3)
-    tour = work_tour(np.random.default_rng(3).permutation(300).astype(np.int32))
+    tour = tour_with_buffers(np.random.default_rng(3).permutation(300).astype(np.int32))
     rest = (instance.candidates, lengths, breadth_for(instance), 10**6)
     first = tour_cost(instance.cost, tour.node)
     some = improve_queued(instance.cost, tour._replace(buffer=tour.buffer[:20]), *rest)
@@ -253,7 +255,7 @@ def test_the_first_improving_move_is_that_of_a_plain_search(metric: str, ends: d
         ([0, 5, 3, 2, 1], [0, 8, 0, 0, 0], [0, 3, 2, 0, 0], [0, 2, 2, 2, 2], [0, 4, 3, 2, 0])
     ):
         instance, _ = random_instance(14, seed, metric, **ends)
-        tour = work_tour(np.random.default_rng(seed).permutation(instance.n).astype(np.int32))
+        tour = tour_with_buffers(np.random.default_rng(seed).permutation(instance.n).astype(np.int32))
         improve_queued(instance.cost, tour, *instance.exchange_lists, np.array([0, 8, 1, 0, 0]), 4 * seed)
         for v in range(instance.n):
             with plain_python():

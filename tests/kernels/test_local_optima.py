@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued
-from leafcut.kernels.route import begin_bias, make_exchange
+from leafcut.kernels.route import make_exchange, recompute_bias
 from leafcut.kernels.sequential import find_exchange
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.directed import DirectedInstance, build_directed, route_of
 from leafcut.order.instance import Instance, build_instance, costs_of_edges
-from leafcut.order.kicks import work_tour
-from leafcut.order.precedence import keeps
+from leafcut.order.kicks import tour_with_buffers
+from leafcut.order.precedence import satisfies_pairs
 from plain_python import plain_python
 
 #: Nodes of a tour, and its edges in the order of `all_tours`.
@@ -75,7 +75,7 @@ def test_no_exchange_of_as_many_edges_as_are_tried_is_left(kind: str, most: int)
         if instance.second >= 0:
             rest = np.setdiff1d(first, [instance.first, instance.second], assume_unique=True)
             first = np.array([instance.first, instance.second, *rest], dtype=np.int32)
-        tour = work_tour(first)
+        tour = tour_with_buffers(first)
         breadth = np.array([0] + [N] * (most - 1) + [0] * (5 - most), dtype=np.int64)
         breadth = np.minimum(breadth, instance.candidates.shape[1])
         before = instance.length(tour.node)
@@ -94,7 +94,7 @@ def test_a_move_has_no_more_edges_than_are_tried_and_its_ends_are_edges_of_the_t
     with plain_python():
         for seed, most in itertools.product(range(6), (2, 3, 4, 5)):
             instance = build_instance(tour_problem(seed, "closed"), 0)
-            tour = work_tour(np.random.default_rng(seed).permutation(N).astype(np.int32))
+            tour = tour_with_buffers(np.random.default_rng(seed).permutation(N).astype(np.int32))
             breadth = np.array([0] + [N - 1] * (most - 1) + [0] * (5 - most), dtype=np.int64)
             for v in range(N):
                 arrays = (tour.node, tour.place, tour.move, tour.gain)
@@ -191,7 +191,7 @@ def gains_of(instance: DirectedInstance, node: list[int], v: int, s: int, least:
             kept = len(pieces) == 4 and all(piece == sorted(piece, key=path.index) for piece in pieces)
             if kept and (not pieces[3] if s > 0 else len(pieces[0]) == 1):
                 orders.append(np.roll(orders[0], len(pieces[2] if s > 0 else pieces[1])))
-        if min(*along, gain) > least and any(keeps(instance.pairs, order) for order in orders):
+        if min(*along, gain) > least and any(satisfies_pairs(instance.pairs, order) for order in orders):
             found.append(gain)
     return found
 
@@ -205,11 +205,11 @@ def test_an_exchange_of_a_path_is_found_exactly_if_one_gains_all_along(closed: b
     for seed in range(6):
         instance, rng = build_directed(directed_problem(seed, pairs, closed), 6), np.random.default_rng(seed)
         order = rng.permutation(7)
-        while not keeps(instance.pairs, order):
+        while not satisfies_pairs(instance.pairs, order):
             order = rng.permutation(7)
         node = np.concatenate([[7], order] if not closed else [order]).astype(np.int32)
         route = route_of(instance, node, instance.enter)
-        begin_bias(instance.cost, route)
+        recompute_bias(instance.cost, route)
         for v, (s, lists) in itertools.product(
             node.tolist(), ((1, instance.rules.onward), (-1, instance.rules.backward))
         ):
@@ -245,7 +245,7 @@ class PlainExchanges:
 
     def is_kept(self, node: list[int]) -> bool:
         """Return whether a path keeps the precedence."""
-        return keeps(self.instance.pairs, np.array([v for v in node if v < self.instance.problem.n_clusters]))
+        return satisfies_pairs(self.instance.pairs, np.array([v for v in node if v < self.instance.problem.n_clusters]))
 
     def made(
         self, x: int, y: int, z: int, swapped: bool, b: bool, c: bool, least: float
@@ -316,14 +316,14 @@ def test_the_first_exchange_is_that_of_a_plain_search(closed: bool, pairs: int) 
     for seed in range(8):
         instance, rng = build_directed(directed_problem(seed, pairs, closed, 12), 6), np.random.default_rng(seed)
         order = rng.permutation(12)
-        while not keeps(instance.pairs, order):
+        while not satisfies_pairs(instance.pairs, order):
             order = rng.permutation(12)
         node = np.concatenate([[12], order] if not closed else [order]).astype(np.int32)
         breadth, most = ((20, 20), (3, 2), (6, 1), (2, 4))[seed % 4], (99, 99, 6, 9)[seed % 4]
         for v, s in itertools.product(node.tolist(), (1, -1)):
             route = route_of(instance, node, instance.enter)
             route = route._replace(buffer=route.buffer[:most])
-            begin_bias(instance.cost, route)
+            recompute_bias(instance.cost, route)
             lists, least = instance.rules.onward if s > 0 else instance.rules.backward, float(rng.choice([1e-7, 2.0]))
             wanted, path = PlainExchanges(instance, node.tolist(), s, breadth, most).first(v, least)
             with plain_python():

@@ -15,7 +15,7 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import exchange, improve
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import work_tour
+from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.literature.places import improve_locally
 from leafcut.order.stop import Stop
 from plain_python import plain_python
@@ -33,7 +33,7 @@ def edges(tour: np.ndarray) -> set[frozenset[int]]:
 def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     tour = rng.permutation(n).astype(np.int32)
-    work = work_tour(tour)
+    work = tour_with_buffers(tour)
     i, j = sorted(rng.choice(n, 2, replace=False).tolist())
     a, b, c, d = (int(tour[k % n]) for k in (i, i + 1, j, j + 1))
     if b in (c, d) or d == a:
@@ -53,7 +53,7 @@ def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(n: in
     problem = RoutingProblem.of_points(xy, Metric(metric, (10.0, 20.0), (50.0, 40.0)), closed=True)
     instance = build_instance(problem, 8)
     tour = rng.permutation(n).astype(np.int32)
-    work = work_tour(tour)
+    work = tour_with_buffers(tour)
     cost = tour_cost(instance.cost, tour)
     while improve(instance.cost, work, instance.candidates, 1):
         assert np.array_equal(np.sort(work.node), np.arange(n))
@@ -136,7 +136,7 @@ def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
     stop = Stop()
     stop.cancelled.set()
     start = np.random.default_rng(2).permutation(40).astype(np.int32)
-    work = work_tour(start)
+    work = tour_with_buffers(start)
     with plain_python():
         assert improve(instance.cost, work, instance.candidates, 3) == 3
         assert work.queued.sum() == work.counts[1] > 0
@@ -145,7 +145,7 @@ def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
         assert work.counts[1] == work.queued.sum() == 0
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("leafcut.order.literature.places.MOVES_PER_LOOK", 2)
-            looked, again = start.copy(), work_tour(start)
+            looked, again = start.copy(), tour_with_buffers(start)
             improve_locally(instance, looked, stop)
             improve(instance.cost, again, instance.candidates, 2)
             assert np.array_equal(looked, again.node)
@@ -210,7 +210,7 @@ def test_every_move_is_that_of_a_plain_implementation(seed: int) -> None:
     """One at a time, with the nodes that wait to be examined."""
     rng, n, kinds = np.random.default_rng(seed), 24, set()
     instance = build_instance(RoutingProblem.of_points(rng.uniform(0, 30, (n, 2)), closed=True), 7)
-    work = work_tour(rng.permutation(n).astype(np.int32))
+    work = tour_with_buffers(rng.permutation(n).astype(np.int32))
     queue = work.node.tolist()
     while queue:
         tour, moved = work.node.tolist(), None

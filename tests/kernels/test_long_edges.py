@@ -7,10 +7,10 @@ import pytest
 
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour, reverse
-from leafcut.kernels.long_edges import bring_home
+from leafcut.kernels.long_edges import shorten_by_walking
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import shorten_long_edges, work_tour
+from leafcut.order.kicks import shorten_long_edges, tour_with_buffers
 from plain_python import plain_python
 
 
@@ -30,11 +30,11 @@ def is_whole(tour: Tour) -> bool:
 def test_the_gain_is_what_the_tour_becomes_shorter(seed: int) -> None:
     instance = field(120, seed)
     node = np.random.default_rng(seed).permutation(120).astype(np.int32)
-    tour = work_tour(node, queued=False)
+    tour = tour_with_buffers(node, queued=False)
     edges = np.stack([node, np.roll(node, -1)], axis=1)
     onto, steps = np.full(120, -1, dtype=np.int32), np.zeros((50, 2), dtype=np.int32)
     before = tour_cost(instance.cost, node)
-    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, 100_000)
+    gain = shorten_by_walking(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, 100_000)
     assert gain > 0.2 * before
     assert is_whole(tour)
     assert tour_cost(instance.cost, tour.node) == pytest.approx(before - gain)
@@ -88,10 +88,10 @@ def test_long_edges_are_shortened_as_by_a_plain_implementation(most: int) -> Non
         rng, n = np.random.default_rng(seed), 40
         instance = build_instance(RoutingProblem.of_points(rng.uniform(0, 60, (n, 2)), closed=True), 5)
         node = rng.permutation(n).astype(np.int32)
-        tour = work_tour(node, queued=False)
+        tour = tour_with_buffers(node, queued=False)
         edges = np.stack([node, np.roll(node, -1)], axis=1)[::3].copy()
         onto, steps = np.full(n, -1, dtype=np.int32), np.zeros((most, 2), dtype=np.int32)
-        gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, 10**6)
+        gain = shorten_by_walking(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, 10**6)
         plain, total = node.tolist(), 0.0
         queue: dict[int, None] = {}
         for pair in edges.tolist():
@@ -115,10 +115,10 @@ def test_long_edges_are_shortened_as_by_a_plain_implementation(most: int) -> Non
 def test_few_places_to_write_end_the_search_with_a_whole_tour_that_is_no_longer(places: int) -> None:
     instance = field(80, 9)
     node = np.random.default_rng(9).permutation(80).astype(np.int32)
-    tour = work_tour(node, queued=False)
+    tour = tour_with_buffers(node, queued=False)
     edges = np.stack([node, np.roll(node, -1)], axis=1)
     onto, steps = np.full(80, -1, dtype=np.int32), np.zeros((50, 2), dtype=np.int32)
-    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
+    gain = shorten_by_walking(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
     assert gain >= 0.0
     assert is_whole(tour)
     assert tour_cost(instance.cost, tour.node) == pytest.approx(tour_cost(instance.cost, node) - gain)
@@ -128,7 +128,7 @@ def test_nothing_is_done_where_no_edge_is_longer_than_all_candidates_of_its_ends
     angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     instance = build_instance(RoutingProblem.of_points(np.stack([np.cos(angle), np.sin(angle)], 1), closed=True), 5)
     ring = np.argsort(instance.label).astype(np.int32)
-    tour = work_tour(ring, queued=False)
+    tour = tour_with_buffers(ring, queued=False)
     assert not shorten_long_edges(instance, tour)
     assert np.array_equal(tour.node, ring)
 
@@ -137,7 +137,7 @@ def test_nothing_is_done_where_no_edge_is_longer_than_all_candidates_of_its_ends
 def test_every_part_of_a_tour_can_be_turned(n: int) -> None:
     for first in range(n):
         for last in range(n):
-            tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
+            tour = tour_with_buffers(np.arange(n, dtype=np.int32), queued=False)
             with plain_python():
                 assert reverse(tour.node, tour.place, first, last) <= n // 2
             assert is_whole(tour)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.neighbours import LEAF_SIZE, MOST_TWINS, REST, TWINS, Tree, find_nearby, nearest_unvisited, remove
-from leafcut.order.instance import nearby_buffers, plant_tree
+from leafcut.order.instance import build_tree, nearby_buffers
 
 GRIDDY = st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), min_size=2, max_size=120)
 COARSE = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=2, max_size=120)
@@ -39,7 +39,7 @@ def in_numbers(tree: Tree) -> np.ndarray:
 def test_a_tree_holds_every_point_once_and_tight_boxes_round_them(places: list[tuple[int, int]], apart: int) -> None:
     xy = np.array(places, dtype=np.float64)
     n = len(xy)
-    tree, label = plant_tree(xy, apart)
+    tree, label = build_tree(xy, apart)
     assert sorted(label.tolist()) == list(range(n))
     assert np.array_equal(in_numbers(tree), xy[label])
     assert np.array_equal(label[n - apart :], np.arange(n - apart, n))
@@ -61,7 +61,7 @@ def test_a_tree_holds_every_point_once_and_tight_boxes_round_them(places: list[t
 
 @given(st.one_of(GRIDDY, COARSE, IN_LINE))
 def test_points_on_one_place_have_numbers_in_a_row(places: list[tuple[int, int]]) -> None:
-    tree, _ = plant_tree(np.array(places, dtype=np.float64))
+    tree, _ = build_tree(np.array(places, dtype=np.float64))
     xy = in_numbers(tree)
     runs = 1 + int((np.diff(xy, axis=0) != 0).any(axis=1).sum())
     assert runs == len(np.unique(xy, axis=0))
@@ -72,7 +72,7 @@ def test_what_is_found_is_as_near_as_by_looking_at_all(
     places: list[tuple[int, int]], per_quadrant: int, more: int
 ) -> None:
     """By quadrant, of the rest, and twins; of the points on another place the first two count."""
-    tree, _ = plant_tree(np.array(places, dtype=np.float64))
+    tree, _ = build_tree(np.array(places, dtype=np.float64))
     xy, k = in_numbers(tree), per_quadrant + more
     nearby = nearby_buffers(k)
     for i in range(len(xy)):
@@ -103,7 +103,7 @@ def test_a_point_apart_finds_those_on_its_place_and_they_find_it() -> None:
     """The start of a path that stands on a hole, and its end on a place where many holes are."""
     xy = np.random.default_rng(1).uniform(0, 50, (60, 2))
     xy[:20] = 7.0
-    tree, label = plant_tree(np.concatenate([xy, xy[[40]], xy[[0]]]), apart=2)
+    tree, label = build_tree(np.concatenate([xy, xy[[40]], xy[[0]]]), apart=2)
     on_hole = int(np.flatnonzero(label == 40)[0])
     nearby = nearby_buffers(8)
     find_nearby(tree, 60, 2, 8, nearby)
@@ -120,7 +120,7 @@ def test_the_nearest_unvisited_is_right_until_none_is_left(clustered: str) -> No
     xy = rng.uniform(0, 100, (300, 2))
     if clustered != "no":
         xy[:150] = xy[:150] / 1000.0 if clustered == "near" else xy[150]
-    tree, label = plant_tree(xy)
+    tree, label = build_tree(xy)
     xy = xy[label]
     alive = (tree.stop - tree.begin).astype(np.int32)
     visited, stack = np.zeros(300, dtype=np.uint8), np.zeros(64, dtype=np.int32)

@@ -10,10 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.one_tree import Graph, Sets, TreeScratch, close_tree, join_sets, shifts, sparse_tree, two_spokes
+from leafcut.kernels.one_tree import (
+    Graph,
+    Sets,
+    TreeScratch,
+    close_tree,
+    join_sets,
+    penalty_direction,
+    sparse_tree,
+    two_spokes,
+)
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import bound as spanning_tree
-from leafcut.order.bound import in_the_plane, smallest_tree
+from leafcut.order.bound import has_box_bounds, minimum_spanning_tree
 from leafcut.order.instance import Instance, build_instance
 from plain_python import plain_python
 from travel_reference import travel_cost
@@ -94,7 +103,7 @@ def test_the_smallest_tree_of_all_pairs_weighs_what_kruskals_does(n: int, kind: 
     xy = rng.integers(0, 8, (n, 2)) * 11.0 if griddy else rng.uniform(0, 90, (n, 2))
     instance = build_instance(RoutingProblem.of_points(xy, METRICS[kind], closed=True), 3)
     hub, penalty = int(rng.integers(n)), rng.normal(0, 20, n) * float(rng.integers(0, 2))
-    tree = smallest_tree(instance, hub, penalty, new_graph(n, {}), lambda: False)
+    tree = minimum_spanning_tree(instance, hub, penalty, new_graph(n, {}), lambda: False)
     cost = reference_costs(instance) + penalty[:, None] + penalty[None, :]
     pairs = [(cost[i, j], i, j) for i in range(n) for j in range(i) if hub not in (i, j)]
     least = sum(cost[e] for e in kruskal(n, pairs))
@@ -119,7 +128,7 @@ def test_edges_of_a_graph_that_are_known_change_nothing_in_the_tree() -> None:
     some = {
         (i, j): math.dist(places[i], places[j]) for i, j in np.random.default_rng(6).integers(0, 79, (60, 2)) if i < j
     }
-    trees = [smallest_tree(instance, 79, penalty, new_graph(80, e), lambda: False) for e in ({}, some)]
+    trees = [minimum_spanning_tree(instance, 79, penalty, new_graph(80, e), lambda: False) for e in ({}, some)]
     assert all(t is not None for t in trees)
     one, two = ({tuple(sorted(e)) for e in t.edges.T.tolist()} for t in trees if t is not None)
     assert one == two
@@ -132,14 +141,14 @@ def test_a_tree_that_needs_too_many_looks_is_none(monkeypatch: pytest.MonkeyPatc
     instance = build_instance(
         RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 9, (200, 2)), closed=True), 3
     )
-    assert smallest_tree(instance, 0, np.zeros(200), new_graph(200, {}), lambda: False) is None
+    assert minimum_spanning_tree(instance, 0, np.zeros(200), new_graph(200, {}), lambda: False) is None
 
 
 def test_only_costs_that_grow_with_distance_are_searched_by_boxes() -> None:
     xy = np.random.default_rng(1).uniform(0, 9, (5, 2))
-    plane = {m.name: in_the_plane(build_instance(RoutingProblem.of_points(xy, m), 3).cost) for m in METRICS}
+    plane = {m.name: has_box_bounds(build_instance(RoutingProblem.of_points(xy, m), 3).cost) for m in METRICS}
     assert [name for name, flat in plane.items() if not flat] == ["GEO"]
-    assert not in_the_plane(build_instance(RoutingProblem.of_points(xy, Metric(zones=ZONES, lift=-1.0)), 3).cost)
+    assert not has_box_bounds(build_instance(RoutingProblem.of_points(xy, Metric(zones=ZONES, lift=-1.0)), 3).cost)
 
 
 @given(st.lists(st.integers(-9, 9), min_size=4, max_size=12), st.integers(0, 3), st.booleans())
@@ -176,5 +185,5 @@ def test_sets_have_the_room_between_the_gap_inside_and_the_gap_outside() -> None
     assert [sorted((int(sets.left[s]), int(sets.right[s]))) for s in (5, 6, 7)] == [[0, 1], [2, 3], [5, 6]]
     # The path 0 – 1 – 2 – 3 with its ends open: nodes 0 and 3 lack an edge, so do the pairs.
     excess = np.array([-1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    assert shifts(sets, n, excess) == 2 * 1.0 + 2 * 9.0
+    assert penalty_direction(sets, n, excess) == 2 * 1.0 + 2 * 9.0
     assert excess[:5].tolist() == [-10.0, -9.0, -9.0, -10.0, 0.0]

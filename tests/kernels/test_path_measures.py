@@ -11,9 +11,9 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
 from leafcut.kernels.step_over import Reaches, find_neighbours
-from leafcut.material.bands import bands_of
+from leafcut.material.bands import sort_into_bands
 from leafcut.material.engagement import engagement
-from leafcut.material.tool_steps import way_of
+from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
 from plain_python import plain_python
@@ -28,7 +28,7 @@ def test_the_neighbour_of_a_place_is_that_of_the_smallest_disc_beside_it(spread:
     normal = np.column_stack([np.cos(angle), np.sin(angle)])
     height, row, radius = np.zeros(60), np.zeros(60, np.int64), np.zeros(60)
     x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
-    find_neighbours(bands_of(others, 0.3), x, y, nx, ny, Reaches(0.2, 5.0), 1e-9, height, row, radius)
+    find_neighbours(sort_into_bands(others, 0.3), x, y, nx, ny, Reaches(0.2, 5.0), 1e-9, height, row, radius)
     for i in range(60):
         away = others - places[i]
         over = away @ normal[i]
@@ -50,7 +50,7 @@ def test_of_equal_discs_the_highest_point_counts_and_of_equal_points_the_last() 
     n = len(places)
     height, row, radius = np.zeros(n), np.zeros(n, np.int64), np.zeros(n)
     x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
-    find_neighbours(bands_of(others, 0.7), x, y, nx, ny, Reaches(0.2, 30.0), 1e-9, height, row, radius)
+    find_neighbours(sort_into_bands(others, 0.7), x, y, nx, ny, Reaches(0.2, 30.0), 1e-9, height, row, radius)
     for i in range(n):
         away = others - places[i]
         over = away @ normal[i]
@@ -70,7 +70,7 @@ def test_of_equal_discs_the_highest_point_counts_and_of_equal_points_the_last() 
 def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_places_leave() -> None:
     rules = PocketRules(tool_diameter=4.0, step_over=2.4)
     corners = np.random.default_rng(8).uniform(0.0, 9.0, (6, 2))
-    way = way_of(PocketPath("test", (PocketPiece(Polyline.of_points(corners)),)), rules)
+    way = steps_along_path(PocketPath("test", (PocketPiece(Polyline.of_points(corners)),)), rules)
     found = engagement(way, rules)
     edge = rules.radius - rules.tolerance
     for i in range(0, len(way), 9):
@@ -133,7 +133,7 @@ def test_the_engaged_edge_is_that_of_all_intervals_of_all_earlier_discs() -> Non
     scratch = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     path = EdgePath(*columns, run, station)
     with plain_python():
-        engaged_edges(bands_of(xy, 1.0), path, tool, *scratch, angle, width, nearest)
+        engaged_edges(sort_into_bands(xy, 1.0), path, tool, *scratch, angle, width, nearest)
     for i in range(n):
         intervals = []
         direction = math.atan2(ahead[i, 1], ahead[i, 0])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour
-from leafcut.kernels.ordering import lay_order
+from leafcut.kernels.ordering import construct_order
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.annealing import layers_of
-from leafcut.order.construction import none_visited
+from leafcut.order.annealing import build_clusters
+from leafcut.order.construction import unvisited_buffers
 from leafcut.order.directed import build_directed
 from leafcut.order.instance import build_instance
 from plain_python import plain_python
@@ -71,7 +71,7 @@ def test_an_ant_builds_the_tour_of_a_plain_implementation(ends: dict, rate: floa
         with plain_python():
             construct_tour(
                 instance.cost, instance.tree, edges, decay, greedy, instance.first, instance.second, state, 1, tour,
-                none_visited(instance),
+                unvisited_buffers(instance),
             )  # fmt: skip
         path = [v for v in (instance.first, instance.second) if v >= 0]
         path = path or [random.below(n)]
@@ -115,7 +115,7 @@ def test_an_order_is_that_of_a_plain_implementation(closed: bool, rate: float, g
         ),
         5,
     )  # fmt: skip
-    n, layers = instance.n, layers_of(instance)
+    n, layers = instance.n, build_clusters(instance)
     tau, eta = rng.uniform(0.1, 1.0, (n, n)), rng.uniform(0.5, 2.0, (n, n))
     state, random = words(8)
     plain = PlainTrails(tau.copy(), eta, rate, greedy, random)
@@ -123,7 +123,7 @@ def test_an_order_is_that_of_a_plain_implementation(closed: bool, rate: float, g
     order, missing = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     for _ in range(6):
         with plain_python():
-            lay_order(layers, tau, eta, weights, ALPHA, greedy, rate, INITIAL, state, 1, missing, order)
+            construct_order(layers, tau, eta, weights, ALPHA, greedy, rate, INITIAL, state, 1, missing, order)
         path = [] if closed else [m]
         while len(path) < n:
             options = [v for v in range(m) if v not in path and all(a in path for a, b in pairs if b == v)]

@@ -12,18 +12,18 @@ from leafcut.kernels.annealing import BEST, PATH, anneal
 from leafcut.kernels.firefly import fly, fly_and_mend
 from leafcut.kernels.lin_kernighan import ENDS, kick_and_mend, segment_kick
 from leafcut.kernels.ordering import invert_runs
-from leafcut.kernels.route import begin_bias
+from leafcut.kernels.route import recompute_bias
 from leafcut.kernels.sequential import kick, kick_route
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import FireflyOptions, SolveOptions
-from leafcut.order.annealing import Forgetting
+from leafcut.order.annealing import PathAnnealing
 from leafcut.order.construction import random_words
 from leafcut.order.directed import DirectedInstance, build_directed, route_of
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import work_tour
+from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.literature.fireflies import PlaceFireflies
 from leafcut.order.literature.flight import Flight
-from leafcut.order.precedence import keeps
+from leafcut.order.precedence import satisfies_pairs
 from leafcut.order.stop import Stop
 from plain_python import plain_python
 from plain_random import Xorshift
@@ -96,7 +96,7 @@ def test_flights_are_inversions_that_do_not_lengthen_the_tour(h: int, longest: i
 @pytest.mark.parametrize(("h", "longest"), [(12, 10), (13, 5), (20, 2)])
 def test_two_inversions_that_nothing_mends_are_kept_unless_they_lengthen_the_tour(h: int, longest: int) -> None:
     instance = places(h, 1)
-    tour = work_tour(np.random.default_rng(h).permutation(h).astype(np.int32), queued=False, log=1000)
+    tour = tour_with_buffers(np.random.default_rng(h).permutation(h).astype(np.int32), queued=False, log=1000)
     state, random = words(h)
     kept = 0
     for _ in range(60):
@@ -168,7 +168,7 @@ def swapped(tour: list[int], random: Xorshift) -> tuple[list[int], set[int]]:
 @pytest.mark.parametrize("n", [8, 9, 30, 130])
 def test_a_kick_swaps_two_random_pieces_and_is_kept_unless_it_lengthens_the_tour(n: int) -> None:
     instance = places(n, 2)
-    tour = work_tour(np.random.default_rng(n).permutation(n).astype(np.int32), queued=False, log=1000)
+    tour = tour_with_buffers(np.random.default_rng(n).permutation(n).astype(np.int32), queued=False, log=1000)
     lists, (state, random) = (instance.candidates, instance.lengths), words(n)
     kept = 0
     for _ in range(60):
@@ -224,7 +224,7 @@ def swapped_pieces(instance: DirectedInstance, path: list[int], random: Xorshift
         r = q + 1 + random.below(min(longest, n - 1 - q))
         new = path[: p + 1] + path[q + 1 : r + 1] + path[p + 1 : q + 1] + path[r + 1 :]
         whole = p < 0 and r == n - 1  # the same ring
-        if not whole and keeps(instance.pairs, np.array([v for v in new if v < instance.problem.n_clusters])):
+        if not whole and satisfies_pairs(instance.pairs, np.array([v for v in new if v < instance.problem.n_clusters])):
             return new
     return path
 
@@ -239,7 +239,7 @@ def test_kicks_of_a_path_swap_pieces_or_switch_a_choice(n: int, pairs: int, ways
     path, enter, leave = node.tolist(), route.enter.copy(), route.leave.copy()
     before = instance.length(node, enter, leave)
     with plain_python():
-        begin_bias(instance.cost, route)
+        recompute_bias(instance.cost, route)
         for _ in range(40):
             added = kick(instance.cost, route, rules, state, 0, 2)
             for _ in range(2):
@@ -294,7 +294,7 @@ def test_runs_of_an_order_are_inverted_at_random_places_where_no_pair_bars_it(
 ) -> None:
     instance = cuts(10, pairs, closed)
     order, (state, random) = allowed_order(instance, 5), words(longest)
-    layers, m, fixed = Forgetting(instance, state).layers, instance.n, int(instance.anchored)
+    layers, m, fixed = PathAnnealing(instance, state).layers, instance.n, int(instance.anchored)
     place, plain = np.argsort(order).astype(np.int32), order.tolist()
     inversions = 0
     for _ in range(60):
@@ -307,7 +307,7 @@ def test_runs_of_an_order_are_inverted_at_random_places_where_no_pair_bars_it(
                 first = fixed + random.below(m - 1 - fixed)
             last = min(m - 1, first + 1 + random.below(longest - 1))
             new = plain[:first] + plain[first : last + 1][::-1] + plain[last + 1 :]
-            if keeps(instance.pairs, np.array([v for v in new if v < 10])):
+            if satisfies_pairs(instance.pairs, np.array([v for v in new if v < 10])):
                 plain, inversions = new, inversions + 1
         assert order.tolist() == plain
         assert place.tolist() == np.argsort(plain).tolist()
@@ -317,7 +317,7 @@ def test_runs_of_an_order_are_inverted_at_random_places_where_no_pair_bars_it(
 class PlainAnnealing:
     """Ruin and recreate of a path of clusters with one node each, written from the description."""
 
-    def __init__(self, instance: DirectedInstance, ant: Forgetting, path: list[int], random: Xorshift) -> None:
+    def __init__(self, instance: DirectedInstance, ant: PathAnnealing, path: list[int], random: Xorshift) -> None:
         self.table, self.near = ant.layers.table, ant.layers.near.tolist()
         self.m, self.fixed, self.random = instance.n, int(instance.anchored), random
         self.path, self.best, self.least = path, path, math.inf
@@ -383,7 +383,7 @@ class PlainAnnealing:
 def test_annealing_takes_the_steps_of_a_plain_implementation(closed: bool, pairs: int, heat: float) -> None:
     instance = cuts(45, pairs, closed)
     state, random = words(9)
-    ant = Forgetting(instance, state)
+    ant = PathAnnealing(instance, state)
     path = allowed_order(instance, 6)
     plain = PlainAnnealing(instance, ant, path.tolist(), random)
     ant.walk.path[:], ant.walk.costs[:] = path, math.inf

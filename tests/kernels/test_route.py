@@ -7,23 +7,23 @@ import itertools
 import numpy as np
 import pytest
 
-from leafcut.kernels.lin_kernighan import pop, push
+from leafcut.kernels.lin_kernighan import pop_from_queue, push_to_queue
 from leafcut.kernels.route import (
     BLOCK,
     Route,
-    begin_bias,
     choose_option,
     keeps_order,
     make_exchange,
-    take_back,
+    recompute_bias,
     take_option,
+    undo_exchanges,
 )
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.construction import random_words
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path, route_of
 from leafcut.order.instance import costs_of_edges
-from leafcut.order.precedence import keeps
+from leafcut.order.precedence import satisfies_pairs
 from plain_python import plain_python
 
 #: Small cases in plain Python; the slow ones compile parts of kernels that no cache keeps.
@@ -63,7 +63,7 @@ def started(instance: DirectedInstance) -> Route:
     """Return the greedy path of an instance with an empty log and its sums."""
     first = greedy_path(instance)
     route = route_of(instance, first.node, first.enter, log=50_000)
-    begin_bias(instance.cost, route)
+    recompute_bias(instance.cost, route)
     return route
 
 
@@ -78,7 +78,7 @@ def check(instance: DirectedInstance, route: Route) -> None:
     assert sorted(route.node.tolist()) == list(range(n))
     assert np.array_equal(route.place[route.node], np.arange(n))
     order = route.node[route.node < instance.problem.n_clusters]
-    assert keeps(instance.pairs, order)
+    assert satisfies_pairs(instance.pairs, order)
     if instance.twisted:
         u, v = route.node[:-1], route.node[1:]
         back = costs_of_edges(instance.cost, route.leave[v], route.enter[u])
@@ -157,7 +157,7 @@ def check_undo(instance: DirectedInstance, rounds: int) -> None:
         for v in range(0, instance.n, 7):
             if find_exchange(instance.cost, route, instance.rules, instance.rules.onward, BREADTH, 1e-7, 1, v) > 0.0:
                 make_exchange(instance.cost, route)
-        take_back(instance.cost, route, instance.rules)
+        undo_exchanges(instance.cost, route, instance.rules)
         assert route.counts[2] == 0
         changed = zip(kept, (route.node, route.place, route.enter, route.leave), strict=True)
         assert all(np.array_equal(a, b) for a, b in changed)
@@ -189,7 +189,7 @@ def test_an_exchange_that_does_not_fit_in_the_log_is_not_applied() -> None:
             route.counts[2] = route.counts[3] = 0
             worse = kick(instance.cost, route, instance.rules, words, 0, 1)
             assert (route.counts[3] == 0) or (worse == 0.0 and np.array_equal(route.node, node))
-            take_back(instance.cost, route, instance.rules)
+            undo_exchanges(instance.cost, route, instance.rules)
             assert np.array_equal(route.node, node)
     assert route.counts[3] == 1
 
@@ -245,7 +245,7 @@ def test_order_is_kept_by_an_exchange_exactly_if_no_pair_is_reversed(pairs: int)
                         answer = keeps_order(route, instance.rules, p, q, r, *kind)
                         route.move[:] = (p, q, r, *kind)
                         assert make_exchange(instance.cost, route)
-                        assert answer == keeps(instance.pairs, route.node)
+                        assert answer == satisfies_pairs(instance.pairs, route.node)
 
 
 def test_an_exchange_puts_the_pieces_together_as_stated() -> None:
@@ -264,7 +264,7 @@ def test_an_exchange_puts_the_pieces_together_as_stated() -> None:
             assert route.place[route.node].tolist() == list(range(8))
             at_cuts = {1, first[0], first[-1], second[0], second[-1], 7}
             assert set(route.queue[: route.counts[1]].tolist()) == at_cuts
-            take_back(instance.cost, route, instance.rules)
+            undo_exchanges(instance.cost, route, instance.rules)
             assert route.node.tolist() == list(range(8))
 
 
@@ -274,11 +274,11 @@ def test_a_node_is_queued_once_and_the_queue_is_circular() -> None:
     route.counts[0] = 6
     with plain_python():
         for v in (3, 5, 3, 1):
-            push(route, v)
+            push_to_queue(route, v)
         assert route.counts[1] == 3
         assert [route.queue[k % 8] for k in (6, 7, 8)] == [3, 5, 1]
-        assert [pop(route) for _ in range(3)] == [3, 5, 1]
+        assert [pop_from_queue(route) for _ in range(3)] == [3, 5, 1]
         assert route.counts[:2].tolist() == [1, 0]
         assert not route.queued.any()
-        push(route, 3)
-        assert pop(route) == 3
+        push_to_queue(route, 3)
+        assert pop_from_queue(route) == 3

@@ -10,7 +10,7 @@ from shapely import Point, Polygon, box
 
 from leafcut.kernels.surface import (
     heights_at,
-    raise_around,
+    maximum_within_reach,
     raise_cell_middles,
     raise_whole_cells,
     reach_in_cells,
@@ -69,7 +69,7 @@ def test_a_cell_reaches_all_cells_with_a_point_within_the_radius_of_one_of_its_o
     heights = np.random.default_rng(2).uniform(-5, 5, (9, 11))
     reach, widest = reach_in_cells(radius, 1.0), np.zeros_like(heights)
     with plain_python():
-        raise_around(heights, reach, widest)
+        maximum_within_reach(heights, reach, widest)
     rows, columns = np.indices(heights.shape)
     for r, c in np.ndindex(*heights.shape):
         gap = np.hypot(np.maximum(abs(rows - r) - 1, 0), np.maximum(abs(columns - c) - 1, 0))

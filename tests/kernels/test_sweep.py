@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kernels.sweep import CellRows, ToolShape, lowest_height, row_stretch, surface, sweep
+from leafcut.kernels.sweep import CellRows, ToolShape, lowest_height, row_stretch, sweep, tool_surface_height
 from plain_python import plain_python
 
 ROWS, COLUMNS, CELL = 22, 26, 0.5
@@ -127,7 +127,7 @@ def test_the_underside_of_a_tool_is_flat_then_round_then_a_cone() -> None:
     distances = np.linspace(0.0, 2.0, 41)
     for shape in [*SHAPES.values(), ToolShape(2.0, 0.4, 0.6, 0.8, 0.2, 0.7)]:
         with plain_python():
-            found = [surface(shape, r) for r in distances.tolist()]
+            found = [tool_surface_height(shape, r) for r in distances.tolist()]
         assert found == pytest.approx(underside(shape, distances).tolist())
 
 

@@ -15,8 +15,7 @@ from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.lab import experiment
 from leafcut.lab.experiment import COMPARED, Experiment, options_for, run_experiment
-from leafcut.lab.spread import Spread
-from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
+from leafcut.lab.tables import Spread, curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
 from leafcut.model.heartbeat import Progress
 from leafcut.read import read
 

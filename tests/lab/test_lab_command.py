@@ -14,7 +14,7 @@ from lab_descriptions import SMALL, written
 
 from leafcut.cli.app import run
 from leafcut.lab import loading
-from leafcut.lab.loading import in_short, load, shipped, shipped_names
+from leafcut.lab.loading import load, shipped, shipped_names, short_form
 from page_parser import Page
 
 
@@ -32,7 +32,7 @@ def test_every_experiment_runs_in_its_reduced_form_and_is_reported(
     file = str(tmp_path / "r.sqlite")
     if name == "small":
         name = str(written(tmp_path))
-    short = in_short(load(name))
+    short = short_form(load(name))
     status, out, err = lab(capsys, "run", name, "--reduced", "--results", file, "--json")
     answer = json.loads(out)
     assert (status, answer["failed"], err) == (0, [], "")

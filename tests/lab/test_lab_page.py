@@ -12,7 +12,7 @@ import pytest
 from lab_descriptions import SMALL, written
 from test_store import ROW
 
-from leafcut.lab.judging import judged
+from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.loading import load
 from leafcut.lab.overviews import searches
 from leafcut.lab.page import rows_as_csv, write_page
@@ -188,6 +188,6 @@ def test_a_chart_with_many_variants_has_a_curve_for_each_level_of_the_first_fact
 def test_attractiveness_is_halved_where_the_formula_halves_it() -> None:
     """10·exp(-γ·r²) = 5 at r = √(ln 2 / γ): 8.33 for γ = 0.010, 6.21 for γ = 0.018."""
     of = load("firefly_gamma")
-    (block,) = [block for block in judged(Results.of(of, [])) if "β over" in block.title]
+    (block,) = [block for block in analysis_blocks(Results.of(of, [])) if "β over" in block.title]
     assert "halved at r = 8.33 with γ = 0.010, and at r = 6.21 with γ = 0.018" in block.words[0]
     assert "γ = 0.015" in block.drawn[0][1]

@@ -14,7 +14,7 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.multicomp import pairwise_tukeyhsd
 
 from leafcut.errors import OptionError
-from leafcut.lab.statistics import crossed, interval, one_way, pareto_front, ranked, trend
+from leafcut.lab.statistics import compare_ranks, interval, one_way, pareto_front, trend, two_way
 
 #: Etch rate by power, W: Montgomery, Design and Analysis of Experiments, 8th ed., table 3.1.
 ETCH = {
@@ -88,7 +88,7 @@ def test_figures_that_are_equal_in_every_level_are_told_apart_without_a_division
 
 def test_crossed_analysis_is_that_of_the_book() -> None:
     rows = [(a, b, float(y)) for (a, b), ys in BATTERIES.items() for y in ys]
-    material, temperature, both, residual = crossed(rows, ("material", "temperature"))
+    material, temperature, both, residual = two_way(rows, ("material", "temperature"))
     assert (material.name, both.name) == ("material", "material × temperature")
     assert material.squares == pytest.approx(10683.72, abs=0.01)
     assert temperature.squares == pytest.approx(39118.72, abs=0.01)
@@ -101,7 +101,7 @@ def test_crossed_analysis_is_that_of_the_book() -> None:
 
 def test_crossed_analysis_without_repetition_tells_no_interaction() -> None:
     rows = [("a", "x", 1.0), ("a", "y", 2.5), ("b", "x", 3.0), ("b", "y", 4.0), ("c", "x", 5.5), ("c", "y", 6.0)]
-    assert [one.name for one in crossed(rows, ("one", "two"))] == ["one", "two", "residual"]
+    assert [one.name for one in two_way(rows, ("one", "two"))] == ["one", "two", "residual"]
 
 
 #: Machining time, s, of three plates: plate, order, pecks. Pecks add the same time to both orders of a plate.
@@ -118,7 +118,7 @@ PLATES = [
 def test_blocks_take_their_degrees_of_freedom_as_in_statsmodels() -> None:
     frame = pandas.DataFrame(PLATES, columns=["plate", "order", "peck", "y"])
     table = anova_lm(ols("y ~ C(plate) + C(order) * C(peck)", data=frame).fit(), typ=2)
-    found = crossed([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])
+    found = two_way([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])
     assert [one.name for one in found] == ["block", "order", "peck", "order × peck", "residual"]
     assert [one.freedom for one in found] == [2, 1, 1, 1, 6]
     assert found[1].f == pytest.approx(table.loc["C(order)", "F"])
@@ -127,11 +127,11 @@ def test_blocks_take_their_degrees_of_freedom_as_in_statsmodels() -> None:
 
 
 def test_an_interaction_that_is_zero_by_construction_is_not_tested() -> None:
-    both = crossed([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])[3]
+    both = two_way([row[1:] for row in PLATES], ("order", "peck"), [row[0] for row in PLATES])[3]
     assert both.zero
     assert (both.f, both.p, both.squares) == (None, None, 0.0)
     other = [(*row[:3], row[3] + 5.0 * (row[1:3] == ("random", "pecks"))) for row in PLATES]
-    assert crossed([row[1:] for row in other], ("order", "peck"), [row[0] for row in other])[3].f is not None
+    assert two_way([row[1:] for row in other], ("order", "peck"), [row[0] for row in other])[3].f is not None
 
 
 def test_letters_of_lsd_are_those_of_uncorrected_pairs_of_statsmodels() -> None:
@@ -158,7 +158,7 @@ def test_the_critical_value_of_the_paper_is_that_of_eight_levels_and_five_replic
 
 def test_friedman_is_that_of_the_book() -> None:
     table = np.array(BASE.split(), dtype=float).reshape(22, 3).T
-    found = ranked({"round out": table[0], "narrow": table[1], "wide": table[2]})
+    found = compare_ranks({"round out": table[0], "narrow": table[1], "wide": table[2]})
     assert found.blocks == 22
     assert found.statistic == pytest.approx(11.143, abs=5e-4)
     assert found.p == pytest.approx(0.003805, abs=1e-6)
@@ -170,10 +170,10 @@ def test_holm_multiplies_the_least_p_by_the_number_of_pairs() -> None:
     table = np.array(BASE.split(), dtype=float).reshape(22, 3).T
     ways = {"a": table[0], "b": table[1], "c": table[2]}
     of_two = {
-        pair: ranked({pair[0]: ways[pair[0]], pair[1]: ways[pair[1]]}).pairs[0].p
+        pair: compare_ranks({pair[0]: ways[pair[0]], pair[1]: ways[pair[1]]}).pairs[0].p
         for pair in itertools.combinations("abc", 2)
     }
-    of_all = {(pair.first, pair.second): pair.p for pair in ranked(ways).pairs}
+    of_all = {(pair.first, pair.second): pair.p for pair in compare_ranks(ways).pairs}
     least, middle, most = sorted(of_two, key=of_two.__getitem__)
     assert of_all[least] == pytest.approx(3 * of_two[least])
     assert of_all[middle] == pytest.approx(max(3 * of_two[least], 2 * of_two[middle]))
@@ -181,11 +181,11 @@ def test_holm_multiplies_the_least_p_by_the_number_of_pairs() -> None:
 
 
 def test_the_effect_of_pairs_is_one_where_every_figure_is_larger() -> None:
-    (pair,) = ranked({"a": [2.0, 4.0, 6.0, 8.0, 11.0], "b": [1.0, 2.0, 3.0, 4.0, 5.0]}).pairs
+    (pair,) = compare_ranks({"a": [2.0, 4.0, 6.0, 8.0, 11.0], "b": [1.0, 2.0, 3.0, 4.0, 5.0]}).pairs
     assert pair.effect == 1.0
     # Walsh averages of 1, 2, 3, 4, 6: fifteen, of which 3 is the eighth.
     assert pair.difference == 3.0
-    (equal,) = ranked({"a": [1.0] * 5, "b": [1.0] * 5}).pairs
+    (equal,) = compare_ranks({"a": [1.0] * 5, "b": [1.0] * 5}).pairs
     assert (equal.p, equal.effect) == (1.0, 0.0)
 
 
@@ -215,10 +215,10 @@ def test_the_pareto_front_is_what_nothing_beats_in_both() -> None:
         (lambda: one_way({"a": [1.0, 2.0]}), "two groups"),
         (lambda: one_way({"a": [1.0, 2.0], "b": [1.0]}), "'b' has 1"),
         (lambda: one_way({"a": [1.0, 1.0], "b": [1.0, 1.0]}), "all figures are equal"),
-        (lambda: crossed([("a", "x", 1.0), ("a", "y", 2.0)], ("one", "two")), "two levels"),
-        (lambda: crossed([("a", "x", 1.0), ("a", "y", 2.0), ("b", "x", 2.0)], ("one", "two")), "no figure yet"),
-        (lambda: ranked({"a": [1.0, 2.0]}), "two methods"),
-        (lambda: ranked({"a": [1.0, 2.0], "b": [1.0, 2.0]}), "there are 2"),
+        (lambda: two_way([("a", "x", 1.0), ("a", "y", 2.0)], ("one", "two")), "two levels"),
+        (lambda: two_way([("a", "x", 1.0), ("a", "y", 2.0), ("b", "x", 2.0)], ("one", "two")), "no figure yet"),
+        (lambda: compare_ranks({"a": [1.0, 2.0]}), "two methods"),
+        (lambda: compare_ranks({"a": [1.0, 2.0], "b": [1.0, 2.0]}), "there are 2"),
         (lambda: trend([1, 1, 1, 1], [1, 2, 3, 4]), "differ in both"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 from lab_descriptions import SMALL, written
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.lab.loading import in_short, load, shipped_names
+from leafcut.lab.loading import load, shipped_names, short_form
 
 MORE = """
 [factor.set.level]
@@ -38,7 +38,7 @@ def test_options_of_a_level_win_over_those_of_the_instance_and_these_over_the_co
 
 def test_the_reduced_form_has_what_it_names_and_is_kept_under_a_name_of_its_own(tmp_path: Path) -> None:
     whole = load(written(tmp_path))
-    short = in_short(whole)
+    short = short_form(whole)
     assert [(r.seed, r.instance.name, r.levels["algorithm"].name) for r in short.runs()] == [(7, "ten", "acs")]
     assert short.key != whole.key
 
@@ -54,7 +54,7 @@ def test_every_shipped_experiment_can_be_meant_and_has_a_reduced_form_that_is_sm
     assert whole.title
     assert whole.about
     assert whole.analyses
-    assert in_short(whole).n_runs <= 40
+    assert short_form(whole).n_runs <= 40
 
 
 @pytest.mark.parametrize(

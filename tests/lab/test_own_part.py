@@ -8,7 +8,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.lab.own_part import compare_on, what_differs
+from leafcut.lab.own_experiment import compared_option_values, comparison_experiment
 from leafcut.lab.running import rows_of, run
 from leafcut.lab.store import Store
 
@@ -17,7 +17,9 @@ PLATE = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
 
 def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
     shared = {"machine": "haas-vf2", "depth": 3, "preset": "fast", "seed": 4}
-    of = compare_on("plate", PLATE, "optimize", {**shared, "algorithm": "acs", "n_ants": 3}, ["nn", "acs"], 2)
+    of = comparison_experiment(
+        "plate", PLATE, "optimize", {**shared, "algorithm": "acs", "n_ants": 3}, ["nn", "acs"], 2
+    )
     with Store(tmp_path / "r.sqlite") as store:
         assert run(of, store).done == 4
         rows = rows_of(of, store)
@@ -36,13 +38,13 @@ def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
 
 
 def test_settings_that_only_some_ways_have_are_left_out() -> None:
-    of = compare_on("x", PLATE, "solve", {"n_ants": 7, "seed": 2, "preset": "fast"}, ["as", "2opt"], 1)
+    of = comparison_experiment("x", PLATE, "solve", {"n_ants": 7, "seed": 2, "preset": "fast"}, ["as", "2opt"], 1)
     assert dict(of.options) == {"threads": 1, "preset": "fast"}
     assert of.seeds == (2,)
 
 
 def test_pockets_differ_in_their_strategy() -> None:
-    option, ways = what_differs("pocket")
+    option, ways = compared_option_values("pocket")
     assert option == "strategy"
     assert {"zigzag", "contour", "connected"} <= set(ways)
     assert "auto" not in ways
@@ -54,4 +56,4 @@ def test_pockets_differ_in_their_strategy() -> None:
 )
 def test_what_cannot_be_compared_is_refused_in_one_line(ways: list[str], runs: int, line: str) -> None:
     with pytest.raises(OptionError, match=line):
-        compare_on("x", PLATE, "solve", {}, ways, runs)
+        comparison_experiment("x", PLATE, "solve", {}, ways, runs)

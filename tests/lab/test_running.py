@@ -23,11 +23,11 @@ from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
 from leafcut.lab import running
+from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.experiment import search_curve
-from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
 from leafcut.lab.results import Results
-from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
+from leafcut.lab.running import Answer, RunTask, execute_run, executor_performer, rows_of, run, task_of
 from leafcut.lab.store import Store
 from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
@@ -41,7 +41,7 @@ def counted(done: list[str], most: int = 1000) -> running.Performer:
     def perform_some(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:
         for task in list(tasks)[:most]:
             done.append(task.key)
-            yield task, perform(task)
+            yield task, execute_run(task)
 
     return perform_some
 
@@ -85,7 +85,7 @@ def test_a_pocket_has_the_curve_of_its_search_also_if_it_is_refused(monkeypatch:
         raise VerifyError("refused")
 
     monkeypatch.setattr(api, "optimize", optimized)
-    answer = perform(RunTask("k", "pocket", "part.dxf", {}, {"machining": ("after.time_s", 1.0)}))
+    answer = execute_run(RunTask("k", "pocket", "part.dxf", {}, {"machining": ("after.time_s", 1.0)}))
     assert answer.failed == "refused"
     assert answer.curve == ((1, 0.125, 30.0), (2, 0.25, 20.0), (3, 0.375, 20.0))
 
@@ -239,14 +239,14 @@ def test_runs_in_processes_give_the_results_of_runs_in_this_process(tmp_path: Pa
         run(of, store)
         here = rows_of(of, store)
     with Store(tmp_path / "there.sqlite") as store, open_executor("processes", 2) as executor:
-        assert run(of, store, performer=on_executor(executor, threading.Event())).done == 12
+        assert run(of, store, performer=executor_performer(executor, threading.Event())).done == 12
         there = rows_of(of, store)
     assert [(row.key, row.responses) for row in there] == [(row.key, row.responses) for row in here]
 
 
 def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
     with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="one at a time"):
-        on_executor(executor, threading.Event())
+        executor_performer(executor, threading.Event())
 
 
 def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judged(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judge
     for description in (one, both):
         with Store(tmp_path / f"{description.name}.sqlite") as store:
             run(description, store)
-            found.append(judged(Results.of(description, rows_of(description, store)))[0])
+            found.append(analysis_blocks(Results.of(description, rows_of(description, store)))[0])
     assert found[0].words == found[1].words
     assert [table.rows for table in found[0].tables] == [table.rows for table in found[1].tables]
 
@@ -276,7 +276,7 @@ def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypat
     monkeypatch.setattr(running.api, "optimize", refuse)
     paths = ("search.cost", "search.own_cost", "search.seconds", "after.time_s")
     task = RunTask("key", "pocket", "example:pocket", {}, {path: (path, 1.0) for path in paths})
-    answer = perform(task)
+    answer = execute_run(task)
     assert answer.failed == "passes lie too far apart"
     assert answer.responses == {
         "search.cost": 80.0, "search.own_cost": 85.0, "search.seconds": 0.75, "after.time_s": None,
@@ -292,7 +292,7 @@ def test_a_refused_run_keeps_the_figures_of_its_search(tmp_path: Path, monkeypat
 
 def test_a_response_is_a_sum_of_the_first_figures_that_exist() -> None:
     task = RunTask("key", "cut", "x", {}, {"d": ("a.b + c|e", 2.0), "none": ("a.b + c", 1.0)})
-    assert running._figures({"a": {"b": 1.0}, "e": 3.0}, task) == {"d": 8.0, "none": None}
+    assert running._response_values({"a": {"b": 1.0}, "e": 3.0}, task) == {"d": 8.0, "none": None}
 
 
 def test_runs_are_in_random_order_within_each_round(tmp_path: Path) -> None:

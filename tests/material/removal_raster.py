@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Points
-from leafcut.material.tool_steps import way_of
+from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 
 Mask = NDArray[np.bool_]
@@ -40,7 +40,7 @@ def raster_areas(pocket: Pocket, path: PocketPath, rules: PocketRules, pixel: fl
     lie that far behind the edge of the allowed centres on average.
     """
     walls = [line.flattened(0.125 * rules.tolerance) for line in (pocket.outline, *pocket.islands)]
-    places = way_of(path, rules).xy
+    places = steps_along_path(path, rules).xy
     seen = np.concatenate([*walls, places])
     low, high = seen.min(axis=0) - rules.tool_diameter, seen.max(axis=0) + rules.tool_diameter
     pixel = max(pixel, math.sqrt(float(np.prod(high - low)) / MOST_PIXELS))

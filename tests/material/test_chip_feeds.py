@@ -11,16 +11,16 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.material.chip_feeds import (
     allowed_feed,
-    chip_at,
+    chip_thickness,
+    cutting_power,
     plunge_feed,
-    power_at,
     power_on_plunge,
     power_on_ramp,
     ramp_feed,
 )
 from leafcut.material.cutting_force import mean_chip, milling_power
 from leafcut.material.engagement import Engaged
-from leafcut.material.removal import engaged_way
+from leafcut.material.removal import engaged_tool_path
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.work_material import WorkMaterial
@@ -34,7 +34,7 @@ STEEL = WorkMaterial("steel", kc11=1800.0, mc=0.25)
 def engaged_on(*lines: list[tuple[float, float]]) -> tuple[np.ndarray, Engaged]:
     """Return the places of the last of some lines, one after another, and what is engaged there."""
     path = PocketPath("", tuple(PocketPiece(Polyline.of_points(line)) for line in lines))
-    way, engaged = engaged_way(path, RULES)
+    way, engaged = engaged_tool_path(path, RULES)
     mine = way.piece == len(lines) - 1
     return way.xy[mine], Engaged(*(column[mine] for column in engaged))
 
@@ -54,7 +54,7 @@ def test_a_slot_and_a_half_width_cut_have_the_whole_chip_and_narrower_ones_thinn
     for width, share in ((6.0, 1.0), (5.0, 1.0), (2.5, 0.8660), (1.0, 0.6)):
         found = beside(width)
         assert found.chip == pytest.approx(share, abs=0.005), width
-        assert chip_at(found, 10.0, 3000.0) == pytest.approx(0.2 * share, abs=0.001)
+        assert chip_thickness(found, 10.0, 3000.0) == pytest.approx(0.2 * share, abs=0.001)
 
 
 def test_before_a_corner_the_wall_that_comes_makes_the_whole_chip() -> None:
@@ -86,17 +86,17 @@ def test_the_power_of_a_side_cut_is_that_of_its_mean_chip(width: float) -> None:
     angle, depth = math.acos(1.0 - width / 5.0), 8.0 if width <= 2.0 else 2.0
     engaged = Engaged(np.array([angle]), np.array([width]), np.ones(1))
     expected = milling_power(STEEL, width * depth * 10.0, mean_chip(0.05, width, 10.0))
-    assert power_at(engaged, 10.0, limits)[0] == pytest.approx(float(expected))
+    assert cutting_power(engaged, 10.0, limits)[0] == pytest.approx(float(expected))
 
 
 def test_where_the_power_is_half_of_what_a_slot_needs_its_feed_falls_until_it_needs_that() -> None:
     """Power goes with f^(1 − mc): at half of it the feed is 0.5^(1 / 0.75) = 0.397 of the tool's."""
     slot = Engaged(np.array([math.pi]), np.array([10.0]), np.array([1.0]))
     limits = replace(LIMITS, material=STEEL, teeth=4, power=1e9)
-    half = replace(limits, power=0.5 * float(power_at(slot, 10.0, limits)[0]))
+    half = replace(limits, power=0.5 * float(cutting_power(slot, 10.0, limits)[0]))
     feed = allowed_feed(slot, half)
     assert feed == pytest.approx(10.0 * 0.5 ** (1.0 / 0.75))
-    assert power_at(slot, feed, half) == pytest.approx(half.power)
+    assert cutting_power(slot, feed, half) == pytest.approx(half.power)
 
 
 def test_a_ramp_needs_the_power_of_a_slot_at_its_side_and_of_what_its_end_sinks() -> None:

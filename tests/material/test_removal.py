@@ -12,7 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.material.engagement import engagement
 from leafcut.material.removal import removal
-from leafcut.material.tool_steps import way_of
+from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.measures import measure_path
 
@@ -46,7 +46,7 @@ def gaps_of(*pieces: Polyline | list[tuple[float, float]]) -> tuple[float, float
 def engaged(*pieces: Polyline | list[tuple[float, float]]) -> tuple[PocketMeasures, np.ndarray]:
     """The measures of a path in a wide pocket, and the engagement along its last piece, degrees."""
     path = path_of(*pieces)
-    way = way_of(path, RULES)
+    way = steps_along_path(path, RULES)
     return measure_path(WIDE, path, RULES), np.degrees(engagement(way, RULES).angle[way.piece == way.piece[-1]])
 
 
@@ -115,7 +115,7 @@ def test_a_slot_engages_half_of_the_edge_and_going_back_through_it_is_air() -> N
 @pytest.mark.parametrize("width", [0.5, 2.0, 6.0, 9.0])
 def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter_in_a_slot(width: float) -> None:
     path = path_of([(0, 0), (60, 0)], [(10, width), (50, width)])
-    way = way_of(path, RULES)
+    way = steps_along_path(path, RULES)
     widths = engagement(way, RULES).width
     assert widths[way.piece == 0][1:] == pytest.approx(10.0, abs=1e-6)
     assert widths[way.piece == 1][2:] == pytest.approx(width, abs=0.03)
@@ -155,7 +155,7 @@ def test_films_that_one_pass_after_the_other_takes_off_do_not_add_up_to_a_cut() 
     """Each pass takes off 0.006 mm, less than the tolerance: none cuts, however many there were. Judged by shapely."""
     lines = [[(0.0, 0.006 * k), (600.0, 0.006 * k)] for k in range(8)]
     path = path_of(*lines)
-    way = way_of(path, RULES)
+    way = steps_along_path(path, RULES)
     found = engagement(way, RULES)
     swept = [shapely.LineString(line).buffer(RULES.radius, quad_segs=64) for line in lines]
     for k in range(1, len(lines)):

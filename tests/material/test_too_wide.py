@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.step_over import TooWide, wide_places
-from leafcut.material.tool_steps import way_of
+from leafcut.material.step_over import WidePlaceFinder, wide_places
+from leafcut.material.tool_steps import steps_along_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 
 RULES = PocketRules(tool_diameter=4.0, step_over=2.4)
@@ -27,8 +27,8 @@ def lines_at(heights: list[float], dent: tuple[float, float] | None = None) -> P
 
 
 def test_no_place_of_equal_lines_is_too_wide_and_all_are_between_lines_too_far_apart() -> None:
-    assert not len(TooWide(CENTRES, RULES)(lines_at([-4.8, -2.4, 0.0, 2.4, 4.8])))
-    wide = TooWide(CENTRES, RULES)(lines_at([-6.0, -3.0, 0.0, 3.0, 6.0]))
+    assert not len(WidePlaceFinder(CENTRES, RULES)(lines_at([-4.8, -2.4, 0.0, 2.4, 4.8])))
+    wide = WidePlaceFinder(CENTRES, RULES)(lines_at([-6.0, -3.0, 0.0, 3.0, 6.0]))
     assert wide[:, 0].min() < -45.0 and wide[:, 0].max() > 45.0
     assert np.diff(np.unique(wide[:, 0])).max() < 0.5
 
@@ -43,9 +43,9 @@ def test_a_path_that_differs_somewhere_from_the_last_is_told_as_if_there_had_bee
         lines_at([0.0, 4.8, 7.2, 9.6]),
         lines_at(rows),
     ]
-    again, counts = TooWide(CENTRES, RULES), []
+    again, counts = WidePlaceFinder(CENTRES, RULES), []
     for path in paths:
-        whole = wide_places(way_of(path, RULES), CENTRES, RULES)
+        whole = wide_places(steps_along_path(path, RULES), CENTRES, RULES)
         found = again(path)
         counts.append(len(found))
         assert np.array_equal(np.unique(found.round(6), axis=0), np.unique(whole.round(6), axis=0))

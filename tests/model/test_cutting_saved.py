@@ -8,7 +8,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutPlan, CutTimes, Lead
-from leafcut.model.saving import from_json, to_json
+from leafcut.model.json_values import from_json, to_json
 from leafcut.model.sheet import Sheet
 
 

@@ -15,11 +15,11 @@ import leafcut
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.json_values import from_json, to_json
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Grouping, Hole, Part, Slot
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.saving import from_json, to_json
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder

@@ -198,13 +198,13 @@ def test_the_ends_of_a_path_are_neighbours_of_the_tour_also_across_its_end(apart
     for way in (tour, tour[::-1]):
         if apart == 3:
             with pytest.raises(SolveError) as refused:
-                packaged._checked("torn", instance, way)
+                packaged._checked_tour("torn", instance, way)
             assert str(refused.value) == (
                 "algorithm 'torn' returned no tour of all 6 nodes, each once and the ends side by side; it is no part "
                 "of leafcut"
             )
         else:
-            checked = packaged._checked("torn", instance, np.array(way, dtype=np.int64))
+            checked = packaged._checked_tour("torn", instance, np.array(way, dtype=np.int64))
             assert (checked.tolist(), checked.dtype) == (way, np.int32)
 
 
@@ -212,8 +212,8 @@ def test_the_shortest_of_the_returned_and_the_offered_tour_counts() -> None:
     instance = build_instance(RoutingProblem.of_points(POINTS[:9], closed=True), 3)
     tours = [np.random.default_rng(seed).permutation(9).astype(np.int32) for seed in range(4)]
     best = min(tours, key=instance.length)
-    assert packaged._shortest("toy", instance, tours).tolist() == best.tolist()
-    assert packaged._shortest("toy", instance, tours[::-1]).tolist() == best.tolist()
+    assert packaged._shortest_checked_tour("toy", instance, tours).tolist() == best.tolist()
+    assert packaged._shortest_checked_tour("toy", instance, tours[::-1]).tolist() == best.tolist()
 
 
 @pytest.mark.parametrize("title", [None, "two\nlines", "good"])

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, added_up, check, least, random_problem
 
-from leafcut.kernels.annealing import put_back
-from leafcut.kernels.layers import ring_length
+from leafcut.kernels.annealing import insert_cluster
+from leafcut.kernels.cluster_paths import ring_length
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.order.annealing import Forgetting, is_small, layers_of
+from leafcut.order.annealing import PathAnnealing, build_clusters, is_small
 from leafcut.order.directed import build_directed, greedy_path
 from leafcut.order.solve import solve
 from plain_python import plain_parts
@@ -37,8 +37,8 @@ def test_a_cooling_down_keeps_precedence_and_finds_the_optimum_of_seven_clusters
     for seed in range(20):
         problem = random_problem(seed, 7, kind, ENDS[seed % 5], pairs=seed % 6)
         instance = build_directed(problem, 6)
-        ant = Forgetting(instance, np.array([seed + 1], dtype=np.uint64))
-        nodes = ant.cool_down(greedy_nodes(instance), 20.0, 400, 1e-9, lambda _: True)
+        ant = PathAnnealing(instance, np.array([seed + 1], dtype=np.uint64))
+        nodes = ant.anneal(greedy_nodes(instance), 20.0, 400, 1e-9, lambda _: True)
         cost = added_up(problem, nodes)
         check(problem, nodes, cost)
         missed += cost > least(problem) * (1 + 1e-9)
@@ -51,7 +51,7 @@ def test_a_cluster_is_put_where_it_is_cheapest_of_all_places_that_precedence_lea
     for seed in range(12):
         problem = random_problem(seed, 9, kind, ENDS[seed % 5], pairs=4)
         instance = build_directed(problem, 6)
-        ant, words = Forgetting(instance, np.array([5], dtype=np.uint64)), np.array([5], dtype=np.uint64)
+        ant, words = PathAnnealing(instance, np.array([5], dtype=np.uint64)), np.array([5], dtype=np.uint64)
         layers, walk, m = ant.layers, ant.walk, instance.n
         nodes = greedy_nodes(instance)
         ring = [*([len(layers.owner) - 1] if instance.anchored else []), *ant.number[nodes].tolist()]
@@ -67,14 +67,14 @@ def test_a_cluster_is_put_where_it_is_cheapest_of_all_places_that_precedence_lea
             order = [int(layers.owner[v]) for v in tried]
             if all(order.index(a) < order.index(b) for a, b in problem.precedence.tolist()):
                 places.append(ring_length(layers, np.array(tried)))
-        put_back(layers, walk, c, m - 1, 0.0, words, 0)
+        insert_cluster(layers, walk, c, m - 1, 0.0, words, 0)
         assert ring_length(layers, walk.trial) == pytest.approx(min(places))
         assert layers.owner[walk.trial[walk.place[c]]] == c
 
 
 def test_costs_between_clusters_are_the_least_of_their_nodes() -> None:
     problem = random_problem(4, 8, "ways", "closed", pairs=0)
-    layers = layers_of(build_directed(problem, 6))
+    layers = build_clusters(build_directed(problem, 6))
     for c, d in itertools.permutations(range(8), 2):
         ways = [
             layers.table[u, v] for u in np.flatnonzero(layers.owner == c) for v in np.flatnonzero(layers.owner == d)

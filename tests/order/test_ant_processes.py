@@ -29,7 +29,7 @@ from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.literature import processes
-from leafcut.order.literature.ants import trails_of
+from leafcut.order.literature.ants import initial_trails
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
 from leafcut.order.literature.processes import AntProcesses
@@ -37,7 +37,7 @@ from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
-from leafcut.processes.settings import collect, settings_for
+from leafcut.processes.settings import collect_settings, settings_for
 
 N, ITERATIONS = 30, 6
 PLACES = np.random.default_rng(1).uniform(0, 100, (N, 2))
@@ -150,7 +150,7 @@ def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> Non
     instance = build_instance(RoutingProblem.of_points(PLACES[:12], closed=True), 0)
     with closing(master(instance, "as", workers=2, ants=5)) as ants:
         start = ants.colonies[0]
-        offset = trails_of(ants.moves, start.parameters, start.c_nn, 3).offset
+        offset = initial_trails(ants.moves, start.parameters, start.c_nn, 3).offset
         plain = PlainAnts(instance, start.c_nn, 2, 5, offset)
         for iteration in range(8):
             tours, costs = ants.construct(iteration)
@@ -279,6 +279,6 @@ def test_options_without_effect_are_refused() -> None:
     with pytest.raises(SolveError, match="the ants of acs update the shared pheromone in turn"):
         run("acs", "processes")
     with pytest.raises(OptionError, match="--n-processes: only used with --parallel processes or exchange"):
-        settings_for(collect({"algorithm": "as", "n_processes": 3}), registry.work("drill"))
+        settings_for(collect_settings({"algorithm": "as", "n_processes": 3}), registry.work("drill"))
     with pytest.raises(OptionError, match="--parallel: only used with --algorithm"):
-        settings_for(collect({"parallel": "exchange"}), registry.work("drill"))
+        settings_for(collect_settings({"parallel": "exchange"}), registry.work("drill"))

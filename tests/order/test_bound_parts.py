@@ -29,7 +29,7 @@ def scattered(n: int, metric: Metric | None = None, **ends: object) -> Instance:
 
 
 def test_the_ascent_has_more_steps_for_more_nodes_up_to_a_limit_of_work() -> None:
-    assert [bound._steps(n) for n in (4, 10, 1000, 1500, 2000, 10_000, 30_000, 30_001, 200_000)] == [
+    assert [bound._ascent_steps(n) for n in (4, 10, 1000, 1500, 2000, 10_000, 30_000, 30_001, 200_000)] == [
         202, 205, 700, 950, 750, 150, 50, 50, 50,
     ]  # fmt: skip
 
@@ -55,21 +55,21 @@ def test_the_ascent_has_more_steps_for_more_nodes_up_to_a_limit_of_work() -> Non
 )
 def test_a_bound_is_lower_by_rounding_and_the_next_whole_number_for_whole_costs(cost: CostModel, whole: bool) -> None:
     """A billionth of all sums."""
-    assert bound._below(cost, 10.2, 1e8) == pytest.approx(11.0 if whole else 10.1, abs=1e-12)
-    assert bound._below(cost, 10.0 + 0.9e-7, 100.0) == pytest.approx(10.0, abs=1e-7)
-    assert bound._below(cost, 10.0 + 1.1e-7, 100.0) == pytest.approx(11.0 if whole else 10.0, abs=1e-7)
-    assert bound._below(cost, math.inf, 1.0) == math.inf
+    assert bound._rounded_lower_bound(cost, 10.2, 1e8) == pytest.approx(11.0 if whole else 10.1, abs=1e-12)
+    assert bound._rounded_lower_bound(cost, 10.0 + 0.9e-7, 100.0) == pytest.approx(10.0, abs=1e-7)
+    assert bound._rounded_lower_bound(cost, 10.0 + 1.1e-7, 100.0) == pytest.approx(11.0 if whole else 10.0, abs=1e-7)
+    assert bound._rounded_lower_bound(cost, math.inf, 1.0) == math.inf
 
 
 def test_the_plane_has_distances_that_grow_and_lifts_that_cost() -> None:
     zone = {"zones": np.array([[0.0, 0.0, 1.0, 1.0]])}
-    assert bound.in_the_plane(model())
-    assert bound.in_the_plane(model("linear", lift=0.0, **zone))
-    assert not bound.in_the_plane(model("linear", lift=-0.1, **zone))
-    assert not bound.in_the_plane(model("linear", per_mm=-0.1))
-    assert bound.in_the_plane(model("linear", per_mm=0.0))
-    assert not bound.in_the_plane(model("GEO"))
-    assert not bound.in_the_plane(model("EXPLICIT", matrix=np.zeros((5, 5))))
+    assert bound.has_box_bounds(model())
+    assert bound.has_box_bounds(model("linear", lift=0.0, **zone))
+    assert not bound.has_box_bounds(model("linear", lift=-0.1, **zone))
+    assert not bound.has_box_bounds(model("linear", per_mm=-0.1))
+    assert bound.has_box_bounds(model("linear", per_mm=0.0))
+    assert not bound.has_box_bounds(model("GEO"))
+    assert not bound.has_box_bounds(model("EXPLICIT", matrix=np.zeros((5, 5))))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_the_plane_has_distances_that_grow_and_lifts_that_cost() -> None:
 def test_the_hub_is_the_free_node_a_tied_one_or_the_last(ends: dict[str, object]) -> None:
     """Points 0 … 4, then the start, the end, and the free node; costs of its edges, 0 for a tied or free one."""
     instance = build_instance(RoutingProblem.of_points(XY, **ends), 0)  # type: ignore[arg-type]
-    hub, cost = bound._hub(instance.cost, instance.n), instance.cost
+    hub, cost = bound._choose_hub(instance.cost, instance.n), instance.cost
     if "closed" in ends:
         assert (hub.node, hub.tied) == (4, -1)
         assert hub.spokes.tolist() == np.hypot(*(cost.xy - cost.xy[4]).T).tolist()
@@ -102,7 +102,7 @@ def test_the_edges_of_the_graph_are_the_first_six_candidates_without_the_hub() -
 
 def test_a_graph_has_every_edge_once_at_both_ends_with_its_cost() -> None:
     edges = np.array([[1, 0, 2, 0, 4], [0, 1, 3, 2, 2]], dtype=np.int32)
-    graph = bound._graph(model(), 5, edges)
+    graph = bound._candidate_graph(model(), 5, edges)
     assert graph.begin.tolist() == [0, 2, 3, 6, 7, 8]
     assert graph.near.tolist() == [1, 2, 0, 0, 3, 4, 2, 2]
     assert graph.length.tolist() == [3.0, 5.0, 3.0, 5.0, 3.0, 5.0, 3.0, 5.0]
@@ -119,7 +119,7 @@ def test_the_two_spokes_are_the_cheapest_under_penalties_and_the_tied_one() -> N
 def test_the_weight_of_a_tree_is_that_of_its_edges_and_spokes_less_twice_the_penalties() -> None:
     """Tree 0–1–2–3 of 3, 4 and 3; the hub 4 has spokes of 10, √73, 5 and √52."""
     cost, penalty = model(), np.array([1.0, -2.0, 0.5, 0.25, 0.0])
-    hub = bound._hub(cost, 5)
+    hub = bound._choose_hub(cost, 5)
     tree = SpanningTree(np.array([[0, 1, 2], [1, 2, 3]], dtype=np.int32), np.array([3.0, 4.0, 3.0]))
     spokes = [5.0 + 0.5, min(math.sqrt(52.0) + 0.25, math.sqrt(73.0) - 2.0)]
     plain = (3.0 - 1.0) + (4.0 - 1.5) + (3.0 + 0.75) + sum(spokes) - 2.0 * penalty.sum()
@@ -158,20 +158,20 @@ def test_proofs_are_made_after_shares_of_the_steps_that_are_not_too_close(
 
     values = {0.0: 100.0, 42.0: 700.0, 263.0: 900.0}
     monkeypatch.setattr(bound, "_Ascent", Ascent)
-    monkeypatch.setattr(bound, "smallest_tree", tree)
+    monkeypatch.setattr(bound, "minimum_spanning_tree", tree)
     monkeypatch.setattr(bound, "_weight", lambda *given: values.get(float(given[3][0]), 50.0))
-    assert bound._best_proved(instance, 5000.0, lambda: False) == 900.0
+    assert bound._bound_of_large_instance(instance, 5000.0, lambda: False) == 900.0
     assert seen == goals
     assert len(set(edges)) == 1
     assert edges[0] > 2 * 298
     # A bound that reaches the known tour ends the ascent.
     seen.clear()
     values[88.0] = 5000.0
-    assert bound._best_proved(instance, 5000.0, lambda: False) == 5000.0
+    assert bound._bound_of_large_instance(instance, 5000.0, lambda: False) == 5000.0
     assert seen[-1] == 88
     # A late proof is not begun, and the best bound so far is kept.
     seen.clear()
-    assert bound._best_proved(instance, 5000.0, lambda: len(seen) >= 3) == max(
+    assert bound._bound_of_large_instance(instance, 5000.0, lambda: len(seen) >= 3) == max(
         values.get(float(g), 50.0) for g in [0, *goals[:2]]
     )
 
@@ -208,8 +208,8 @@ def test_the_ascent_asks_after_fifty_thousand_node_steps_whether_to_stop(monkeyp
 @pytest.mark.parametrize(("n", "few"), [(150, True), (151, False)])
 def test_up_to_150_nodes_compare_all_pairs(n: int, few: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     used: list[str] = []
-    monkeypatch.setattr(bound, "_best_of_few", lambda *_: used.append("few") or 5.0)
-    monkeypatch.setattr(bound, "_best_proved", lambda *_: used.append("many") or math.inf)
+    monkeypatch.setattr(bound, "_bound_of_small_instance", lambda *_: used.append("few") or 5.0)
+    monkeypatch.setattr(bound, "_bound_of_large_instance", lambda *_: used.append("many") or math.inf)
     assert lower_bound(scattered(n), 9.0) == (5.0 if few else None)
     assert used == ["few" if few else "many"]
 

@@ -19,7 +19,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.order import stop as stop_module
-from leafcut.order.certificate import bound_of, relaxation
+from leafcut.order.certificate import lower_bound_with_service, symmetric_relaxation
 from leafcut.order.instance import build_instance, path_cost
 from leafcut.order.search import Best
 from leafcut.order.solve import keep_better, solve
@@ -329,7 +329,7 @@ def test_a_bound_of_several_ways_that_is_late_is_given_up() -> None:
     """The deadline is checked before each row of the table of cheapest moves; half a table proves no bound."""
     for rows in (0, 1, 12):
         looks = iter([False] * rows + [True])
-        assert relaxation(slots(20), lambda looks=looks: next(looks)) is None  # type: ignore[misc]
+        assert symmetric_relaxation(slots(20), lambda looks=looks: next(looks)) is None  # type: ignore[misc]
         assert list(looks) == []
     few = SolveOptions(preset="fast", threads=1)
     late, whole = (solve(slots(20), few, bounds=Deadline(limit)) for limit in (0.0, None))
@@ -374,7 +374,7 @@ def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, cl
         entry, exit_, cluster, rng.uniform(0, 9, len(cluster)), closed=closed, start=start,
         precedence=np.array([[0, 1]], dtype=np.int32),
     )  # fmt: skip
-    relaxed = relaxation(problem)
+    relaxed = symmetric_relaxation(problem)
     assert relaxed is not None
     assert relaxed.closed
     assert not len(relaxed.precedence)
@@ -390,4 +390,4 @@ def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, cl
     service = [min(problem.service[m]) for m in members] + [0.0] * (not closed)
     assert relaxed.service.tolist() == service
     # The problem itself has no tour that stands for its path, so no bound of its own.
-    assert bound_of(build_instance(problem, 5), 1e9, threading.Event()) is None
+    assert lower_bound_with_service(build_instance(problem, 5), 1e9, threading.Event()) is None

@@ -17,7 +17,7 @@ from leafcut.order.algorithms import (
     Algorithm,
     algorithm_for,
     check_options,
-    is_few,
+    fits_cost_table,
     needs_choices,
     warm_up,
 )
@@ -120,9 +120,9 @@ def test_choices_are_for_precedence_directions_and_not_too_many_alternatives(
 
 
 def test_few_clusters_are_a_thousand_with_six_thousand_nodes() -> None:
-    assert is_few(ways(1000, 6000))
-    assert not is_few(ways(1000, 6001))
-    assert not is_few(ways(1001, 1002))
+    assert fits_cost_table(ways(1000, 6000))
+    assert not fits_cost_table(ways(1000, 6001))
+    assert not fits_cost_table(ways(1001, 1002))
 
 
 @pytest.mark.parametrize(

@@ -18,19 +18,19 @@ from leafcut.order.colony import (
     FIRST_ANTS,
     MOST_ANTS,
     Colony,
+    _colony_size,
+    _has_improved,
     _have_time_to_kick,
-    _how_many,
-    _learned,
-    differ,
-    follow_trails,
-    found_colony,
+    costs_differ,
+    create_colony,
     next_generation,
+    recombine_tours,
     run_colony,
     warm_colony,
 )
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import descend, kick_until, work_tour
+from leafcut.order.kicks import descend, kick_until, tour_with_buffers
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
@@ -49,7 +49,7 @@ def workers(executor: Executor | None = None, count: int = 1) -> Workers:
 
 def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
     """Return a colony of ten ants after some generations."""
-    colony = found_colony(instance, 10, 7, 0, where)
+    colony = create_colony(instance, 10, 7, 0, where)
     for _ in range(generations):
         colony = next_generation(instance, colony, 7, where)
     return colony
@@ -57,7 +57,7 @@ def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
 
 def test_no_ants_tour_gets_longer_and_every_cost_is_that_of_its_tour() -> None:
     instance = instance_of(150)
-    colony = found_colony(instance, 10, 3, 0, workers())
+    colony = create_colony(instance, 10, 3, 0, workers())
     for _ in range(5):
         after = next_generation(instance, colony, 3, workers())
         assert (after.costs <= colony.costs).all()
@@ -78,11 +78,11 @@ def test_the_best_ant_of_another_colony_joins_if_there_is_any() -> None:
     one, other = (
         Colony(np.arange(k, k + 6, dtype=np.int32).reshape(2, 3), np.array([5.0 + k, 4.0 + k]), k, 9) for k in (0, 10)
     )
-    joined = one.joined_by(other)
+    joined = one.with_best_of(other)
     assert joined.tours.tolist() == [[0, 1, 2], [3, 4, 5], [13, 14, 15]]
     assert joined.costs.tolist() == [5.0, 4.0, 14.0]
     assert (joined.number, joined.generation) == (0, 9)
-    assert one.joined_by(Colony(other.tours[:0], other.costs[:0])) is one
+    assert one.with_best_of(Colony(other.tours[:0], other.costs[:0])) is one
 
 
 def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,7 +92,7 @@ def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytes
         met.extend(zip(mine.tolist(), other.tolist(), costs.tolist(), strict=True))
         return mine, costs
 
-    monkeypatch.setattr(colony_module, "follow_trails", note)
+    monkeypatch.setattr(colony_module, "recombine_tours", note)
     tours = np.array([np.roll(np.arange(12), k) for k in range(9)], dtype=np.int32)
     colony = Colony(tours, np.arange(9.0))
     after = next_generation(instance, colony, 7, workers())
@@ -110,20 +110,20 @@ def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytes
 
 def test_ants_that_meet_after_the_time_is_up_keep_their_tours_and_costs() -> None:
     instance = instance_of(150)
-    colony = found_colony(instance, 4, 7, 0, workers())
+    colony = create_colony(instance, 4, 7, 0, workers())
     mine = colony.tours.copy()
     meetings = mine, np.roll(mine, 1, axis=0), colony.costs, np.arange(1, 5, dtype=np.uint64)
-    tours, costs = follow_trails(instance, *meetings, Stop(seconds=0.0))
+    tours, costs = recombine_tours(instance, *meetings, Stop(seconds=0.0))
     assert np.array_equal(tours, colony.tours)
     assert np.array_equal(costs, colony.costs)
-    tours, costs = follow_trails(instance, *meetings, Stop())
+    tours, costs = recombine_tours(instance, *meetings, Stop())
     assert (costs < colony.costs).any()
     assert np.array_equal(mine, colony.tours)
 
 
 def test_a_generation_leaves_the_colony_it_comes_from_alone() -> None:
     instance = instance_of(80)
-    colony = found_colony(instance, 6, 1, 0, workers())
+    colony = create_colony(instance, 6, 1, 0, workers())
     before = colony.tours.copy()
     assert np.array_equal(next_generation(instance, colony, 1, workers()).tours.shape, before.shape)
     assert np.array_equal(colony.tours, before)
@@ -131,16 +131,16 @@ def test_a_generation_leaves_the_colony_it_comes_from_alone() -> None:
 
 def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_left() -> None:
     stop = Stop(seconds=math.inf)
-    assert [_how_many(100, k, 1.0, stop, math.inf) for k in range(3)] == [FIRST_ANTS, 4 * FIRST_ANTS, 100]
-    assert _how_many(100, 0, 1.0, stop, 1500.0) == 15
-    assert _how_many(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
+    assert [_colony_size(100, k, 1.0, stop, math.inf) for k in range(3)] == [FIRST_ANTS, 4 * FIRST_ANTS, 100]
+    assert _colony_size(100, 0, 1.0, stop, 1500.0) == 15
+    assert _colony_size(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
 
 
 def test_with_a_clock_one_colony_takes_the_time_that_would_not_do_for_much_larger_ones() -> None:
     """44 % of the time is for building, at one second an ant."""
-    assert _how_many(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
-    assert _how_many(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
-    assert _how_many(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
+    assert _colony_size(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
+    assert _colony_size(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
+    assert _colony_size(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
 
 
 def test_ants_kick_when_the_time_does_for_a_dozen_of_them_and_never_on_a_budget_of_work() -> None:
@@ -148,28 +148,28 @@ def test_ants_kick_when_the_time_does_for_a_dozen_of_them_and_never_on_a_budget_
     assert _have_time_to_kick(1.0, Stop(seconds=80.5))
     assert not _have_time_to_kick(1.0, Stop(seconds=79.5))
     assert not _have_time_to_kick(1.0, Stop())
-    assert _how_many(1000, 0, 1.0, Stop(seconds=80.5), math.inf, kicking=True) == 12
+    assert _colony_size(1000, 0, 1.0, Stop(seconds=80.5), math.inf, kicking=True) == 12
 
 
 def test_ants_that_kick_have_tours_no_longer_the_same_for_a_seed_and_none_when_the_time_is_up() -> None:
     instance = instance_of(150)
-    plain, kicked, again = (found_colony(instance, 6, 3, 0, workers(), kicks) for kicks in (0, 300, 300))
+    plain, kicked, again = (create_colony(instance, 6, 3, 0, workers(), kicks) for kicks in (0, 300, 300))
     assert (kicked.costs <= plain.costs + 1e-9).all()
     assert kicked.costs.mean() < plain.costs.mean()
     assert np.array_equal(kicked.tours, again.tours)
     assert all(sorted(t.tolist()) == list(range(150)) for t in kicked.tours)
     assert kicked.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in kicked.tours])
     late = Workers(None, 1, Stop(seconds=0.0), WorkerLog.of(1))
-    assert len(found_colony(instance, 6, 3, 0, late, 300).costs) == 0
+    assert len(create_colony(instance, 6, 3, 0, late, 300).costs) == 0
 
 
 def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_nearer_to_it() -> None:
     before = np.array([100.0, 110.0, 120.0])
-    assert _learned(before, np.array([99.0, 110.0, 120.0]), little=0.5)
-    assert _learned(before, np.array([100.0, 105.0, 110.0]), little=0.5)
-    assert not _learned(before, np.array([100.0, 109.9, 120.0]), little=0.5)
-    assert _learned(before, np.array([100.0, 109.9, 120.0]), little=0.0)
-    assert not _learned(before, before, little=0.0)
+    assert _has_improved(before, np.array([99.0, 110.0, 120.0]), little=0.5)
+    assert _has_improved(before, np.array([100.0, 105.0, 110.0]), little=0.5)
+    assert not _has_improved(before, np.array([100.0, 109.9, 120.0]), little=0.5)
+    assert _has_improved(before, np.array([100.0, 109.9, 120.0]), little=0.0)
+    assert not _has_improved(before, before, little=0.0)
 
 
 @pytest.mark.parametrize("n", [5, 6, 7, 12])
@@ -252,22 +252,22 @@ def test_the_warm_up_runs_a_colony_and_then_kicks_of_their_own(large: bool, monk
 
 def test_tours_that_differ_by_rounding_alone_are_equal() -> None:
     tours = np.zeros((3, 4), dtype=np.int32)
-    assert not differ(Colony(tours, np.array([5.0, 5.0 + 9e-10, 5.0])))
-    assert differ(Colony(tours, np.array([5.0, 5.0 + 2e-9, 5.0])))
-    assert not differ(Colony(tours[:1], np.array([5.0])))
-    assert not differ(Colony(tours[:0], np.zeros(0)))
+    assert not costs_differ(Colony(tours, np.array([5.0, 5.0 + 9e-10, 5.0])))
+    assert costs_differ(Colony(tours, np.array([5.0, 5.0 + 2e-9, 5.0])))
+    assert not costs_differ(Colony(tours[:1], np.array([5.0])))
+    assert not costs_differ(Colony(tours[:0], np.zeros(0)))
 
 
 def test_a_gain_is_more_than_rounding() -> None:
     """Of the best ant, and of any other ant beyond a share of the mean excess over the best."""
     before = np.array([100.0, 110.0])
-    assert not _learned(before, before - 9e-10, 0.0)
-    assert _learned(before, before - [2e-9, 0.0], 0.0)
-    assert not _learned(before, before - [0.0, 9e-10], 0.0)
-    assert _learned(before, before - [0.0, 2e-9], 0.0)
+    assert not _has_improved(before, before - 9e-10, 0.0)
+    assert _has_improved(before, before - [2e-9, 0.0], 0.0)
+    assert not _has_improved(before, before - [0.0, 9e-10], 0.0)
+    assert _has_improved(before, before - [0.0, 2e-9], 0.0)
     # A mean gain of 0.5 is more than a tenth of the mean excess of 4.5, and not more than a ninth.
-    assert _learned(before, np.array([100.0, 109.0]), 0.111)
-    assert not _learned(before, np.array([100.0, 109.0]), 0.112)
+    assert _has_improved(before, np.array([100.0, 109.0]), 0.111)
+    assert not _has_improved(before, np.array([100.0, 109.0]), 0.112)
 
 
 @pytest.mark.parametrize("kicks", [0, 150])
@@ -275,10 +275,10 @@ def test_an_ant_builds_a_random_greedy_tour_which_is_improved_and_kicked(kicks: 
     instance = instance_of(60)
     word, same = np.array([77], dtype=np.uint64), np.array([77], dtype=np.uint64)
     (node,), (cost,) = colony_module.build_tour(instance, word, kicks, Stop())
-    tour = work_tour(greedy(instance, np.random.default_rng(77)))
+    tour = tour_with_buffers(greedy(instance, np.random.default_rng(77)))
     assert descend(instance, tour, (0, 8, 5, 3, 1), Stop())
     if kicks:
-        tour = work_tour(tour.node, queued=False, log=2 * 60 + 1000)
+        tour = tour_with_buffers(tour.node, queued=False, log=2 * 60 + 1000)
         kick_until(instance, tour, same, kicks, Stop())
     assert node.tolist() == tour.node.tolist()
     assert cost == tour_cost(instance.cost, tour.node)
@@ -299,7 +299,7 @@ def test_the_states_of_ants_depend_on_the_seed_and_the_number_of_the_colony(monk
         return np.full((1, 8), len(seen), dtype=np.int32), np.array([cost])
 
     monkeypatch.setattr(colony_module, "build_tour", build)
-    colony = found_colony(instance, 4, 7, 3, workers(), 25)
+    colony = create_colony(instance, 4, 7, 3, workers(), 25)
     assert seen == [(instance, int(word), 25) for word in random_words(7, 1, 3, count=4)]
     assert colony.costs.tolist() == [11.0, 13.0, 14.0]
     assert colony.tours[:, 0].tolist() == [1, 3, 4]
@@ -319,7 +319,7 @@ def test_a_generation_is_shared_in_two_blocks_per_worker(
         seen.append((mine[:, 0].tolist(), other[:, 0].tolist(), costs.tolist(), words.tolist()))
         return mine, costs - 1.0
 
-    monkeypatch.setattr(colony_module, "follow_trails", note)
+    monkeypatch.setattr(colony_module, "recombine_tours", note)
     tours = np.arange(9, dtype=np.int32)[:, None] * np.ones(12, dtype=np.int32)
     after = next_generation(instance, Colony(tours, np.arange(9.0), 3, 5), 7, workers(count=count))
     words = random_words(7, 2, 3, 5, count=9)
@@ -353,7 +353,7 @@ def test_meetings_are_assembled_in_groups_between_two_looks_at_the_clock(monkeyp
     monkeypatch.setattr(colony_module, "assemble", assemble)
     mine = np.array([np.roll(np.arange(12), k) for k in range(5)], dtype=np.int32)[:, ::-1].copy()
     costs, words = np.full(5, 7.0), np.arange(1, 6, dtype=np.uint64)
-    tours, after = follow_trails(instance, mine, mine[::-1].copy(), costs, words, Stop())
+    tours, after = recombine_tours(instance, mine, mine[::-1].copy(), costs, words, Stop())
     assert ranges == [(0, 2), (2, 4), (4, 5)]
     length = tour_cost(instance.cost, np.arange(12, dtype=np.int32))
     assert after.tolist() == [7.0, 7.0, 7.0, length, 7.0]

@@ -53,7 +53,7 @@ def test_the_clock_of_searches_stands_still_while_kernels_are_compiled(clock: Cl
 
 def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
     """A kernel that calls another kernel compiles it inside."""
-    with compiling.announced(lambda _: None) as compilations, event.trigger_event("numba:compile"):
+    with compiling.announced_compilations(lambda _: None) as compilations, event.trigger_event("numba:compile"):
         clock.now += 5.0
         with event.trigger_event("numba:compile"):
             clock.now += 7.0
@@ -65,7 +65,7 @@ def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Cl
     """Another thread is compiling when the counting begins: the clock of searches must not stand still afterwards."""
     with ExitStack() as counting:
         with event.trigger_event("numba:compile"):
-            counted = counting.enter_context(compiling.announced(lambda _: None))
+            counted = counting.enter_context(compiling.announced_compilations(lambda _: None))
             clock.now += 3.0
         clock.now += 4.0
         with event.trigger_event("numba:compile"):

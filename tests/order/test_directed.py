@@ -12,7 +12,7 @@ import pytest
 from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import directed
-from leafcut.order.annealing import layers_of
+from leafcut.order.annealing import build_clusters
 from leafcut.order.directed import build_directed, is_directed, least_costs
 from leafcut.order.instance import path_cost
 from travel_reference import travel_cost
@@ -188,7 +188,7 @@ def test_layers_hold_the_costs_of_all_moves_with_the_work_at_their_end(
     """The nodes by cluster, then the anchor: a move from it starts at the start, a move to it ends at the end."""
     problem = problem_of(kind, ends, pairs)
     instance = build_directed(problem, 5)
-    layers, m = layers_of(instance), M if ends is None else M + 1
+    layers, m = build_clusters(instance), M if ends is None else M + 1
     nodes = sorted(range(problem.n_nodes), key=lambda v: (problem.cluster[v], v))
     owner = [int(problem.cluster[v]) for v in nodes] + [M] * (m - M)
     assert layers.owner.tolist() == owner

@@ -10,9 +10,9 @@ import pytest
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import exact
-from leafcut.order.exact import best_nodes, choose_nodes, within_reach
+from leafcut.order.exact import best_nodes, choose_nodes, is_exactly_solvable
 from leafcut.order.instance import path_cost
-from leafcut.order.precedence import checked_pairs, keeps
+from leafcut.order.precedence import checked_pairs, satisfies_pairs
 from leafcut.order.solve import solve
 
 METRICS = [Metric(), Metric("linear", (40.0, 20.0), (90.0, 70.0)), Metric("dogleg", (40.0, 20.0), (90.0, 70.0))]
@@ -38,7 +38,7 @@ def least(problem: RoutingProblem) -> float:
     """Return the cost of the cheapest of all orders that keep the precedence, each with its best nodes."""
     pairs = checked_pairs(problem)
     every = (np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters)))
-    return min(path_cost(problem, choose_nodes(problem, order)) for order in every if keeps(pairs, order))
+    return min(path_cost(problem, choose_nodes(problem, order)) for order in every if satisfies_pairs(pairs, order))
 
 
 @pytest.mark.parametrize("ends", ENDS)
@@ -46,7 +46,7 @@ def test_no_order_and_no_choice_of_nodes_is_cheaper(ends: object) -> None:
     for seed, pairs in itertools.product(range(3), (0, 3)):
         problem = cuts(seed, ends, pairs=pairs)
         nodes = best_nodes(problem, checked_pairs(problem))
-        assert keeps(checked_pairs(problem), problem.cluster[nodes])
+        assert satisfies_pairs(checked_pairs(problem), problem.cluster[nodes])
         assert path_cost(problem, nodes) == pytest.approx(least(problem))
 
 
@@ -70,7 +70,7 @@ def test_by_default_the_path_of_a_few_cuts_is_proved_to_be_the_shortest() -> Non
 
 
 def test_what_has_too_many_sets_or_nodes_is_left_to_the_search() -> None:
-    assert within_reach(cuts(1, ENDS[1], ways=1, m=exact.MOST_CLUSTERS))
-    assert not within_reach(cuts(1, ENDS[1], ways=1, m=exact.MOST_CLUSTERS + 1))
-    assert not within_reach(cuts(1, "closed", ways=60, m=10))
-    assert not within_reach(cuts(1, ENDS[1], ways=60, m=14))
+    assert is_exactly_solvable(cuts(1, ENDS[1], ways=1, m=exact.MOST_CLUSTERS))
+    assert not is_exactly_solvable(cuts(1, ENDS[1], ways=1, m=exact.MOST_CLUSTERS + 1))
+    assert not is_exactly_solvable(cuts(1, "closed", ways=60, m=10))
+    assert not is_exactly_solvable(cuts(1, ENDS[1], ways=60, m=14))

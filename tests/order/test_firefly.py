@@ -18,7 +18,7 @@ from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.construction import random_words
 from leafcut.order.directed import build_directed
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.kicks import BREADTH, choices, descend, work_tour
+from leafcut.order.kicks import BREADTH, descend, search_breadth, tour_with_buffers
 from leafcut.order.literature import fireflies, flight
 from leafcut.order.literature.fireflies import ChoiceFireflies, PlaceFireflies, all_costs
 from leafcut.order.literature.flight import Flight, Swarm
@@ -66,10 +66,12 @@ def test_flying_keeps_a_tour_whole_and_never_makes_it_longer(n: int, seed: int, 
 def test_mended_moves_keep_a_tour_whole_and_never_make_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
     instance = instance_of(n, closed=seed % 2 == 0, seed=seed)
     h = instance.n
-    tour = work_tour(np.random.default_rng(seed).permutation(h).astype(np.int32), queued=False, log=2 * h + 1000)
+    tour = tour_with_buffers(
+        np.random.default_rng(seed).permutation(h).astype(np.int32), queued=False, log=2 * h + 1000
+    )
     before, words = tour_cost(instance.cost, tour.node), np.array([seed + 1], dtype=np.uint64)
     gained = fly_and_mend(
-        instance.cost, tour, instance.candidates, instance.lengths, choices(instance, BREADTH), moves,
+        instance.cost, tour, instance.candidates, instance.lengths, search_breadth(instance, BREADTH), moves,
         min(longest, h - 2), words, 0,
     )  # fmt: skip
     assert sorted(tour.node.tolist()) == list(range(h))
@@ -180,9 +182,9 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
     assert (best.tour.tolist(), best.cost) == (swarm.swarm[0].node.tolist(), swarm.lengths[0])
     plain = []
     for f in range(4):
-        tour = work_tour(flight.first_of(instance, flight_of_four, 3, f))
+        tour = tour_with_buffers(flight.initial_tour(instance, flight_of_four, 3, f))
         descend(instance, tour, BREADTH, Stop())
-        plain.append(work_tour(tour.node, queued=False, log=2 * 60 + 1000))
+        plain.append(tour_with_buffers(tour.node, queued=False, log=2 * 60 + 1000))
     tours, lengths = swarm.construct(0)
     for iteration in range(4):
         if iteration:
@@ -195,8 +197,8 @@ def test_repaired_moves_of_a_swarm_are_those_of_the_kernel_between_looks_at_the_
                 plans.append((max(1, round(beta * 60 * 0.05)), min(9, longest)))
             for f, (moves, longest) in enumerate(plans):
                 fly_and_mend(
-                    instance.cost, plain[f], *instance.exchange_lists, choices(instance, BREADTH), moves, longest,
-                    words, f,
+                    instance.cost, plain[f], *instance.exchange_lists, search_breadth(instance, BREADTH), moves,
+                    longest, words, f,
                 )  # fmt: skip
             tours, lengths = swarm.construct(iteration)
         assert tours.tolist() == [t.node.tolist() for t in plain]

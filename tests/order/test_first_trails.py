@@ -10,11 +10,11 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.kernels.construct import choose_next
-from leafcut.kernels.ordering import draw_next
+from leafcut.kernels.ordering import choose_next_cluster
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ANT_ALGORITHMS, AcoOptions, SolveOptions
 from leafcut.order.instance import Instance, build_instance
-from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.pheromone import AntParameters, Trails
 from leafcut.order.literature.places import Places
 from leafcut.order.search import Best
@@ -33,7 +33,7 @@ LINE, C_NN = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(5)
 def trails(instance: Instance, c_nn: float, algorithm: str = "as", seed: int = 1, **options: object) -> Trails:
     """Return the first trails of an algorithm."""
     parameters = AntParameters.of(algorithm, AcoOptions(**options), instance.n, local_search=False)
-    return trails_of(Places(instance, False), parameters, c_nn, seed)
+    return initial_trails(Places(instance, False), parameters, c_nn, seed)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_an_ant_without_any_trail_chooses_by_nearness_alone() -> None:
     assert {choose_next(lists, nothing, near, visited, 0, 1.0, words, 0) for _ in range(20)} == {0}
     missing = np.array([-1, 0, 0, -1], dtype=np.int32)
     near, nothing = np.array([[0.0, 3.0, 1.0, 4.0]] * 4), np.zeros((4, 4))
-    taken = [draw_next(nothing, near, missing, 0, 0.0, words, 0) for _ in range(4000)]
+    taken = [choose_next_cluster(nothing, near, missing, 0, 0.0, words, 0) for _ in range(4000)]
     assert np.bincount(taken, minlength=4) / 4000 == pytest.approx([0.0, 0.75, 0.25, 0.0], abs=0.03)
 
 
@@ -143,7 +143,7 @@ def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(e
     instance = build_instance(RoutingProblem.of_points(xy, **ends), 0)  # type: ignore[arg-type]
     parameters = AntParameters.of("as", AcoOptions(), instance.n, False)
     moves = Places(instance, False)
-    laid = trails_of(moves, parameters, 50.0, 1)
+    laid = initial_trails(moves, parameters, 50.0, 1)
     laid.pheromone[:] = np.random.default_rng(4).uniform(0.1, 1.0, laid.pheromone.shape)
     laid.weigh()
     here = int(np.flatnonzero(instance.label == 0)[0])

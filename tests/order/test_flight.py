@@ -11,7 +11,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import FireflyOptions, SolveOptions
 from leafcut.order.instance import build_instance
-from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
+from leafcut.order.literature.flight import Flight, Swarm, completed_share, initial_tour
 from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
@@ -108,10 +108,10 @@ def test_a_swarm_begins_in_the_dark() -> None:
 
 def test_the_moves_and_the_longest_inversion_of_a_firefly_are_those_of_its_aim() -> None:
     swarm = three([60.0, 90.0, 95.0])
-    assert swarm.aim_of(2) == (round(80.0 * math.exp(-0.08)), 8)
-    assert swarm.aim_of(1) == (round(80.0 * math.exp(-0.02 * 9.0)), 12)
-    assert swarm.aim_of(0) == (80, 38)
-    assert three([60.0, 90.0, 95.0], done=0.3).aim_of(1)[1] == 10
+    assert swarm.moves_to_target(2) == (round(80.0 * math.exp(-0.08)), 8)
+    assert swarm.moves_to_target(1) == (round(80.0 * math.exp(-0.02 * 9.0)), 12)
+    assert swarm.moves_to_target(0) == (80, 38)
+    assert three([60.0, 90.0, 95.0], done=0.3).moves_to_target(1)[1] == 10
 
 
 def test_the_step_shown_is_that_of_the_darkest_firefly_with_a_known_length() -> None:
@@ -144,24 +144,24 @@ def test_the_first_tours_are_greedy_or_random_with_a_tied_edge(ends: dict[str, o
     instance = build_instance(RoutingProblem.of_points(xy, **ends), 8)  # type: ignore[arg-type]
     published = Flight.of(FireflyOptions(variant="published"), limited=True)
     for flight in (FLIGHT, published):
-        tours = [first_of(instance, flight, 5, f).tolist() for f in range(4)]
-        assert tours == [first_of(instance, flight, 5, f).tolist() for f in range(4)]
+        tours = [initial_tour(instance, flight, 5, f).tolist() for f in range(4)]
+        assert tours == [initial_tour(instance, flight, 5, f).tolist() for f in range(4)]
         assert all(sorted(tour) == list(range(instance.n)) for tour in tours)
         assert len({tuple(tour) for tour in tours}) > 2
         if flight is published and "start" in ends:
             assert all(tour[-2:] == [instance.first, instance.second] for tour in tours)
-    lengths = [[instance.length(first_of(instance, f, 5, k)) for k in range(4)] for f in (FLIGHT, published)]
+    lengths = [[instance.length(initial_tour(instance, f, 5, k)) for k in range(4)] for f in (FLIGHT, published)]
     assert max(lengths[0]) < min(lengths[1])
     # Only the first greedy tour is the same for every seed.
-    assert first_of(instance, FLIGHT, 5, 0).tolist() == first_of(instance, FLIGHT, 6, 0).tolist()
-    assert first_of(instance, FLIGHT, 5, 1).tolist() != first_of(instance, FLIGHT, 6, 1).tolist()
-    assert first_of(instance, published, 5, 0).tolist() != first_of(instance, published, 6, 0).tolist()
+    assert initial_tour(instance, FLIGHT, 5, 0).tolist() == initial_tour(instance, FLIGHT, 6, 0).tolist()
+    assert initial_tour(instance, FLIGHT, 5, 1).tolist() != initial_tour(instance, FLIGHT, 6, 1).tolist()
+    assert initial_tour(instance, published, 5, 0).tolist() != initial_tour(instance, published, 6, 0).tolist()
 
 
 def test_the_larger_share_of_the_iterations_and_of_the_time_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("leafcut.order.stop.clock", lambda: 107.0)
-    assert share_done(Stop(iterations=10, seconds=20.0, began=100.0), 5) == 0.5
-    assert share_done(Stop(iterations=10, seconds=20.0, began=100.0), 3) == pytest.approx(0.35)
-    assert share_done(Stop(seconds=20.0, began=100.0), 3) == pytest.approx(0.35)
-    assert share_done(Stop(iterations=4, began=100.0), 3) == 0.75
-    assert share_done(Stop(began=100.0), 3) == 0.0
+    assert completed_share(Stop(iterations=10, seconds=20.0, began=100.0), 5) == 0.5
+    assert completed_share(Stop(iterations=10, seconds=20.0, began=100.0), 3) == pytest.approx(0.35)
+    assert completed_share(Stop(seconds=20.0, began=100.0), 3) == pytest.approx(0.35)
+    assert completed_share(Stop(iterations=4, began=100.0), 3) == 0.75
+    assert completed_share(Stop(began=100.0), 3) == 0.0

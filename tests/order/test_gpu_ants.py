@@ -22,7 +22,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.order.instance import build_instance
 from leafcut.order.literature import gpu
-from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.gpu import GpuAnts
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
@@ -247,7 +247,7 @@ def test_a_fake_gpu_builds_the_tours_of_the_cpu(
     swarms = []
     for kind in (Ants, GpuAnts):
         moves, best = Places(instance, False), Best(Stop())
-        swarms.append(kind(moves, trails_of(moves, parameters, moves.start(best), 3), 3, Stop()))
+        swarms.append(kind(moves, initial_trails(moves, parameters, moves.start(best), 3), 3, Stop()))
     for iteration in range(2):
         found = [swarm.construct(iteration) for swarm in swarms]
         assert np.array_equal(found[0][0], found[1][0])
@@ -265,7 +265,7 @@ def test_words_of_ants_advance_on_the_gpu_too(fresh_kernels: None, monkeypatch: 
     parameters = AntParameters.of("as", AcoOptions(n_ants=3), instance.n, False)
     moves, words = Places(instance, False), np.arange(1, 4, dtype=np.uint64)
     with plain_python():
-        ants = GpuAnts(moves, trails_of(moves, parameters, 9.0, 3), 3, Stop())
+        ants = GpuAnts(moves, initial_trails(moves, parameters, 9.0, 3), 3, Stop())
         assert ants._construct_all(words) == 3
         here, other = np.arange(1, 4, dtype=np.uint64), Ants(moves, ants.trails, 3, Stop())
         for ant in range(3):
@@ -310,6 +310,6 @@ def test_an_error_of_the_gpu_is_reported_by_its_first_line(error: Exception, wor
         raise error
 
     with pytest.raises(SolveError) as refused:
-        gpu._on_gpu(fail)
+        gpu._run_on_gpu(fail)
     assert str(refused.value) == f"--parallel gpu: the GPU refused the work ({words}); leave it out"
-    assert gpu._on_gpu(lambda: 5) == 5
+    assert gpu._run_on_gpu(lambda: 5) == 5

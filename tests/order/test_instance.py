@@ -14,6 +14,7 @@ from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.order.instance import (
     Instance,
     build_instance,
+    build_tree,
     candidate_lists,
     cluster_places,
     cost_model,
@@ -21,7 +22,6 @@ from leafcut.order.instance import (
     is_symmetric,
     matrix_of,
     path_cost,
-    plant_tree,
 )
 
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
@@ -136,7 +136,7 @@ def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -
     matrix = rng.integers(-3, 9, (n, n)).astype(float)
     matrix[rng.random((n, n)) < (seed % 3) / 6.0] = np.inf
     cost = cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((n, 2)))
-    lists, lengths = candidate_lists(cost, plant_tree(np.zeros((0, 2)))[0], n, n + 1, k)
+    lists, lengths = candidate_lists(cost, build_tree(np.zeros((0, 2)))[0], n, n + 1, k)
     for i in range(n):
         order = [j for j in np.argsort(matrix[i], kind="stable").tolist() if j != i][:k]
         assert lists[i].tolist() == order + [-1] * (k - len(order))

@@ -15,15 +15,15 @@ from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import (
     BREADTH,
-    cut,
     descend,
-    instance_of,
-    kick_on,
     kick_pieces,
+    kick_repeatedly,
     kick_until,
     kicks_per_iteration,
+    piece_instance,
     shorten_long_edges,
-    work_tour,
+    split_tour,
+    tour_with_buffers,
 )
 from leafcut.order.search import Best
 from leafcut.order.stop import Stop
@@ -61,7 +61,7 @@ def test_an_iteration_has_two_hundred_kicks_or_one_for_a_hundred_nodes() -> None
 
 def test_a_work_tour_has_all_or_no_nodes_in_its_queue() -> None:
     node = np.array([2, 0, 3, 1], dtype=np.int32)
-    tour, idle = work_tour(node), work_tour(node, queued=False, log=7)
+    tour, idle = tour_with_buffers(node), tour_with_buffers(node, queued=False, log=7)
     assert tour.place.tolist() == idle.place.tolist() == [1, 3, 0, 2]
     assert (tour.queue.tolist(), tour.queued.tolist(), tour.counts.tolist()) == ([2, 0, 3, 1], [1] * 4, [0, 4, 0, 0])
     assert (idle.queued.tolist(), idle.counts.tolist()) == ([0] * 4, [0] * 4)
@@ -76,7 +76,7 @@ def test_a_closed_tour_is_cut_into_equal_pieces_from_a_random_node_on(
 ) -> None:
     monkeypatch.setattr(kicks, "PIECE", 20)
     tour = np.random.default_rng(1).permutation(n).astype(np.int32)
-    pieces = cut(board(n), tour, Draws(7, 0.0))  # type: ignore[arg-type]
+    pieces = split_tour(board(n), tour, Draws(7, 0.0))  # type: ignore[arg-type]
     assert np.concatenate(pieces).tolist() == [*tour[7:].tolist(), *tour[:7].tolist()]
     assert [len(piece) for piece in pieces] == [n // count + (k < n % count) for k in range(count)]
 
@@ -91,7 +91,7 @@ def test_a_path_is_cut_at_its_ends_and_between_them(turned: bool, monkeypatch: p
     path = [a, *inner, b] if turned else [b, *inner, a]
     for shift in (0, 1, 30, n - 1):
         tour = np.roll(np.array(path, dtype=np.int32), shift)
-        pieces = cut(instance, tour, Draws(0, 0.5))  # type: ignore[arg-type]
+        pieces = split_tour(instance, tour, Draws(0, 0.5))  # type: ignore[arg-type]
         assert np.concatenate(pieces).tolist() == path
         assert [len(p) for p in pieces] == [9, 18, 19, 18, 18, 10]
 
@@ -102,7 +102,7 @@ def test_a_piece_is_an_instance_with_tied_ends_and_the_costs_of_the_whole(ends: 
     nodes = np.random.default_rng(2).permutation(instance.n)[:20].astype(np.int32)
     if instance.cost.free >= 0 and instance.cost.free not in nodes:
         nodes[5] = instance.cost.free
-    own, tour, label = instance_of(instance, nodes)
+    own, tour, label = piece_instance(instance, nodes)
     assert label.tolist() == sorted(nodes.tolist())
     assert label[tour].tolist() == nodes.tolist()
     cost = own.cost
@@ -139,7 +139,7 @@ def test_every_round_cuts_elsewhere_and_kicks_each_piece_with_a_state_of_its_own
     assert kick_pieces(instance, start, 5, best, workers, 3, 3 * (2 * 2 + 2 * 2) - 1) == 6
     wanted, costs = [], []
     for iteration in (3, 4, 5):
-        pieces = cut(instance, tour, np.random.default_rng((5, 4, iteration)))
+        pieces = split_tour(instance, tour, np.random.default_rng((5, 4, iteration)))
         words = random_words(5, 3, iteration, count=4)
         wanted += [(p.tolist(), [int(w)], max(1, len(p) // 10)) for p, w in zip(pieces, words, strict=True)]
         tour = np.concatenate([p[::-1] for p in pieces])
@@ -165,7 +165,7 @@ def test_iterations_of_kicks_offer_a_tour_that_has_gained(monkeypatch: pytest.Mo
     monkeypatch.setattr(kicks, "kick_and_mend", kick)
     monkeypatch.setattr(best, "offer", lambda tour, cost, iteration: offered.append((tour.tolist(), cost, iteration)))
     monkeypatch.setattr(best, "tell", reported.append)
-    assert kick_on(instance, start, 5, best.stop, best, 7, 601) == 11
+    assert kick_repeatedly(instance, start, 5, best.stop, best, 7, 601) == 11
     word = random_words(5, 0, count=1).tolist()
     assert seen == [(breadth, word, 0, 200, (2 * N + 1000, 2), [0] * 4)] * 4
     length = tour_cost(instance.cost, start)
@@ -182,7 +182,7 @@ def test_kicks_of_a_piece_are_counted_between_two_looks_at_the_clock(monkeypatch
             return len(spared) == 6
 
     monkeypatch.setattr(kicks, "kick_and_mend", lambda *given: counts.append(given[-1]))
-    tour, word = work_tour(greedy(instance), queued=False), np.ones(1, dtype=np.uint64)
+    tour, word = tour_with_buffers(greedy(instance), queued=False), np.ones(1, dtype=np.uint64)
     kick_until(instance, tour, word, 250, Looks(), 0.5)
     assert counts == [100, 100, 50]
     kick_until(instance, tour, word, 900, Looks(), 0.5)
@@ -200,7 +200,7 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
         return 0.25
 
     monkeypatch.setattr(kicks, "bring_home", home)
-    tour = work_tour(np.random.default_rng(1).permutation(N).astype(np.int32), queued=False)
+    tour = tour_with_buffers(np.random.default_rng(1).permutation(N).astype(np.int32), queued=False)
     assert shorten_long_edges(instance, tour) is True
     cost, same, lists, lengths, edges, onto, steps, places = given[0]
     assert (cost, same, lists, lengths) == (instance.cost, tour, *instance.exchange_lists)
@@ -221,7 +221,7 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
 def test_a_descent_makes_short_moves_first_and_looks_every_five_thousand_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kicks, "LONGEST_REWRITE", 12)
     instance, seen, looks = board(), [], []
-    tour = work_tour(greedy(instance))
+    tour = tour_with_buffers(greedy(instance))
 
     def improve(cost: object, working: Tour, *rest: object) -> None:
         assert rest[:2] == instance.exchange_lists
@@ -242,7 +242,7 @@ def test_a_descent_makes_short_moves_first_and_looks_every_five_thousand_nodes(m
     seen.clear()
     stopped = Stop()
     stopped.cancelled.set()
-    full = work_tour(greedy(instance))
+    full = tour_with_buffers(greedy(instance))
     assert descend(instance, full, BREADTH, stopped) is False
     assert seen == []
     assert math.isinf(stopped.seconds)

@@ -16,14 +16,14 @@ from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.kicks import (
     BREADTH,
-    choices,
     descend,
     first_tour,
     improve_by_kicks,
-    kick_on,
+    kick_repeatedly,
     queue_waiting,
     run_kicks,
-    work_tour,
+    search_breadth,
+    tour_with_buffers,
 )
 from leafcut.order.search import AlgorithmRun, Best
 from leafcut.order.stop import Stop
@@ -128,7 +128,7 @@ def test_a_stop_ends_the_first_improvement_with_a_whole_tour(long_edges: bool, m
 def test_a_descent_does_nothing_once_stopped_and_everything_otherwise() -> None:
     instance = field(60, 1)
     stop = Stop()
-    tour = work_tour(np.random.default_rng(1).permutation(60).astype(np.int32))
+    tour = tour_with_buffers(np.random.default_rng(1).permutation(60).astype(np.int32))
     before = tour.node.copy()
     stop.cancelled.set()
     assert not descend(instance, tour, BREADTH, stop)
@@ -144,10 +144,10 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
     instance = field(120, 4)
     node = np.random.default_rng(4).permutation(120).astype(np.int32)
     monkeypatch.setattr(kicks, "LONGEST_REWRITE", 5)
-    tour, short = work_tour(node), work_tour(node)
+    tour, short = tour_with_buffers(node), tour_with_buffers(node)
     assert descend(instance, tour, BREADTH, Stop())
     assert not tour.queued.any()
-    breadth = choices(instance, BREADTH)
+    breadth = search_breadth(instance, BREADTH)
     improve_queued(instance.cost, short._replace(buffer=short.buffer[:5]), *instance.exchange_lists, breadth, 10**6)
     waiting = short.node[short.queued[short.node] == WAITING].tolist()
     assert waiting
@@ -175,8 +175,8 @@ def test_kicks_stop_after_their_number_their_patience_and_the_target() -> None:
     best = Best(Stop())
     best.offer(start.tour, start.cost, 0)
     # Iterations go on from the given number; begun ones are whole.
-    assert kick_on(instance, start.tour, 3, best.stop, best, 7, 2 * each + 1) == 10
-    assert kick_on(instance, start.tour, 3, best.stop, best, 7, 0) == 7
+    assert kick_repeatedly(instance, start.tour, 3, best.stop, best, 7, 2 * each + 1) == 10
+    assert kick_repeatedly(instance, start.tour, 3, best.stop, best, 7, 0) == 7
     check_best(instance, best)
     patient = Best(Stop(patience=3))
     last = improve_by_kicks(instance, 3, patient.stop, patient)
@@ -202,7 +202,7 @@ def test_kicks_depend_on_the_seed_alone_and_improve_the_tour() -> None:
 def test_no_more_candidates_are_tried_than_there_are() -> None:
     xy = np.random.default_rng(1).uniform(0, 9, (6, 2))
     few = build_instance(RoutingProblem.of_points(xy, closed=True), 3)
-    assert choices(few, (0, 8, 4, 2, 1)).tolist() == [0, 3, 3, 2, 1]
+    assert search_breadth(few, (0, 8, 4, 2, 1)).tolist() == [0, 3, 3, 2, 1]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from leafcut.api import solve
 from leafcut.errors import PlanError, SolveError
 from leafcut.model.part import Grouping, Hole, Part
-from leafcut.order.maps import check_allowed, problem_of_map
+from leafcut.order.maps import check_forbidden_edges, problem_of_map
 
 #: Costs of five nodes, by hand; sets 1, 2, 2, 3, 4.
 COSTS = np.array([
@@ -97,13 +97,13 @@ def test_the_messages_about_a_map_name_its_file() -> None:
         "four.tsp: the tour begins with set 2, and set 4 must come before it; change one of the two"
     )
     with pytest.raises(PlanError) as refused:
-        check_allowed(replace(part, source=""), np.array([4, 0, 2, 0], dtype=np.int32))
+        check_forbidden_edges(replace(part, source=""), np.array([4, 0, 2, 0], dtype=np.int32))
     assert str(refused.value) == (
         "four: no tour was found without edges that the file forbids; the best one goes from node 3 to 1 (-1 in the "
         "matrix); give more time, or allow more edges"
     )
-    check_allowed(part, np.array([4, 0, 2, 3], dtype=np.int32))
-    check_allowed(part, np.array([2], dtype=np.int32))
-    check_allowed(replace(part, matrix=None), np.array([2, 0, 3], dtype=np.int32))
+    check_forbidden_edges(part, np.array([4, 0, 2, 3], dtype=np.int32))
+    check_forbidden_edges(part, np.array([2], dtype=np.int32))
+    check_forbidden_edges(replace(part, matrix=None), np.array([2, 0, 3], dtype=np.int32))
     with pytest.raises(PlanError, match="from node 1 to 2 "):
-        check_allowed(part, np.array([0, 1], dtype=np.int32))
+        check_forbidden_edges(part, np.array([0, 1], dtype=np.int32))

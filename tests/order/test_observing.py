@@ -13,7 +13,7 @@ from leafcut.model.snapshot import Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import stop
 from leafcut.order.instance import build_instance
-from leafcut.order.observing import FAINT, of_tours, on_lists
+from leafcut.order.pheromone_view import FAINT, pheromone_of_tours, pheromone_on_edges
 from leafcut.order.solve import solve
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
@@ -109,11 +109,11 @@ def test_equal_trails_are_shared_evenly_and_a_converged_colony_is_of_one_mind() 
     xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     lists = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]], dtype=np.int32)
     owner = np.arange(4, dtype=np.int32)
-    even = on_lists(xy, owner, lists, np.full((4, 3), 7.0))
+    even = pheromone_on_edges(xy, owner, lists, np.full((4, 3), 7.0))
     np.testing.assert_allclose(even.strength, 2.0 / 3.0)
     assert len(even.edges) == 6
     ring = np.where((lists - owner[:, None]) % 4 == 2, 0.0, 0.5)  # nothing across
-    agreed = on_lists(xy, owner, lists, ring)
+    agreed = pheromone_on_edges(xy, owner, lists, ring)
     np.testing.assert_allclose(agreed.strength, 1.0)
     assert {tuple(e) for e in np.sort(agreed.edges, axis=1).tolist()} == {(0, 1), (1, 2), (2, 3), (0, 3)}
 
@@ -209,7 +209,7 @@ def test_edges_of_a_colony_have_the_share_of_ants_that_use_them(closed: bool) ->
                 if max(a, b) < n:
                     edge = (min(a, b), max(a, b))
                     used[edge] = used.get(edge, 0.0) + 1.0 / len(shown)
-        laid = of_tours(instance, tours)
+        laid = pheromone_of_tours(instance, tours)
         assert laid.strength.tolist() == sorted(laid.strength.tolist(), reverse=True)
         found = dict(zip(map(tuple, laid.edges.tolist()), laid.strength.tolist(), strict=True))
         assert found == pytest.approx(used, abs=1e-6)
@@ -230,6 +230,6 @@ def test_an_edge_is_as_strong_as_twice_its_larger_share_of_the_pheromone_at_an_e
             edge = (min(own, j), max(own, j))
             if share > 0.02:
                 wanted[edge] = max(wanted.get(edge, 0.0), min(share, 1.0))
-    laid = on_lists(xy, owner, lists, trails)
+    laid = pheromone_on_edges(xy, owner, lists, trails)
     found = dict(zip(map(tuple, laid.edges.tolist()), laid.strength.tolist(), strict=True))
     assert found == pytest.approx(wanted, abs=1e-6)

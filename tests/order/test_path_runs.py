@@ -13,12 +13,12 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order import path_search
-from leafcut.order.annealing import layers_of
+from leafcut.order.annealing import build_clusters
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.literature.ants import Ants
 from leafcut.order.path_search import PathSearch, budget, offer_path_of_ants, run_paths, warm_paths
 from leafcut.order.search import AlgorithmRun, Best
-from leafcut.order.stop import Stop, Thrift
+from leafcut.order.stop import PayoffLimit, Stop
 
 N = 12
 
@@ -128,7 +128,7 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
 ) -> None:
     """Twenty generations of Ant Colony System, ten without a gain; at most 15 % of the time limit."""
     instance, seen = cuts(), []
-    layers, greedy, cancelled = layers_of(instance), greedy_path(instance), threading.Event()
+    layers, greedy, cancelled = build_clusters(instance), greedy_path(instance), threading.Event()
     best = Best(Stop(seconds=200.0, target=-5.0, cancelled=cancelled, began=17.0))
     optimum = np.random.default_rng(3).permutation(N)
 
@@ -146,7 +146,7 @@ def test_ants_with_local_search_order_a_path_in_a_share_of_the_time(
     assert (stop.iterations, stop.patience) == (generations or 20, 10)
     assert stop.seconds == pytest.approx(30.0)
     assert (stop.target, stop.began, stop.cancelled) == (-5.0, 17.0, cancelled)
-    assert stop.thrift == Thrift()
+    assert stop.payoff_limit == PayoffLimit()
     assert (ants.stop, ants.seed, ants.trails.parameters.algorithm) == (stop, 9, "acs")
     assert ants.trails.parameters.local_search
     assert ants.moves.local_search
@@ -166,7 +166,7 @@ def test_no_ant_starts_where_a_table_has_no_costs_to_save(monkeypatch: pytest.Mo
     monkeypatch.setattr(path_search, "search", never)
     instance = cuts(table=True)
     best, greedy = Best(Stop()), greedy_path(instance)
-    offer_path_of_ants(instance, layers_of(instance), greedy, 1, best)
+    offer_path_of_ants(instance, build_clusters(instance), greedy, 1, best)
     assert best.cost == pytest.approx(instance.length(greedy.node, greedy.enter, greedy.leave))
 
 

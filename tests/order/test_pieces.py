@@ -13,7 +13,7 @@ from leafcut.options import SolveOptions
 from leafcut.order import colony, kicks
 from leafcut.order.construction import greedy
 from leafcut.order.instance import Instance, build_instance, costs_of_edges, matrix_of
-from leafcut.order.kicks import cut, instance_of, kick_piece, kick_pieces
+from leafcut.order.kicks import kick_piece, kick_pieces, piece_instance, split_tour
 from leafcut.order.search import Best
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
@@ -72,7 +72,7 @@ def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their
     instance = board(ends)
     tour = greedy(instance)
     for seed in range(20):
-        parts = cut(instance, tour, np.random.default_rng(seed))
+        parts = split_tour(instance, tour, np.random.default_rng(seed))
         assert min(map(len, parts)) >= 4
         joined = np.concatenate(parts)
         at = int(np.flatnonzero(tour == joined[0])[0])
@@ -84,8 +84,8 @@ def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their
 @pytest.mark.parametrize("ends", ENDS)
 def test_a_piece_costs_what_it_costs_in_the_whole_and_its_candidates_are_those_of_the_whole(ends: str) -> None:
     instance = board(ends)
-    for nodes in cut(instance, greedy(instance), np.random.default_rng(1)):
-        own, tour, label = instance_of(instance, nodes)
+    for nodes in split_tour(instance, greedy(instance), np.random.default_rng(1)):
+        own, tour, label = piece_instance(instance, nodes)
         assert np.array_equal(label[tour], nodes)
         inside = set(nodes.tolist())
         for v, row in enumerate(own.candidates):
@@ -107,7 +107,7 @@ def test_a_kicked_piece_keeps_its_ends_and_gets_no_longer_until_it_is_stopped(
     stopped, asked = Stop(), []
     monkeypatch.setattr(stopped, "now", lambda spare=0.0: asked.append(spare) or len(asked) > 2, raising=False)
     gained = 0
-    for nodes in cut(instance, greedy(instance), np.random.default_rng(1)):
+    for nodes in split_tour(instance, greedy(instance), np.random.default_rng(1)):
         (after,), none = kick_piece(instance, nodes, word(), 100, Stop())
         assert len(none) == 0
         assert (after[0], after[-1]) == (nodes[0], nodes[-1])
@@ -167,7 +167,7 @@ def test_a_piece_of_a_tour_over_a_surface_has_the_costs_of_the_whole() -> None:
     metric = Metric("linear", (100.0, 80.0), (500.0, 300.0), relief=relief)
     whole = build_instance(RoutingProblem.of_points(xy, metric, start=(1.0, 2.0)), 8)
     nodes = random.permutation(whole.n - 2)[:25].astype(np.int32)
-    piece, tour, label = instance_of(whole, nodes)
+    piece, tour, label = piece_instance(whole, nodes)
     pairs = [(i, j) for i in range(25) for j in range(25) if {i, j} != {int(tour[0]), int(tour[-1])}]
     leave, arrive = np.array(pairs, dtype=np.int32).T
     assert np.array_equal(piece.costs(leave, arrive), whole.costs(label[leave], label[arrive]))

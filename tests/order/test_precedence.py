@@ -7,7 +7,14 @@ import pytest
 
 from leafcut.errors import SolveError
 from leafcut.model.problem import RoutingProblem
-from leafcut.order.precedence import broken_pair, checked_pairs, consequences, followers, keeps, rows
+from leafcut.order.precedence import (
+    broken_pair,
+    checked_pairs,
+    compressed_rows,
+    impossible_moves_and_reduction,
+    satisfies_pairs,
+    transitive_closure,
+)
 
 #: 0 before 1 and 2, both before 3; 3 before 4, and 0 before 4, which follows. Cluster 5 is in no pair.
 DIAMOND = np.array([[0, 1], [0, 2], [0, 4], [1, 3], [2, 3], [3, 4]], dtype=np.int32)
@@ -75,27 +82,27 @@ def test_an_order_breaks_the_first_pair_whose_second_comes_first() -> None:
         ([0, 1, 3, 2], (2, 3)),
     ):
         assert broken_pair(pairs, np.array(order, dtype=np.int32)) == broken
-        assert keeps(pairs, np.array(order, dtype=np.int32)) is (broken is None)
-    assert keeps(pairs[:0], np.array([1, 0, 2, 3], dtype=np.int32)) is True
+        assert satisfies_pairs(pairs, np.array(order, dtype=np.int32)) is (broken is None)
+    assert satisfies_pairs(pairs[:0], np.array([1, 0, 2, 3], dtype=np.int32)) is True
 
 
 def test_rows_list_the_partners_of_each_cluster_in_ascending_order() -> None:
-    begin, partner = rows(np.array([[3, 2], [0, 4], [3, 0], [0, 1]], dtype=np.int32), 5)
+    begin, partner = compressed_rows(np.array([[3, 2], [0, 4], [3, 0], [0, 1]], dtype=np.int32), 5)
     assert (begin.tolist(), partner.tolist()) == ([0, 2, 2, 2, 4, 4], [1, 4, 0, 2])
     assert (begin.dtype, partner.dtype) == (np.int32, np.int32)
-    begin, partner = rows(np.zeros((0, 2), dtype=np.int32), 2)
+    begin, partner = compressed_rows(np.zeros((0, 2), dtype=np.int32), 2)
     assert (begin.tolist(), partner.tolist()) == ([0, 0, 0], [])
 
 
 def test_what_must_come_later_is_what_a_chain_of_pairs_reaches() -> None:
     reached = {(0, 1), (0, 2), (0, 3), (0, 4), (1, 3), (1, 4), (2, 3), (2, 4), (3, 4)}
-    assert followers(DIAMOND, 6).tolist() == matrix(6, reached)
+    assert transitive_closure(DIAMOND, 6).tolist() == matrix(6, reached)
     reversed_names = 5 - DIAMOND
-    assert followers(reversed_names, 6).tolist() == matrix(6, {(5 - a, 5 - b) for a, b in reached})
+    assert transitive_closure(reversed_names, 6).tolist() == matrix(6, {(5 - a, 5 - b) for a, b in reached})
 
 
 def test_a_move_is_impossible_backwards_and_past_a_cluster_and_implied_pairs_are_left_out() -> None:
-    barred, left = consequences(DIAMOND, 6)
+    barred, left = impossible_moves_and_reduction(DIAMOND, 6)
     backwards = {(b, a) for a, b in [(0, 1), (0, 2), (0, 3), (0, 4), (1, 3), (1, 4), (2, 3), (2, 4), (3, 4)]}
     assert barred.tolist() == matrix(6, backwards | {(0, 3), (0, 4), (1, 4), (2, 4)})
     assert left.tolist() == [[0, 1], [0, 2], [1, 3], [2, 3], [3, 4]]

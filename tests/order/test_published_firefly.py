@@ -21,7 +21,7 @@ from leafcut.order.literature.published_fireflies import PublishedFireflies
 from leafcut.order.solve import solve
 from leafcut.order.stop import Stop
 from leafcut.processes import registry
-from leafcut.processes.settings import collect, settings_for
+from leafcut.processes.settings import collect_settings, settings_for
 from plain_random import Xorshift
 
 SIMPLE, COMPLEX = (
@@ -178,16 +178,16 @@ def test_options_that_it_would_not_use_are_refused_and_off_is_off() -> None:
     drill = registry.work("drill")
     published = {"algorithm": "firefly", "variant": "published"}
     with pytest.raises(OptionError, match="only used with --variant leafcut"):
-        settings_for(collect({**published, "local_search": True}), drill)
+        settings_for(collect_settings({**published, "local_search": True}), drill)
     with pytest.raises(OptionError, match="--variant: only used with --algorithm firefly"):
-        settings_for(collect({"variant": "published"}), drill)
-    assert settings_for(collect({**published, "local_search": False}), drill).firefly.variant == "published"
+        settings_for(collect_settings({"variant": "published"}), drill)
+    assert settings_for(collect_settings({**published, "local_search": False}), drill).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant published"):
-        settings_for(collect({"algorithm": "firefly", "moving_firefly": "brighter"}), drill)
+        settings_for(collect_settings({"algorithm": "firefly", "moving_firefly": "brighter"}), drill)
     pocket = registry.work("pocket")
-    assert settings_for(collect({"variant": "published"}), pocket).firefly.variant == "published"
+    assert settings_for(collect_settings({"variant": "published"}), pocket).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant leafcut"):
-        settings_for(collect({"variant": "published", "local_search": True}), pocket)
+        settings_for(collect_settings({"variant": "published", "local_search": True}), pocket)
 
 
 def test_an_order_with_a_direction_is_refused_in_one_line() -> None:

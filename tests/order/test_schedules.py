@@ -12,13 +12,13 @@ import pytest
 from leafcut.kernels.annealing import BEST
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order import annealing, colony, path_search
-from leafcut.order.annealing import Forgetting
+from leafcut.order.annealing import PathAnnealing
 from leafcut.order.colony import Colony, improve_by_colony
 from leafcut.order.directed import DirectedInstance, build_directed, greedy_path
 from leafcut.order.instance import Instance, build_instance
 from leafcut.order.path_search import PathSearch, budget
 from leafcut.order.search import Best
-from leafcut.order.stop import Stop, Thrift
+from leafcut.order.stop import PayoffLimit, Stop
 from leafcut.order.workers import WorkerLog, Workers
 
 N = 60
@@ -79,13 +79,13 @@ def test_a_small_problem_is_annealed_between_kicks_of_twice_the_number(monkeypat
         turns.append(("kicks", given[8]))
         return 0.0
 
-    def anneal(_: Forgetting, nodes: np.ndarray, *given: object) -> np.ndarray:
+    def anneal(_: PathAnnealing, nodes: np.ndarray, *given: object) -> np.ndarray:
         turns.append(("steps", given[1]))
         assert given[3](given[1])  # type: ignore[operator]
         return nodes
 
     monkeypatch.setattr(path_search, "kick_route", kick)
-    monkeypatch.setattr(Forgetting, "cool_down", anneal)
+    monkeypatch.setattr(PathAnnealing, "anneal", anneal)
     search.run(50 * 61 * 5, greedy_path(instance))
     totals: list[list[object]] = []
     for name, count in turns:
@@ -109,7 +109,7 @@ def test_annealing_cools_down_from_a_hot_start_to_a_fiftieth_of_a_move(
 ) -> None:
     """In runs of 200 steps; by turns from three moves and from one; the best path of the run is returned, if any."""
     instance, calls, asked = cuts(closed), [], []
-    ant = Forgetting(instance, np.array([5], dtype=np.uint64))
+    ant = PathAnnealing(instance, np.array([5], dtype=np.uint64))
     nodes = np.random.default_rng(2).permutation(N).astype(np.int32)
     better = ant.layers.begin[[N, *range(N)] if not closed else [*range(N)]]
 
@@ -126,15 +126,15 @@ def test_annealing_cools_down_from_a_hot_start_to_a_fiftieth_of_a_move(
         return len(asked) != 4
 
     monkeypatch.setattr(annealing, "anneal", note)
-    assert ant.cool_down(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
+    assert ant.anneal(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
     ratio = 0.02 / 3.0
     assert calls == [
         (pytest.approx(21.0 * ratio**share), steps, 0.25) for share, steps in ((0.0, 200), (0.4, 200), (0.8, 100))
     ]
     assert asked == [200, 200, 100]
-    assert ant.cool_down(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
+    assert ant.anneal(nodes, 7.0, 500, 0.25, go_on).tolist() == nodes.tolist()
     assert (calls[3], len(calls)) == ((7.0, 200, 0.25), 4)
-    assert ant.cool_down(nodes, 7.0, 150, 0.25, go_on).tolist() == list(range(N))
+    assert ant.anneal(nodes, 7.0, 150, 0.25, go_on).tolist() == list(range(N))
     assert calls[4] == (21.0, 150, 0.25)
 
 
@@ -168,9 +168,9 @@ def colonies(
         return 0
 
     monkeypatch.setattr(colony, "MANY", 0 if many else 10**6)
-    monkeypatch.setattr(colony, "found_colony", found)
+    monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
-    monkeypatch.setattr(colony, "kick_on", kicked)
+    monkeypatch.setattr(colony, "kick_repeatedly", kicked)
     monkeypatch.setattr(colony, "kick_pieces", kicked_in_pieces)
     improve_by_colony(instance, 7, stop, best, Workers(None, 1, stop, WorkerLog.of(1)), visits)
     return (sizes, *last[0])
@@ -201,7 +201,7 @@ def test_the_last_colony_takes_the_rest_of_a_budget_that_no_much_larger_one_woul
 
 def test_a_colony_that_takes_longer_than_the_last_one_gained_is_not_founded(monkeypatch: pytest.MonkeyPatch) -> None:
     """30 µs per node and ant: 32 ants take 0.048 s, 50 take 0.075 s; kicks get a tenth of the visits of the gain."""
-    stop = Stop(thrift=Thrift(True))
+    stop = Stop(payoff_limit=PayoffLimit(True))
     sizes, generations, kicks, _ = colonies(monkeypatch, lambda _: 0.05, stop, math.inf)
     assert (sizes, generations) == ([8, 32], 12)
     assert kicks == pytest.approx(0.1 * 0.05 / 3e-5)
@@ -209,7 +209,7 @@ def test_a_colony_that_takes_longer_than_the_last_one_gained_is_not_founded(monk
 
 def test_generations_end_with_the_iterations_or_once_all_tours_cost_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     assert colonies(monkeypatch, lambda _: 0.0, Stop(iterations=8), math.inf)[:2] == ([8, 32, 50], 8)
-    monkeypatch.setattr(colony, "differ", lambda _: False)
+    monkeypatch.setattr(colony, "costs_differ", lambda _: False)
     assert colonies(monkeypatch, lambda _: 0.0, Stop(), math.inf)[1] == 0
 
 
@@ -219,7 +219,7 @@ def test_ants_that_kick_are_founded_while_there_is_time_for_them_and_none_withou
     """Each kicks half as often as there are nodes; kicks of the best tour follow."""
     time_left, given = iter([True, True, False]), []
     monkeypatch.setattr(colony, "_have_time_to_kick", lambda *_: next(time_left))
-    monkeypatch.setattr(colony, "_how_many", lambda *a: given.append(a[5]) or 8)
+    monkeypatch.setattr(colony, "_colony_size", lambda *a: given.append(a[5]) or 8)
     found = colonies(monkeypatch, lambda _: 1.0, Stop(), math.inf)
     assert found == ([8, 8], 12, math.inf, False)
     assert given == [True, True]
@@ -256,8 +256,8 @@ def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
 
     monkeypatch.setattr(colony, "first_tour", first)
     monkeypatch.setattr(colony, "_have_time_to_kick", lambda each, same: kicking)
-    monkeypatch.setattr(colony, "_how_many", how_many)
-    monkeypatch.setattr(colony, "found_colony", found)
+    monkeypatch.setattr(colony, "_colony_size", how_many)
+    monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
     monkeypatch.setattr(colony, "kick_on", lambda *_: 77)
     assert improve_by_colony(instance, 7, stop, best, Workers(None, 2, stop, WorkerLog.of(2))) == 77

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from leafcut.options import SolveOptions
-from leafcut.order.search import Best, Population, search, set_budget, set_budget_of_visits, until_interrupted
+from leafcut.order.search import Best, Population, run_until_interrupted, search, set_budget, set_budget_of_visits
 from leafcut.order.stop import Stop
 
 
@@ -45,12 +45,12 @@ def test_ctrl_c_ends_a_run_with_the_best_and_goes_on_where_there_is_none() -> No
         raise KeyboardInterrupt
 
     best = Best(Stop())
-    assert until_interrupted(lambda: 4, best) == 4
+    assert run_until_interrupted(lambda: 4, best) == 4
     with pytest.raises(KeyboardInterrupt):
-        until_interrupted(interrupted, best)
+        run_until_interrupted(interrupted, best)
     best = Best(Stop())
     best.offer(np.arange(3, dtype=np.int32), 7.0, 5)
-    assert until_interrupted(interrupted, best) == 5
+    assert run_until_interrupted(interrupted, best) == 5
     assert best.stop.cancelled.is_set()
 
 

@@ -24,7 +24,7 @@ from leafcut.order.exact import choose_nodes
 from leafcut.order.instance import path_cost
 from leafcut.order.literature import choices
 from leafcut.order.path_search import PathSearch
-from leafcut.order.precedence import consequences, keeps
+from leafcut.order.precedence import impossible_moves_and_reduction, satisfies_pairs
 from leafcut.order.search import Best
 from leafcut.order.solve import keep_better, solve
 from leafcut.order.stop import Stop
@@ -382,12 +382,12 @@ def test_the_first_path_is_laid_once_for_ants_and_kicks(size: int, monkeypatch: 
 def test_what_follows_from_pairs_is_found_by_looking_at_all_orders() -> None:
     for seed in range(5):
         problem = random_problem(2 * seed, 6, "holes", pairs=5)
-        barred, pairs = consequences(np.unique(problem.precedence, axis=0), 6)
+        barred, pairs = impossible_moves_and_reduction(np.unique(problem.precedence, axis=0), 6)
         every = list(orders(problem))
         straight = {(int(a), int(b)) for order in every for a, b in itertools.pairwise(order)}
         assert straight == {(a, b) for a in range(6) for b in range(6) if a != b and not barred[a, b]}
         everything = [np.array(o, dtype=np.int32) for o in itertools.permutations(range(6))]
-        assert len(every) == sum(keeps(pairs, order) for order in everything)
+        assert len(every) == sum(satisfies_pairs(pairs, order) for order in everything)
 
 
 def test_candidates_are_the_cheapest_of_every_direction_where_all_are_listed() -> None:

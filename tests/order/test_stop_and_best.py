@@ -17,7 +17,7 @@ from leafcut.options import SolveOptions
 from leafcut.order import stop as module
 from leafcut.order.instance import build_instance
 from leafcut.order.search import Best, SearchView
-from leafcut.order.stop import Deadline, Stop, Thrift
+from leafcut.order.stop import Deadline, PayoffLimit, Stop
 from leafcut.order.workers import WorkerLog, Workers, on_all_workers, thread_pool
 
 
@@ -98,20 +98,20 @@ def test_a_search_is_over_after_its_iterations_its_patience_or_its_time(clock: C
 )
 def test_thrift_holds_for_times_without_limits(options: SolveOptions, unit: str, holds: bool) -> None:
     problem = RoutingProblem.of_points(np.zeros((3, 2)), Metric(unit, (1.0, 1.0), (1.0, 1.0)))
-    assert Thrift.of(options, problem) == Thrift(holds=holds)
+    assert PayoffLimit.of(options, problem) == PayoffLimit(holds=holds)
 
 
 def test_a_period_is_worth_what_the_one_before_it_gained() -> None:
-    rule = Thrift(holds=True)
+    rule = PayoffLimit(holds=True)
     assert rule.is_worth(2.0, 2.0)
     assert not rule.spared
     assert not rule.is_worth(2.0, 1.9)
     assert rule.spared
     assert not rule.is_worth(0.0, 9.0)
-    never = Thrift()
+    never = PayoffLimit()
     assert never.is_worth(9.0, 0.0)
-    assert never.goes_on(0.0, 5.0)
-    assert never.goes_on(99.0, 5.0)
+    assert never.is_worth_continuing(0.0, 5.0)
+    assert never.is_worth_continuing(99.0, 5.0)
     assert not never.spared
 
 

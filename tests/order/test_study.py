@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from leafcut.kernels.pheromone import branching
+from leafcut.kernels.pheromone import branching_factor
 from leafcut.model import study as room
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Snapshot
@@ -99,14 +99,14 @@ def test_the_branching_factor_is_that_reckoned_by_hand() -> None:
     """
     lists = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, -1]], dtype=np.int32)
     trails = np.array([[1.0, 10.0, 1.45], [2.0, 2.0, 2.0], [4.1, 0.095, 0.095], [1.0, 1.0, 99.0]])
-    assert branching(lists, trails, 0.05) == pytest.approx((2 + 3 + 1 + 2) / 4)
+    assert branching_factor(lists, trails, 0.05) == pytest.approx((2 + 3 + 1 + 2) / 4)
 
 
 def test_an_entry_that_leads_nowhere_or_back_is_no_edge() -> None:
     lists = np.array([[0, 1, 2], [0, 1, 2], [-1, -1, -1]], dtype=np.int32)
     trails = np.array([[0.0, 5.0, 5.0], [1.0, 0.0, 9.0], [7.0, 7.0, 7.0]])
-    assert branching(lists, trails, 0.05) == pytest.approx((2 + 1) / 2)
-    assert branching(lists[2:], trails[2:], 0.05) == 1.0
+    assert branching_factor(lists, trails, 0.05) == pytest.approx((2 + 1) / 2)
+    assert branching_factor(lists[2:], trails[2:], 0.05) == 1.0
 
 
 def test_branching_falls_towards_two_as_ants_agree() -> None:

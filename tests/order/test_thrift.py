@@ -12,8 +12,8 @@ from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.order.path_search import SECONDS_PER_KICK, budget
 from leafcut.order.solve import solve
-from leafcut.order.stop import FIRST_STRETCH, Thrift
-from leafcut.report.wording import was_spared
+from leafcut.order.stop import FIRST_STRETCH, PayoffLimit
+from leafcut.report.wording import ended_by_payoff
 
 XY = np.random.default_rng(1).uniform(0.0, 300.0, (100, 2))
 
@@ -66,7 +66,7 @@ def kicks(found: Solution) -> int:
 def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProblem) -> None:
     """Contours with several starts, cuts with two ends, and cuts with precedence."""
     found = solve(problem, SolveOptions(bound=False))
-    assert found.spared and was_spared(found)
+    assert found.spared and ended_by_payoff(found)
     nodes = 150 + 1  # with the node that joins the ends
     assert FIRST_STRETCH / (SECONDS_PER_KICK * nodes**0.5) <= kicks(found) < 0.5 * budget("default", 150)
 
@@ -75,15 +75,17 @@ def test_a_longer_budget_or_iterations_asked_for_are_used() -> None:
     problem = contours(40)
     found = solve(problem, SolveOptions(iterations=120, bound=False))
     assert found.iterations == 120 and not found.spared
-    thrifty = [Thrift.of(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
+    thrifty = [PayoffLimit.of(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
     assert thrifty == [True, False]
-    assert not Thrift.of(SolveOptions(time_limit=5.0), problem).holds
-    assert not Thrift.of(SolveOptions(), replace(problem, metric=Metric())).holds, "costs in millimetres are no time"
+    assert not PayoffLimit.of(SolveOptions(time_limit=5.0), problem).holds
+    assert not PayoffLimit.of(SolveOptions(), replace(problem, metric=Metric())).holds, (
+        "costs in millimetres are no time"
+    )
 
 
 def test_stretches_double_and_each_has_to_gain_what_the_next_takes() -> None:
     """By hand: 1 s, 2 s, 4 s. From 10 to 6 is worth 1 s more, to 3.5 is worth 2 s more, to 0 is not worth 4 s."""
-    rule = Thrift(holds=True)
+    rule = PayoffLimit(holds=True)
     steps = [(0.0, 10.0), (0.9, 9.99), (1.0, 6.0), (1.5, 6.0), (2.0, 3.5), (3.9, 3.4), (4.0, 0.0)]
-    assert [rule.goes_on(*step) for step in steps] == [True] * 6 + [False]
-    assert rule.spared and not rule.goes_on(4.1, -9.0)
+    assert [rule.is_worth_continuing(*step) for step in steps] == [True] * 6 + [False]
+    assert rule.spared and not rule.is_worth_continuing(4.1, -9.0)

@@ -8,7 +8,7 @@ from leafcut.kernels.local_search import improve
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.order.construction import nearest_neighbour
 from leafcut.order.instance import build_instance
-from leafcut.order.kicks import work_tour
+from leafcut.order.kicks import tour_with_buffers
 
 
 def test_local_search_ends_where_ways_differ_by_little() -> None:
@@ -22,7 +22,7 @@ def test_local_search_ends_where_ways_differ_by_little() -> None:
         start=(153.67, -96.266), end=(147.32, -99.06),
     )  # fmt: skip
     instance = build_instance(problem, 16)
-    work = work_tour(nearest_neighbour(instance))
+    work = tour_with_buffers(nearest_neighbour(instance))
     moves = improve(instance.cost, work, instance.candidates, 1000)
     assert moves < 1000
     assert sorted(work.node.tolist()) == list(range(11))

@@ -11,7 +11,7 @@ import pytest
 from leafcut.kernels import pheromone
 from leafcut.model.snapshot import NextPlace, SearchStep
 from leafcut.options import AcoOptions
-from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails, best_so_far_every, lowest_share
+from leafcut.order.literature.pheromone import TRAILS, AntParameters, Trails, deposit_interval, trail_limit_ratio
 from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 from plain_python import plain_parts, plain_python
@@ -124,9 +124,9 @@ def test_max_min_lets_one_ant_deposit_within_its_limits(iteration: int, local_se
 
 def test_the_best_tour_so_far_deposits_ever_more_often() -> None:
     """The schedule of ACOTSP, counted over whole stretches of iterations."""
-    every = {since: best_so_far_every(since, True) for since in (0, 24, 25, 74, 75, 124, 125, 249, 250, 9999)}
+    every = {since: deposit_interval(since, True) for since in (0, 24, 25, 74, 75, 124, 125, 249, 250, 9999)}
     assert every == {0: 25, 24: 25, 25: 5, 74: 5, 75: 3, 124: 3, 125: 2, 249: 2, 250: 1, 9999: 1}
-    assert {best_so_far_every(since, False) for since in (0, 30, 100, 9999)} == {25}
+    assert {deposit_interval(since, False) for since in (0, 30, 100, 9999)} == {25}
 
 
 @pytest.mark.parametrize(
@@ -171,7 +171,7 @@ def test_trails_of_another_colony_are_laid_as_it_laid_them(algorithm: str) -> No
     with plain_python():
         giver.reinforce(1, tours, costs, best)
         taker.highest = giver.highest
-        taker.receive(giver.changes)
+        taker.add_deposits(giver.changes)
     if algorithm == "acs":
         assert matrix(taker) == pytest.approx(matrix(giver))
     else:
@@ -191,16 +191,16 @@ def test_the_branching_factor_counts_the_strong_edges_of_a_node() -> None:
     lists = np.array([[1, 2, 3], [0, 1, 2], [2, -1, -1]], dtype=np.int32)
     tau = np.array([[0.0, 1.0, 4.0], [5.0, 99.0, 5.0], [7.0, 8.0, 9.0]])
     with plain_python():
-        assert pheromone.branching(lists, tau, 0.25) == 2.0
-        assert pheromone.branching(lists, tau, 0.26) == 1.5
-        assert pheromone.branching(lists[2:], tau[2:], 0.25) == 1.0
+        assert pheromone.branching_factor(lists, tau, 0.25) == 2.0
+        assert pheromone.branching_factor(lists, tau, 0.26) == 1.5
+        assert pheromone.branching_factor(lists[2:], tau[2:], 0.25) == 1.0
 
 
 def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
     """Equation 3.12: (1 − 0.3) · 2 + 0.3 · 5 = 2.9; its weight is 2.9² · 10."""
     tau, nearness, weights = np.full((2, 2), 2.0), np.full((2, 2), 10.0), np.zeros((2, 2))
     with plain_python():
-        pheromone.wear(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
+        pheromone.wear_edge(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
     assert tau.tolist() == [[2.0, 2.0], [pytest.approx(2.9), 2.0]]
     assert weights.tolist() == [[0.0, 0.0], [pytest.approx(84.1), 0.0]]
 
@@ -275,7 +275,7 @@ def test_a_trail_limit_is_a_share_by_the_chance_of_the_best_tour_or_by_the_numbe
     """Equation 3.9 for lists of one edge, of which half an edge counts as one; it never exceeds the upper limit."""
     plain = AntParameters.of("mmas", OPTIONS, 50, False)
     root = 0.05 ** (1 / 50)
-    assert lowest_share(plain, 50, 16) == pytest.approx((1 - root) / (8.5 * root))
-    assert lowest_share(plain, 50, 1) == pytest.approx((1 - root) / root)
-    assert lowest_share(plain, 2, 1) == 1.0
-    assert lowest_share(replace(plain, local_search=True), 50, 16) == 0.01
+    assert trail_limit_ratio(plain, 50, 16) == pytest.approx((1 - root) / (8.5 * root))
+    assert trail_limit_ratio(plain, 50, 1) == pytest.approx((1 - root) / root)
+    assert trail_limit_ratio(plain, 2, 1) == 1.0
+    assert trail_limit_ratio(replace(plain, local_search=True), 50, 16) == 0.01

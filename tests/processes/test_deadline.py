@@ -27,7 +27,7 @@ from leafcut.processes.ordering import find_order
 from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import STRATEGIES, ClearingStrategy, SearchTime
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.processes.sheet import passes
 from leafcut.processes.sheet.plan.cutting import CutSequence, HeadTravel
 
@@ -38,7 +38,7 @@ def given_to(works: list[float], takes: Callable[[float], float], limit: float |
     for work in works:
         part = deadline.part(work / left)
         given.append(part.seconds)
-        part.spend(takes(part.seconds or 0.0))
+        part.subtract(takes(part.seconds or 0.0))
         left -= work
     return given
 
@@ -62,12 +62,12 @@ def test_a_small_overrun_of_each_search_does_not_add_up() -> None:
     deadline = Deadline(10.0)
     for left in range(5, 0, -1):
         part = deadline.part(1.0 / left)
-        part.spend(part.limit + 0.5)
+        part.subtract(part.limit + 0.5)
     assert deadline.left == 0.0
     deadline = Deadline(10.5 + 1e-9)
     for left in range(5, 0, -1):
         part = deadline.part(1.0 / left)
-        part.spend(part.limit)
+        part.subtract(part.limit)
     assert deadline.left <= 1e-9
 
 
@@ -81,7 +81,7 @@ def test_without_a_limit_no_search_has_one() -> None:
 def test_a_limit_is_never_zero() -> None:
     """`SolveOptions` refuses it."""
     deadline = Deadline(0.002)
-    deadline.spend(1.0)
+    deadline.subtract(1.0)
     assert deadline.seconds == deadline.part(0.5).seconds == pytest.approx(0.001)
 
 
@@ -124,13 +124,13 @@ def test_all_lower_bounds_of_a_run_share_a_tenth_of_the_limit(monkeypatch: pytes
         while not late():
             now[0] += 0.01
 
-    settings = collect({"time_limit": 10.0})
+    settings = collect_settings({"time_limit": 10.0})
     limits = Deadline.of(settings.solve), Deadline.of_bounds(settings.solve)
     job = Job(settings, machine_of(settings), limits[0], bounds=limits[1])
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (9, 2)))
     stages = [Stage(problem, False, np.arange(9, dtype=np.int32), name) for name in "ab"]
     monkeypatch.setattr(module, "clock", lambda: now[0])
-    monkeypatch.setattr(certificate, "relaxation", endless)
+    monkeypatch.setattr(certificate, "symmetric_relaxation", endless)
     find_order(job, stages, SolveOptions(algorithm="2opt"))
     assert 1.0 <= now[0] <= 1.2
 
@@ -182,20 +182,20 @@ def test_a_stage_with_given_first_choices_gets_one_lower_bound(monkeypatch: pyte
     monkeypatch.setattr(solving, "certify", counted)
     problem = RoutingProblem.of_points(np.random.default_rng(1).uniform(0, 100, (12, 2)))
     nodes = np.arange(12, dtype=np.int32)
-    settings = collect({"preset": "fast", "threads": 1})
+    settings = collect_settings({"preset": "fast", "threads": 1})
     job = Job(settings, machine_of(settings), Deadline())
     find_order(job, [Stage(problem, False, nodes, "", nodes[3:5])])
     assert bounds == [12]
 
 
 def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
-    settings, given = collect({"time_limit": 10.0}), list[float | None]()
+    settings, given = collect_settings({"time_limit": 10.0}), list[float | None]()
     run = Job(settings, machine_of(settings), Deadline.of(settings.solve))
 
     def path(_: object, one: Job, grids: object) -> PocketPath:
         given.append(one.deadline.seconds)
         if one.deadline is not run.deadline:
-            one.deadline.spend(one.deadline.limit)
+            one.deadline.subtract(one.deadline.limit)
         return PocketPath("", ())
 
     time, region = SearchTime(Deadline(10.0)), CentreRegion(shapely.box(0, 0, 9, 9), PocketRules(4.0, 2.0))
@@ -223,13 +223,13 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     )
     nothing: Any = SimpleNamespace(contours=[], pairs=[], rules=SimpleNamespace(kerf=1.0))
     order = Order((CutSequence(nothing, ()),))
-    settings = collect({})
+    settings = collect_settings({})
     head = HeadTravel(Metric(), 0.0, None, None)
     work: Any = SimpleNamespace(cutting=nothing, head=head, parts=(), order_fixed=False, planned=None)
     plan: Any = SimpleNamespace(work=work, job=Job(settings, machine_of(settings), deadline))
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(passes, "cut_outlines_later", slow)
-    monkeypatch.setattr(passes, "motion", lambda *_: before)
+    monkeypatch.setattr(passes, "cached_motion", lambda *_: before)
     assert passes.detach_later(plan, order) is order
     assert looks == [False, True]
     assert deadline.left == 0.0
@@ -251,7 +251,7 @@ def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(module, "clock", lambda: now[0])
     monkeypatch.setattr(grid, "grid_problem", slow)
     monkeypatch.setattr(solving, "solve", spy)
-    settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
+    settings = collect_settings({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
     region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
     (ants,) = (way for way in STRATEGIES if way.name == "ants")
     ants.path(region, Job(settings, machine_of(settings), Deadline(5.0)), {})

@@ -20,14 +20,14 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.processes.placing import placed
-from leafcut.processes.settings import collect
+from leafcut.processes.placing import place_part
+from leafcut.processes.settings import collect_settings
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read, read_contours, read_pockets
 
 
 def options(**values: Any) -> ReadOptions:
-    return collect(values).read
+    return collect_settings(values).read
 
 
 def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
@@ -36,10 +36,10 @@ def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
     The lower left corner of both is (−4, −10), so they end at (0, 0) and (3, 8).
     """
     part = Part("p", (Hole(10, 4, 3), Hole(2, 1, 5)))
-    moved = placed(part, options(mirror="x", rotate="90", origin="lower-left"))
+    moved = place_part(part, options(mirror="x", rotate="90", origin="lower-left"))
     assert [(h.x, h.y, h.diameter) for h in moved.holes] == [(0, 0, 3), (3, 8, 5)]
-    assert [(h.x, h.y) for h in placed(part, options(mirror="x", rotate="90")).holes] == [(-4, -10), (-1, -2)]
-    assert placed(part, options()).holes is part.holes
+    assert [(h.x, h.y) for h in place_part(part, options(mirror="x", rotate="90")).holes] == [(-4, -10), (-1, -2)]
+    assert place_part(part, options()).holes is part.holes
 
 
 @pytest.mark.parametrize(
@@ -54,26 +54,29 @@ def test_the_origin_is_a_corner_of_what_is_worked_its_centre_or_a_point(
 ) -> None:
     """Of holes at (10, 4) and (2, 1)."""
     part = Part("p", (Hole(10, 4, 3), Hole(2, 1, 5)))
-    assert (placed(part, options(origin=origin)).holes[0].x, placed(part, options(origin=origin)).holes[0].y) == first
+    assert (
+        place_part(part, options(origin=origin)).holes[0].x,
+        place_part(part, options(origin=origin)).holes[0].y,
+    ) == first
 
 
 def test_slots_keep_their_width_and_arcs_change_their_direction_in_a_mirror_only() -> None:
     """A quarter circle, counter-clockwise from (1, 0) to (0, 1), is clockwise from (−1, 0) to (0, 1) in a mirror."""
     arc = Polyline(np.array([[1.0, 0.0, math.tan(math.pi / 8)], [0.0, 1.0, 0.0]]))
     part = Part("p", slots=(Slot((0, 0), (4, 1), 2.0),), contours=(Contour(arc),))
-    mirrored = placed(part, options(mirror="x"))
+    mirrored = place_part(part, options(mirror="x"))
     assert mirrored.slots == (Slot((0, 0), (-4, 1), 2.0),)
     path = mirrored.contours[0].path
     assert (path.start, path.end) == ((-1, 0), (0, 1)) and path.bulges[0] == -arc.bulges[0]
     assert path.segment(0).center == pytest.approx((0, 0), abs=1e-12)
-    assert placed(part, options(rotate="180deg")).contours[0].path.bulges[0] == arc.bulges[0]
+    assert place_part(part, options(rotate="180deg")).contours[0].path.bulges[0] == arc.bulges[0]
 
 
 def test_a_mirrored_pocket_still_has_its_outline_counter_clockwise_and_its_islands_clockwise() -> None:
     """So climb milling, and the side of the walls, are what they were."""
     outline = Polyline.of_points([(0, 0), (40, 0), (40, 30), (0, 20)], closed=True)
     pocket = Pocket(outline, (Polyline.circle(10, 10, 3, clockwise=True),))
-    (mirrored,) = placed(Part("p", pockets=(pocket,)), options(mirror="y", rotate="30")).pockets
+    (mirrored,) = place_part(Part("p", pockets=(pocket,)), options(mirror="y", rotate="30")).pockets
     assert mirrored.outline.area == pytest.approx(outline.area) and outline.area > 0
     assert mirrored.islands[0].area == pytest.approx(-math.pi * 9)
 
@@ -114,16 +117,16 @@ def shapes(paths: list[Polyline]) -> list[np.ndarray]:
 
 def test_what_is_read_and_placed_is_what_ezdxf_makes_of_the_drawing(drawing: Path, transformed: Path) -> None:
     placing = options(**PLACED)
-    ours, theirs = placed(read(drawing), placing), read(transformed)
+    ours, theirs = place_part(read(drawing), placing), read(transformed)
     assert ours.hole_xy == pytest.approx(theirs.hole_xy)
     cut = [
         prepare_sheet(part, SheetOptions())
-        for part in (placed(read_contours(drawing), placing), read_contours(transformed))
+        for part in (place_part(read_contours(drawing), placing), read_contours(transformed))
     ]
     assert np.allclose(*(shapes([c.path for c in sheet.contours]) for sheet in cut))
     assert [c.depth for c in cut[0].contours] == [c.depth for c in cut[1].contours]
     as_pocket = PocketDrawingOptions(outline="pocket")
-    pockets = [placed(read_pockets(drawing, None, as_pocket), placing), read_pockets(transformed, None, as_pocket)]
+    pockets = [place_part(read_pockets(drawing, None, as_pocket), placing), read_pockets(transformed, None, as_pocket)]
     assert np.allclose(*(shapes([p.outline for p in part.pockets]) for part in pockets))
 
 

@@ -19,7 +19,7 @@ from leafcut.options.option_spec import OptionGroup, option
 from leafcut.processes import registry
 from leafcut.processes.base import Process, use
 from leafcut.processes.job import Job
-from leafcut.processes.settings import collect, settings_for
+from leafcut.processes.settings import collect_settings, settings_for
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import formats
 from packages import Installer
@@ -100,14 +100,24 @@ class Engraving(Process):
 
 def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer) -> None:
     install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
-    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "reorder", "mill", "laser", "plasma")
+    assert registry.process_words() == (
+        "auto",
+        "drill",
+        "cut",
+        "pocket",
+        "engrave",
+        "reorder",
+        "mill",
+        "laser",
+        "plasma",
+    )
     assert chosen("engrave", "dxf") == "engrave"
-    assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
+    assert settings_for(collect_settings({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
     with pytest.raises(
         OptionError,
         match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
     ):
-        settings_for(collect({"peck": 2}), Engraving())
+        settings_for(collect_settings({"peck": 2}), Engraving())
     assert registry.work("engrave").preview_part("a.dxf", Settings()).name == "a.dxf"
 
 
@@ -172,9 +182,9 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
             OptionError, match=f"the process '{name}' is a plug-in of toys that cannot be used .*{words}"
         ):
             registry.check_asked(name)
-    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
+    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
     assert chosen("auto", "dxf") == "drill"
-    assert collect({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
+    assert collect_settings({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
 
 
 @dataclass(frozen=True)
@@ -234,15 +244,15 @@ def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
             registry.check_asked(one)
         assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
         assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
-    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
+    assert registry.process_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
     with pytest.raises(OptionError, match="unknown option 'loudness'"):
-        collect({"loudness": 3})
+        collect_settings({"loudness": 3})
 
 
 def test_a_package_that_shares_nothing_with_another_is_used_beside_it(install: Installer) -> None:
     install("bells", {"leafcut.processes": {"sounding": f"{__name__}:Sounding"}})
     install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
-    assert {"sounding", "loud", "engrave"} <= set(registry.asked_words())
+    assert {"sounding", "loud", "engrave"} <= set(registry.process_words())
 
 
 @pytest.mark.parametrize(

@@ -27,9 +27,9 @@ from leafcut.model.part import TURNS, Hole, Part, ProgramZero
 from leafcut.model.toolpath import Kind
 from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.processes.job import machine_issues
-from leafcut.processes.placing import negative_axes, placed
+from leafcut.processes.placing import negative_axes, place_part
 from leafcut.processes.registry import report_of
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.read import Source, read, read_contours, read_pockets
 from leafcut.read.joining import read_drill_files
 from leafcut.read.machine import load_machine
@@ -114,20 +114,20 @@ def test_a_sheet_is_cut_from_the_zero_that_its_holes_are_drilled_from(plate: Pat
     [{}, {"layers": ("DRILL",)}, {"min_diameter": "5mm"}, {"max_diameter": "6mm", "concentric": "largest"}],
 )
 def test_filters_of_layers_and_holes_do_not_move_the_zero(plate: Path, asked: dict[str, Any]) -> None:
-    options = collect({"origin": "lower-left", **asked}).read
-    part = placed(read(plate, options), options)
+    options = collect_settings({"origin": "lower-left", **asked}).read
+    part = place_part(read(plate, options), options)
     assert part.hole_xy.tolist() == [[10, 10], [110, 10], [110, 70]]
     assert part.zero == ProgramZero("lower left corner of the part", X0, Y0)
 
 
 @pytest.mark.parametrize("layers", [(), ("OUTLINE",), ("POCKET",)])
 def test_chosen_contours_and_pockets_do_not_move_the_zero(plate: Path, layers: tuple[str, ...]) -> None:
-    options = collect({"origin": "upper-right", "layers": layers}).read
-    cut = placed(read_contours(plate, options), options)
+    options = collect_settings({"origin": "upper-right", "layers": layers}).read
+    cut = place_part(read_contours(plate, options), options)
     assert cut.zero == ProgramZero("upper right corner of the part", X0 + WIDE, Y0 + HIGH)
     if layers != ("OUTLINE",):
         chosen = PocketDrawingOptions(pocket_layers=("POCKET",))
-        pockets = placed(read_pockets(plate, options, chosen), options).pockets
+        pockets = place_part(read_pockets(plate, options, chosen), options).pockets
         assert pockets[0].outline.extents == pytest.approx((30 - WIDE, 20 - HIGH, 60 - WIDE, 50 - HIGH))
 
 
@@ -136,8 +136,8 @@ def test_the_zero_of_a_mirrored_and_rotated_part_is_stated_in_the_drawing(plate:
 
     (x, y) goes to (−x, y) and then to (−y, −x): the least of both is at the greatest y and x.
     """
-    options = collect({"origin": "lower-left", "mirror": "x", "rotate": "90deg"}).read
-    zero = placed(read(plate, options), options).zero
+    options = collect_settings({"origin": "lower-left", "mirror": "x", "rotate": "90deg"}).read
+    zero = place_part(read(plate, options), options).zero
     assert zero is not None
     assert (zero.x, zero.y) == pytest.approx((X0 + WIDE, Y0 + HIGH))
 
@@ -183,11 +183,11 @@ def test_all_holes_of_several_drill_files_set_their_zero(tmp_path: Path) -> None
     for name, width, x in (("a", 0.8, 10.0), ("b", 3.2, 4.0)):
         text = f"M48\nMETRIC\nT1C{width}\n%\nT1\nX{x}Y5.0\nX30.0Y25.0\nM30\n"
         sources.append(Source(str(tmp_path / f"{name}.drl"), text.encode()))
-    options = collect({"origin": "lower-left", "max_diameter": "1mm"}).read
+    options = collect_settings({"origin": "lower-left", "max_diameter": "1mm"}).read
     with pytest.raises(leafcut.errors.ReadError):
         read(sources[1], options)
-    both = collect({"origin": "lower-left", "min_diameter": "1mm"}).read
-    part = placed(read_drill_files([sources[1], sources[1]], both), both)
+    both = collect_settings({"origin": "lower-left", "min_diameter": "1mm"}).read
+    part = place_part(read_drill_files([sources[1], sources[1]], both), both)
     assert part.hole_xy.tolist() == [[0, 0], [26, 20]]
 
 
@@ -316,7 +316,7 @@ def low(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("z_zero", [None, *LOW])
 def test_the_top_of_a_solid_is_z0_unless_its_bottom_or_its_own_is_asked_for(low: Path, z_zero: str | None) -> None:
     options = ReadOptions(z_zero=z_zero, origin="lower-left")
-    part = placed(read(low, options), options)
+    part = place_part(read(low, options), options)
     assert [(h.x, h.y, h.z, h.depth) for h in part.holes] == [
         (pytest.approx(10.0), pytest.approx(10.0), LOW[z_zero or "top"], 20.0),
         (pytest.approx(70.0), pytest.approx(30.0), LOW[z_zero or "top"], 20.0),
@@ -329,11 +329,11 @@ def test_the_top_of_a_solid_is_z0_unless_its_bottom_or_its_own_is_asked_for(low:
 @pytest.mark.usefixtures("opencascade_at_hand")
 def test_pockets_of_a_solid_have_the_zero_of_its_holes(low: Path) -> None:
     options = ReadOptions(origin="lower-left")
-    part = placed(read_pockets(low, options), options)
+    part = place_part(read_pockets(low, options), options)
     (pocket,) = part.pockets
     assert pocket.outline.extents == pytest.approx((20, 10, 60, 30))
     assert (pocket.top, pocket.depth) == (0.0, 5.0)
-    assert part.zero == placed(read(low, options), options).zero
+    assert part.zero == place_part(read(low, options), options).zero
 
 
 @pytest.fixture(scope="module")
@@ -351,7 +351,7 @@ def side(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_turned_solid_is_drilled_from_its_side(side: Path) -> None:
     """X of the solid becomes Z, and Z becomes −X: a hole at Y10 Z10 lies at X−10 Y10, 50 mm from the corner at Z60."""
     options = ReadOptions(up="x", origin="lower-left")
-    part = placed(read(side, options), options)
+    part = place_part(read(side, options), options)
     found = sorted((round(h.x, 6), round(h.y, 6), h.z, h.depth, h.diameter) for h in part.holes)
     assert found == [(10.0, 30.0, 0.0, 8.0, 4.0), (50.0, 10.0, 0.0, 8.0, 6.0)]
     upright = read(side, ReadOptions())

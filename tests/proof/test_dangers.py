@@ -14,7 +14,7 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Issue, Severity
 from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 HEAD = "G21 G90 G17\nM3 S1000\nG0 Z5\nG0 X0 Y0\n"
 
@@ -68,7 +68,8 @@ def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_a
     assert [issue.code for issue in dangers(f"{head}{series}M2\n")] == told
     machine = load_machine("linuxcnc-mill")
     slanting, written = (
-        measure(interpret_program(f"{HEAD}{text}M2\n", dialect("linuxcnc")).path, machine) for text in (series, moves)
+        measure_toolpath(interpret_program(f"{HEAD}{text}M2\n", dialect("linuxcnc")).path, machine)
+        for text in (series, moves)
     )
     assert (slanting.travel_mm, slanting.cut_mm) == pytest.approx((written.travel_mm, written.cut_mm))
     assert slanting.time_s == pytest.approx(written.time_s, abs=0.02)
@@ -195,7 +196,7 @@ def test_many_rapids_into_slots_of_the_same_tool_are_no_danger() -> None:
 @pytest.mark.hazard
 def test_rapids_that_are_not_compared_are_reported_and_no_danger(monkeypatch: pytest.MonkeyPatch) -> None:
     """L815 with their number and the first; the first of three is compared."""
-    monkeypatch.setattr("leafcut.proof.cleared._MOST_RAPIDS", 1)
+    monkeypatch.setattr("leafcut.proof.cleared_rapids._MOST_RAPIDS", 1)
     downs = "".join(f"G0 X{x} Y0.1\nG0 Z-4\nG0 Z5\n" for x in (5, 10, 15))
     text = "T1 M6 (10 MM END MILL)\n" + CUT + "T2 M6 (3 MM END MILL)\nM3 S1000\n" + downs
     (issue,) = dangers(text + "M2\n")

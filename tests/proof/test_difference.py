@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.proof.difference import describe, ends_of, place, shorten
+from leafcut.proof.difference import describe_motion, end_texts, limit_differences, position_text
 
 NAN = math.nan
 
@@ -25,7 +25,7 @@ NAN = math.nan
     ],
 )
 def test_a_place_that_is_not_known_is_told_in_words(where: tuple[float, ...], words: str) -> None:
-    assert place(*where) == words
+    assert position_text(*where) == words
 
 
 def test_each_row_is_described_in_words() -> None:
@@ -61,7 +61,7 @@ def test_each_row_is_described_in_words() -> None:
     builder.torch(False)
     builder.height_control(True)
     builder.end()
-    assert [describe(row) for row in builder.build()] == [
+    assert [describe_motion(row) for row in builder.build()] == [
         "change to tool 3",
         "length offset 2",
         "spindle at rpm -1200.5",
@@ -100,8 +100,8 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
     builder.rapid(1.0, 2.0)
     builder.rapid(z=3.0)
     path = builder.build()
-    assert ends_of(path, 0) == ("an unknown position", "X1.000 Y2.000 and an unknown Z")
-    assert ends_of(path, 1) == ("X1.000 Y2.000 and an unknown Z", "X1.000 Y2.000 Z3.000")
+    assert end_texts(path, 0) == ("an unknown position", "X1.000 Y2.000 and an unknown Z")
+    assert end_texts(path, 1) == ("X1.000 Y2.000 and an unknown Z", "X1.000 Y2.000 Z3.000")
 
 
 @pytest.mark.parametrize(
@@ -110,4 +110,4 @@ def test_a_move_has_the_position_before_it_as_its_start() -> None:
 def test_fifty_differences_are_listed_and_the_others_counted(n: int, count: int | None, more: int) -> None:
     given = [Difference("feed", k, k, "") for k in range(n)]
     rest = [Difference("and more", 0, 0, f"{more} more differences")] if more else []
-    assert shorten(given, count) == given[: min(n, 50)] + rest
+    assert limit_differences(given, count) == given[: min(n, 50)] + rest

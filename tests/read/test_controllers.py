@@ -16,13 +16,13 @@ from leafcut.read.controllers.importing import (
     KINDS,
     ImportedMachine,
     changed_profile,
-    imported,
-    kind_of,
+    machine_from_settings,
     read_settings,
+    settings_kind,
     settings_text,
 )
-from leafcut.read.controllers.questions import QUESTIONS, questioned
-from leafcut.read.controllers.values import How
+from leafcut.read.controllers.questions import QUESTIONS, ask_machine
+from leafcut.read.controllers.values import ValueOrigin
 from leafcut.read.machine import load_machine
 
 HERE = Path(__file__).parent / "settings"
@@ -86,7 +86,7 @@ EXPECTED: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
 
 
 def of_file(name: str) -> ImportedMachine:
-    return imported(read_settings(HERE / name), str(HERE / name))
+    return machine_from_settings(read_settings(HERE / name), str(HERE / name))
 
 
 @pytest.mark.parametrize(
@@ -107,16 +107,16 @@ def of_file(name: str) -> ImportedMachine:
 )
 def test_a_linuxcnc_file_that_names_plasma_is_of_a_plasma_table(old: str, new: str, controller: str) -> None:
     """Names as in LinuxCNC's sample configurations for plasma."""
-    machine = imported(INI.replace(old, new, 1), "x.ini").machine
+    machine = machine_from_settings(INI.replace(old, new, 1), "x.ini").machine
     assert machine.controller == controller
     assert (machine.head is Head.TORCH) is (controller != "linuxcnc")
 
 
 def test_the_preferences_of_mach3_may_be_the_whole_file() -> None:
     inner = MACH3[MACH3.index("<Preferences>") : MACH3.index("</profile>")]
-    assert imported(inner, "mach3_mm.xml").text == imported(MACH3, "mach3_mm.xml").text
+    assert machine_from_settings(inner, "mach3_mm.xml").text == machine_from_settings(MACH3, "mach3_mm.xml").text
     bare = "\ufeff <?xml version='1.0'?>\n" + MACH3.replace("<Profile>Router", "<Profile>Rou\x01ter")
-    assert imported(bare, "a.xml").machine.name == "Rou?ter"
+    assert machine_from_settings(bare, "a.xml").machine.name == "Rou?ter"
 
 
 def test_there_are_three_files_of_each_kind() -> None:
@@ -153,14 +153,14 @@ def test_a_profile_is_read_again_as_the_machine_it_was_written_from(name: str, t
     for value in found.values:
         assert f"# {value.how}: {value.source}" in found.text
         if value.key in told:
-            assert found.machine.sources[value.key].startswith("estimate: ") is (value.how is How.ASSUMED)
+            assert found.machine.sources[value.key].startswith("estimate: ") is (value.how is ValueOrigin.ASSUMED)
     assert all(key in ("travel",) for key in found.machine.assumed)
 
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_each_value_that_is_taken_names_its_line_or_its_tag(name: str) -> None:
     for value in of_file(name).values:
-        if value.how is How.TAKEN and value.key not in ("name", "units"):
+        if value.how is ValueOrigin.TAKEN and value.key not in ("name", "units"):
             assert any(word in value.source for word in ("line", "<", "homing")), value
 
 
@@ -171,7 +171,7 @@ def test_what_a_profile_cannot_hold_is_told() -> None:
     assert any("PlasmaMode" in note for note in of_file("mach3_plasma.xml").notes)
     assert any("homing is off" in note for note in of_file("grbl_3018.txt").notes)
     text = (HERE / "linuxcnc_mm.ini").read_text().replace("trivkins coordinates=XYYZ", "genserkins coordinates=XYYZ")
-    assert any("genserkins" in note for note in imported(text, "x.ini").notes)
+    assert any("genserkins" in note for note in machine_from_settings(text, "x.ini").notes)
 
 
 @pytest.mark.parametrize("name", ["linuxcnc_mm.ini", "mach3_mm.xml", "mach4_mm.ini"])
@@ -181,17 +181,17 @@ def test_units_are_asked_for_where_the_file_does_not_say_them_and_refused_where_
         unclear = text.replace(there, "<Units>7</Units>" if there.startswith("<") else "")
         if unclear != text:
             with pytest.raises(ReadError, match="mm or inches; set --units"):
-                imported(unclear, name)
-            metric, inch = (imported(unclear, name, units=unit).machine for unit in ("mm", "in"))
+                machine_from_settings(unclear, name)
+            metric, inch = (machine_from_settings(unclear, name, units=unit).machine for unit in ("mm", "in"))
             assert inch.rapid_velocity == pytest.approx([INCH * one for one in metric.rapid_velocity])
     with pytest.raises(ReadError, match="leave --units out"):
-        imported(text, name, units="in")
-    assert imported(text, name, units="mm").machine == of_file(name).machine
+        machine_from_settings(text, name, units="in")
+    assert machine_from_settings(text, name, units="mm").machine == of_file(name).machine
 
 
 def test_grbl_has_one_unit_and_refuses_another() -> None:
     with pytest.raises(OptionError, match="leave it out"):
-        imported(read_settings(HERE / "grbl_3018.txt"), "x", units="in")
+        machine_from_settings(read_settings(HERE / "grbl_3018.txt"), "x", units="in")
 
 
 def grbl(**changed: str) -> str:
@@ -267,7 +267,7 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
 def test_what_cannot_be_used_is_refused_in_one_line_with_its_place(text: str, words: str) -> None:
     file = str(HERE / "bad.ini")
     with pytest.raises(ReadError, match=words) as caught:
-        imported(text, file)
+        machine_from_settings(text, file)
     message = str(caught.value)
     assert message.startswith(file) and "\n" not in message and len(message) < 600
 
@@ -275,7 +275,7 @@ def test_what_cannot_be_used_is_refused_in_one_line_with_its_place(text: str, wo
 def test_an_ini_that_includes_itself_ends(tmp_path: Path) -> None:
     (tmp_path / "a.ini").write_text("[EMC]\n#INCLUDE a.ini\n")
     with pytest.raises(ReadError, match="does it include itself"):
-        imported("[EMC]\n#INCLUDE a.ini\n", str(tmp_path / "b.ini"))
+        machine_from_settings("[EMC]\n#INCLUDE a.ini\n", str(tmp_path / "b.ini"))
 
 
 def test_files_that_each_include_several_others_end(tmp_path: Path) -> None:
@@ -284,7 +284,7 @@ def test_files_that_each_include_several_others_end(tmp_path: Path) -> None:
         (tmp_path / f"{k}.inc").write_text(f"#INCLUDE {k + 1}.inc\n" * 9)
     (tmp_path / "8.inc").write_text("[EMC]\n")
     with pytest.raises(ReadError, match="more than 200 files"):
-        imported("#INCLUDE 1.inc\n", str(tmp_path / "a.ini"))
+        machine_from_settings("#INCLUDE 1.inc\n", str(tmp_path / "a.ini"))
 
 
 def test_standard_input_has_the_bounds_of_a_file() -> None:
@@ -296,7 +296,7 @@ def test_standard_input_has_the_bounds_of_a_file() -> None:
 def test_what_a_terminal_writes_before_each_line_of_marlin_is_passed_over(before: str) -> None:
     """OctoPrint, Repetier-Host and others keep the answer to M503 with a time or a name before each line."""
     words = ("Steps per unit:", "  M203 X500.00 Y400.00 Z12.00 E120.00", "  M201 X900 Y800 Z500 E10000", "  M205 J0.02")
-    machine = imported("\n".join(f"{before}echo:{line}" for line in words), "a").machine
+    machine = machine_from_settings("\n".join(f"{before}echo:{line}" for line in words), "a").machine
     assert machine.rapid_velocity == (500.0, 400.0, 12.0) and machine.controller == "marlin"
 
 
@@ -304,9 +304,9 @@ def test_lines_and_tags_that_only_cost_time_are_refused_or_left_out() -> None:
     """Each would take hours if every way of parsing it were tried."""
     for text in ("M203 " + "B{" * 500_000, "M205 J1\n" + "Min: X1 Y1 Z1\n" * 50_000, "Recv" + " " * 2_000_000):
         with pytest.raises(ReadError):
-            imported(text, "a")
+            machine_from_settings(text, "a")
     deep = "<a>" * 200_000 + "</a>" * 200_000
-    assert imported(MACH3.replace("<PulseSpeed>0</PulseSpeed>", deep), "a").kind == "mach3"
+    assert machine_from_settings(MACH3.replace("<PulseSpeed>0</PulseSpeed>", deep), "a").kind == "mach3"
 
 
 def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
@@ -314,7 +314,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / "secret.inc").write_text("[TRAJ]\n")
     (tmp_path / "in" / "link.inc").symlink_to(tmp_path / "secret.inc")
     with pytest.raises(ReadError, match="not in its folder"):
-        imported("[EMC]\n#INCLUDE link.inc\n", str(tmp_path / "in" / "a.ini"))
+        machine_from_settings("[EMC]\n#INCLUDE link.inc\n", str(tmp_path / "in" / "a.ini"))
 
 
 @pytest.mark.parametrize(
@@ -348,17 +348,17 @@ def test_a_large_file_is_not_read_to_its_end(tmp_path: Path) -> None:
 def test_a_kind_can_be_said_where_the_contents_do_not_tell_it() -> None:
     """The same numbers are mm/s for Marlin and mm/min for RepRapFirmware."""
     text = "M203 X6000 Y6000 Z600\nM201 X500 Y500 Z100\n"
-    assert imported(text, "a", "marlin").machine.rapid_velocity == (6000, 6000, 600)
-    assert imported(text, "a", "rrf").machine.rapid_velocity == (100, 100, 10)
+    assert machine_from_settings(text, "a", "marlin").machine.rapid_velocity == (6000, 6000, 600)
+    assert machine_from_settings(text, "a", "rrf").machine.rapid_velocity == (100, 100, 10)
     with pytest.raises(OptionError, match="did you mean 'marlin'"):
-        imported(text, "a", "marlim")
+        machine_from_settings(text, "a", "marlim")
     with pytest.raises(ReadError):
-        kind_of(text, "a")
+        settings_kind(text, "a")
 
 
 def test_names_from_a_file_cannot_break_the_profile(tmp_path: Path) -> None:
     text = INI.replace("shop-router", 'x" \\u0000 \x1b[31m # [rapid]')
-    found = imported(text, str(tmp_path / 'odd "name".ini'))
+    found = machine_from_settings(text, str(tmp_path / 'odd "name".ini'))
     assert tomllib.loads(found.text)["rapid"]["velocity"] == ["120 mm/s", "100 mm/s", "50 mm/s"]
     assert "\x1b" not in found.text
 
@@ -395,7 +395,7 @@ def test_an_axis_whose_travel_is_unknown_leaves_the_others_checked(tmp_path: Pat
 
 
 def answered(**more: Any) -> ImportedMachine:
-    return questioned({"name": "Mill", "controller": "haas", "rapid": "1000 ipm", **more})
+    return ask_machine({"name": "Mill", "controller": "haas", "rapid": "1000 ipm", **more})
 
 
 def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(tmp_path: Path) -> None:
@@ -406,7 +406,7 @@ def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(
     assert found.machine.travel_min == pytest.approx((-762, -406.4, -508)) and found.machine.travel_max == (0, 0, 0)
     for key in ("rapid_style", "acceleration", "corners", "spindle_max_rpm", "tool_changer", "tool_change_s"):
         assert getattr(found.machine, key) == getattr(vf2, key)
-    assert {v.key for v in found.values if v.how is How.TAKEN} == {
+    assert {v.key for v in found.values if v.how is ValueOrigin.TAKEN} == {
         "name", "controller", "rapid.velocity", "travel.min", "travel.max",
     }  # fmt: skip
     (tmp_path / "a.toml").write_text(found.text, encoding="utf-8")
@@ -414,7 +414,7 @@ def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(
 
 
 def test_a_centroid_has_its_own_dialect() -> None:
-    found = questioned({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
+    found = ask_machine({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
     assert found.machine.controller == "centroid" and found.machine.sources["controller"] == "answered"
 
 
@@ -429,7 +429,7 @@ def test_questions_are_asked_in_order_until_each_has_an_answer() -> None:
         asked.append(question)
         return next(replies)
 
-    machine = questioned({}, ask).machine
+    machine = ask_machine({}, ask).machine
     assert (machine.name, machine.controller, machine.units, machine.tool_changer) == ("Old mill", "haas", "in", False)
     assert machine.rapid_velocity == pytest.approx((1000 / 6,) * 3) and machine.travel_min == (-500, -400, -300)
     assert [any(one.text in words for words in asked) for one in QUESTIONS] == [True] * len(QUESTIONS)
@@ -447,7 +447,7 @@ def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path)
             question, ""
         )
 
-    before, machine = load_machine(str(file)), questioned({}, ask, str(file)).machine
+    before, machine = load_machine(str(file)), ask_machine({}, ask, str(file)).machine
     assert (machine.tool_changer, machine.tool_change_s) == (True, 6.0)
     assert not any("rapids" in words or "travel" in words for words in asked)
     for key in ("rapid_velocity", "acceleration", "travel_min", "home", "acceleration_factor", "name", "corners"):
@@ -456,18 +456,18 @@ def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path)
 
 def test_what_a_base_has_by_estimate_stays_where_nobody_answers(tmp_path: Path) -> None:
     """The router's travel is an estimate, and better than none."""
-    base, made = load_machine("mach3-router"), questioned({"name": "mine"}, None, "mach3-router").machine
+    base, made = load_machine("mach3-router"), ask_machine({"name": "mine"}, None, "mach3-router").machine
     for key in ("travel_min", "travel_max", "rapid_velocity", "acceleration", "tool_change_s", "corner_deviation"):
         assert getattr(made, key) == getattr(base, key)
-    enter = questioned({"name": "mine"}, lambda question, likely: "", "mach3-router")
+    enter = ask_machine({"name": "mine"}, lambda question, likely: "", "mach3-router")
     assert enter.machine == made
-    assert questioned({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
+    assert ask_machine({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
 
 
 def test_a_controller_that_is_typed_is_compared_as_it_was_typed() -> None:
     replies = iter(["Knee", "Centroid", "", "", "300 ipm"])
-    asked = questioned({}, lambda question, likely: next(replies, "")).machine
-    given = questioned({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
+    asked = ask_machine({}, lambda question, likely: next(replies, "")).machine
+    given = ask_machine({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
     assert asked == given and "centroid-mill" in asked.sources["rapid.acceleration"]
     assert asked.rapid_style == "linear" and asked.description == "Knee (centroid)"
 
@@ -497,13 +497,13 @@ def test_a_wrong_answer_is_refused_by_its_name(given: dict[str, str], words: str
 
 def test_where_nobody_can_be_asked_what_has_no_likely_answer_is_named() -> None:
     with pytest.raises(OptionError, match="needs --controller and --rapid"):
-        questioned({"name": "x"})
+        ask_machine({"name": "x"})
 
     def ask(question: str, likely: str) -> str:
         return "nonsense?"
 
     with pytest.raises(LeafcutError, match="5 wrong answers"):
-        questioned({"name": "x"}, ask)
+        ask_machine({"name": "x"}, ask)
 
 
 def test_a_changed_profile_keeps_all_else() -> None:

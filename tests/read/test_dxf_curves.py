@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.read.dxf_shapes import Curve, half_axes, is_flat, seen_span
+from leafcut.read.dxf_shapes import Curve, half_axes, is_flat, span_from_above
 
 
 def curve(angle: float, mirrored: bool, start: float, sweep: float, ratio: float = 1.0) -> Curve:
@@ -28,7 +28,7 @@ def test_an_arc_goes_counter_clockwise_in_top_view(angle: float, start: float, s
     """A mirrored arc starts at its other end."""
     for mirrored, first in ((False, start), (True, start + sweep)):
         one = curve(angle, mirrored, start, sweep)
-        found, turned = seen_span(one)
+        found, turned = span_from_above(one)
         assert math.remainder(found - direction(one, first), math.tau) == pytest.approx(0, abs=1e-9)
         last = direction(one, start + sweep if first == start else start)
         assert math.remainder(found + turned - last, math.tau) == pytest.approx(0, abs=1e-9)

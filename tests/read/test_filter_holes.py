@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
-from leafcut.read.filter_holes import MERGE_TOLERANCE, anchors, layer_filter, select_holes
+from leafcut.read.filter_holes import MERGE_TOLERANCE, anchor_points, layer_filter, select_holes
 
 
 def brute(points, tolerance):
@@ -37,7 +37,7 @@ near_borders = st.integers(-6, 6).map(lambda i: i * 0.005) | st.floats(-0.03, 0.
 @settings(max_examples=settings().max_examples * 5)
 @given(st.lists(st.tuples(near_borders, near_borders, near_borders), max_size=25), st.sampled_from([0.0, 0.004, 0.01]))
 def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
-    assert anchors(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
+    assert anchor_points(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.0025, 0.005, 0.00999, -0.005, 123456.789])

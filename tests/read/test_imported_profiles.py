@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.read.controllers.importing import ImportedMachine, imported, kind_of, read_settings
-from leafcut.read.controllers.questions import questioned
-from leafcut.read.controllers.values import How
+from leafcut.read.controllers.importing import ImportedMachine, machine_from_settings, read_settings, settings_kind
+from leafcut.read.controllers.questions import ask_machine
+from leafcut.read.controllers.values import ValueOrigin
 
 HERE = Path(__file__).parent / "settings"
 PROFILES = sorted((HERE / "profiles").iterdir())
@@ -46,8 +46,8 @@ def profile(name: str) -> ImportedMachine:
     """Return the machine of a file of settings, or of answers."""
     if name in ANSWERS:
         given, base = ANSWERS[name]
-        return questioned(given, None, base)
-    return imported(read_settings(SETTINGS[name]), str(SETTINGS[name]))
+        return ask_machine(given, None, base)
+    return machine_from_settings(read_settings(SETTINGS[name]), str(SETTINGS[name]))
 
 
 def test_each_file_of_settings_has_its_profile() -> None:
@@ -60,7 +60,7 @@ def test_a_profile_has_each_value_with_its_origin(file: Path) -> None:
     assert lines_of(found) == file.read_text(encoding="utf-8").splitlines()
     sources = tomllib.loads(found.text)["sources"]
     assert sources == {
-        value.key: "estimate: " * (value.how is How.ASSUMED) + value.source
+        value.key: "estimate: " * (value.how is ValueOrigin.ASSUMED) + value.source
         for value in found.values
         if value.key not in ("name", "description")
     }
@@ -71,7 +71,7 @@ def test_a_changed_line_of_settings_changes_these_lines_of_the_profile(change: d
     text, name = read_settings(HERE / change["file"]), change["file"]
     assert change["old"] in text
     before, after = (
-        without_numbers(lines_of(imported(each, name)))
+        without_numbers(lines_of(machine_from_settings(each, name)))
         for each in (text, text.replace(change["old"], change["new"], 1))
     )
     lines = [line for line in difflib.unified_diff(before, after, lineterm="", n=0) if len(line) > 1]
@@ -127,7 +127,7 @@ UNCLEAR = ", so M203 may be in mm/s or in mm/min; choose with --kind marlin or -
 )  # fmt: skip
 def test_settings_are_recognised_by_their_contents(text: str, kind: str) -> None:
     try:
-        found = kind_of(text, "f")
+        found = settings_kind(text, "f")
     except ReadError as problem:
         found = problem.reason.partition("; leafcut imports")[0]
     assert found == kind
@@ -137,10 +137,10 @@ def test_the_file_of_a_sender_has_the_settings_of_the_board() -> None:
     """Each setting with its line; the last one counts, and an empty one is no number."""
     text = (HERE / "grbl_3018.txt").read_text(encoding="utf-8")
     numbers = re.findall(r"^\$(\d+) ?= ?(\S+)", text, re.MULTILINE)
-    before = lines_of(imported(text, "f"))
+    before = lines_of(machine_from_settings(text, "f"))
     for entry in ('{{"key": "${}", "value": "{}"}}', '"${}": "{}"', '"${}": {}'):
         written = "{" + ",\n".join(entry.format(*pair) for pair in numbers) + "}"
-        after = lines_of(imported(written, "f"))
+        after = lines_of(machine_from_settings(written, "f"))
         assert [line for line in without_numbers(after) if "GRBL" not in line] == [
             line for line in without_numbers(before) if "GRBL" not in line
         ]
@@ -148,4 +148,4 @@ def test_the_file_of_a_sender_has_the_settings_of_the_board() -> None:
         assert any(f"lines {rapid} to {rapid + 2}" in line for line in after)
         changed = written.replace(entry.format("110", dict(numbers)["110"]), entry.format("110", ""))
         with pytest.raises(ReadError, match=rf"^f:{rapid}: \$110 is '', but must be a number$"):
-            imported(changed, "f")
+            machine_from_settings(changed, "f")

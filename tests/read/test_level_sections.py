@@ -24,7 +24,7 @@ from leafcut.read.step_sections import (
     _count_sloping,
     _level_faces,
     _openings,
-    hangs_over,
+    is_overhung,
     outlines_of,
     pockets_of,
     section_at,
@@ -113,7 +113,7 @@ TILTED = np.array([[(0, 0, 5), (10, 0, 5), (0, 10, 15)]], dtype=float)
 def test_a_surface_hangs_over_a_region_beyond_its_edge(region: Any, z: float, over: bool) -> None:
     """A triangle rises from 5 at y 0 to 15 at y 10; 0.12 mm along the edge of a region do not count."""
     below = np.array([[(-9, -9, 0), (9, -9, 0), (0, 9, 1)]], dtype=float)
-    assert hangs_over(np.concatenate([below, TILTED]), region, z) is over
+    assert is_overhung(np.concatenate([below, TILTED]), region, z) is over
 
 
 def test_the_middle_of_a_face_lies_in_its_largest_triangle(monkeypatch: pytest.MonkeyPatch) -> None:

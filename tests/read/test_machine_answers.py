@@ -9,8 +9,8 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.read.controllers.importing import ImportedMachine
-from leafcut.read.controllers.questions import questioned
-from leafcut.read.controllers.values import How
+from leafcut.read.controllers.questions import ask_machine
+from leafcut.read.controllers.values import ValueOrigin
 
 #: Machine whose values are estimates → controllers.
 LIKE = {
@@ -24,7 +24,7 @@ ANSWERS: dict[str, Any] = {"name": "Mill", "controller": "haas", "rapid": "10 m/
 
 
 def answered(**more: Any) -> ImportedMachine:
-    return questioned({**ANSWERS, **more})
+    return ask_machine({**ANSWERS, **more})
 
 
 @pytest.mark.parametrize("machine", LIKE)
@@ -33,7 +33,7 @@ def test_estimates_are_those_of_a_machine_with_the_same_controller(machine: str)
         found = answered(controller=controller.upper())
         assert set(re.findall(r'as ([a-z0-9-]+)[:"]', found.text)) == {machine}
         assert found.machine.controller == controller and found.machine.description == f"Mill ({controller})"
-        assert next(value.how for value in found.values if value.key == "controller") is How.TAKEN
+        assert next(value.how for value in found.values if value.key == "controller") is ValueOrigin.TAKEN
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ LEVELS: list[tuple[Grey, dict[str, Any], float | str]] = [
 @pytest.mark.parametrize(("grey", "options", "level"), LEVELS)
 def test_outlines_are_traced_midway_between_dark_and_bright(grey: Grey, options: Any, level: float | str) -> None:
     def found() -> float:
-        return picture._level(Source("p.png", b""), grey, PocketDrawingOptions(**options))
+        return picture._threshold_level(Source("p.png", b""), grey, PocketDrawingOptions(**options))
 
     if isinstance(level, float):
         assert found() == pytest.approx(level, abs=1e-6)
@@ -108,8 +108,8 @@ def test_brightness_is_taken_relative_to_the_middles_of_both_classes(
 
 
 def test_steps_are_counted_in_both_directions() -> None:
-    assert picture._steps(np.array([[0, 1, 1], [0, 1, 0]], dtype=bool)) == 4
-    assert picture._steps(np.zeros((3, 3), dtype=bool)) == 0
+    assert picture._count_transitions(np.array([[0, 1, 1], [0, 1, 0]], dtype=bool)) == 4
+    assert picture._count_transitions(np.zeros((3, 3), dtype=bool)) == 0
 
 
 def chequered(falloff: float) -> tuple[Grey, NDArray[np.bool_], NDArray[np.float64]]:
@@ -203,15 +203,15 @@ def test_sizes_and_densities_are_those_of_the_file() -> None:
     image = Image.new("L", (7, 5), 255)
     for kind in ("PNG", "JPEG", "BMP"):
         assert picture.size_in_pixels(source_of(image, kind)) == (7, 5)
-    assert picture._by_density(image) == ", such as --pixel-size 0.1"
+    assert picture._pixel_size_hint(image) == ", such as --pixel-size 0.1"
     for dpi, text in (
         (254, "; its file says 254 pixels per inch: --pixel-size 0.1"), (0, ", such as --pixel-size 0.1"),
         (72.5, "; its file says 72.5 pixels per inch: --pixel-size 0.350345"),
     ):  # fmt: skip
         image.info["dpi"] = (dpi, 99)
-        assert picture._by_density(image) == text
+        assert picture._pixel_size_hint(image) == text
     image.info["dpi"] = ()
-    assert picture._by_density(image) == ", such as --pixel-size 0.1"
+    assert picture._pixel_size_hint(image) == ", such as --pixel-size 0.1"
 
 
 def bomb(width: int, height: int) -> bytes:

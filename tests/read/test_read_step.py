@@ -23,7 +23,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import ReadOptions
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
-from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
+from leafcut.read.step_solid import RoundWall, hole_columns, hole_of, join_walls
 from made_solids import DOWN, UP, box, cone, cut, cylinder, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
@@ -113,17 +113,17 @@ ALL, WEST, EAST = frozenset(range(-180, 180)), frozenset(range(-180, 0)), frozen
 def test_walls_in_halves_make_one_hole_though_a_slope_cuts_them_at_other_heights() -> None:
     halves = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5.0000004, 5, -10, 1, 2, 2, EAST)]
     quarter = RoundWall(9, 9, -10, 0, 2, 2, frozenset(range(90)))
-    (whole,) = joined([*halves, quarter])
+    (whole,) = join_walls([*halves, quarter])
     assert (whole.low, whole.high, whole.covers) == (-10, 1, ALL)
     twice = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5, 5, -10, 0, 2, 2, WEST)]
-    assert joined(twice) == []
+    assert join_walls(twice) == []
     assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, ALL)]) is None
 
 
 def test_what_is_between_two_walls_of_an_axis_makes_them_two_holes() -> None:
     above, below = RoundWall(5, 5, -10, 0, 2, 2, ALL), RoundWall(5, 5, -20, -12, 2, 2, ALL)
-    assert list(columns([below, above], lambda upper, lower: True)) == [[above], [below]]
-    assert list(columns([below, above], lambda upper, lower: False)) == [[above, below]]
+    assert list(hole_columns([below, above], lambda upper, lower: True)) == [[above], [below]]
+    assert list(hole_columns([below, above], lambda upper, lower: False)) == [[above, below]]
 
 
 def holes(tmp_path: Path, solid: Any) -> list[tuple[float, float, float, bool, bool]]:
@@ -293,7 +293,7 @@ def test_a_solid_is_drilled_at_its_own_heights_and_depths_with_low_ways(examples
         hole, cycle = holes[tuple(path.end[row, :2].tolist())], path.cycles[path.ref[row]]
         assert cycle.r_plane == hole.z + 2.0
         assert cycle.bottom == pytest.approx(hole.z - hole.depth - (0.5 if hole.through else 0.0) - point, abs=1e-5)
-    assert outcome.detail.low_ways_saved_s > 20.0
+    assert outcome.detail.low_travel_saved_s > 20.0
     over = api.optimize(
         examples / "stepped_plate.step", process="drill", machine="linuxcnc-mill", retract="initial", **FAST
     )

@@ -12,7 +12,7 @@ import shapely
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours, svg
-from leafcut.read.format import copies_of
+from leafcut.read.format import copy_budget
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
 INKSCAPE = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
@@ -230,7 +230,7 @@ def test_uses_of_other_files_or_of_themselves_are_reported_and_not_followed(draw
 
 
 def test_uses_that_multiply_are_refused(draw, monkeypatch):
-    monkeypatch.setattr("leafcut.read.svg.copies_of", functools.partial(copies_of, free=5000))
+    monkeypatch.setattr("leafcut.read.svg.copy_budget", functools.partial(copy_budget, free=5000))
     levels = "".join(f'<g id="l{k}"><use href="#l{k + 1}"/><use href="#l{k + 1}"/></g>' for k in range(30))
     body = f'<defs>{levels}<circle id="l30" r="1"/></defs><use href="#l0"/>'
     with pytest.raises(ReadError, match=r"expand to more than [5-9],"):
@@ -263,7 +263,7 @@ def test_an_element_that_is_used_many_times_is_read_once(draw, data, monkeypatch
         of_svg = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *arguments: calls.append(name) or of_svg(*arguments))
 
-    for module, name in ((svg, "outlines_of"), (svg, "transform"), (svg._Walk, "_style")):
+    for module, name in ((svg, "outlines_of"), (svg, "parse_transform"), (svg._Walk, "_style")):
         counted(module, name)
     uses = ['<use href="#a"/>' * 50, '<use href="#b"/>' * 50]
     body = f'<defs><path id="a" d="{data}" transform="scale(1)"/><g id="b">{uses[0]}</g></defs>{uses[1]}<line x2="9"/>'

@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.importing import ImportedMachine, imported, read_settings
+from leafcut.read.controllers.importing import ImportedMachine, machine_from_settings, read_settings
 from leafcut.read.machine import load_machine
 from outside_programs import missing
 
@@ -91,7 +91,7 @@ SAMPLES: dict[str, tuple[Any, Any, Any, dict[str, Any]]] = {
 
 
 def of_file(path: Path) -> ImportedMachine:
-    return imported(read_settings(path), str(path))
+    return machine_from_settings(read_settings(path), str(path))
 
 
 def check(found: ImportedMachine, velocity: Any, acceleration: Any, travel: Any, more: dict[str, Any]) -> None:
@@ -142,8 +142,8 @@ def test_a_profile_of_mach3_without_motor_tuning_says_what_to_save(name: str) ->
 def test_a_profile_of_mach3_without_units_asks_for_them_and_takes_them() -> None:
     text = read_settings(HERE / "mach3_cnc_models.xml").replace("<Units>0</Units>", "")
     with pytest.raises(ReadError, match="has no <Units>, so its lengths may be mm or inches; set --units"):
-        imported(text, "a.xml")
-    assert imported(text, "a.xml", units="in").machine.rapid_velocity[2] == pytest.approx(10 * INCH)
+        machine_from_settings(text, "a.xml")
+    assert machine_from_settings(text, "a.xml", units="in").machine.rapid_velocity[2] == pytest.approx(10 * INCH)
 
 
 @pytest.fixture
@@ -237,10 +237,12 @@ GRBL = {"$22": "0", "$110": "5000.000", "$111": "5000.000", "$112": "800.000", "
 
 def test_settings_as_senders_keep_them_in_a_file_are_those_of_grbl() -> None:
     """Universal Gcode Sender writes a list of keys and values, gSender one mapping; both as JSON."""
-    plain = imported("\n".join(f"{key}={value}" for key, value in GRBL.items()), "a.txt")
+    plain = machine_from_settings("\n".join(f"{key}={value}" for key, value in GRBL.items()), "a.txt")
     each = ",\n".join(f'{{"key": "{k}",\n"value": "{v}",\n"units": "mm"}}' for k, v in GRBL.items())
-    kept = imported(f'{{"name": "Exported settings",\n"firmwareName": "GRBL 1.1f",\n"settings": [{each}]}}', "a.txt")
-    mapping = imported("{" + ",".join(f'"{k}":"{v}"' for k, v in GRBL.items()) + "}", "a.txt")
+    kept = machine_from_settings(
+        f'{{"name": "Exported settings",\n"firmwareName": "GRBL 1.1f",\n"settings": [{each}]}}', "a.txt"
+    )
+    mapping = machine_from_settings("{" + ",".join(f'"{k}":"{v}"' for k, v in GRBL.items()) + "}", "a.txt")
     for one in (kept, mapping):
         assert one.kind == "grbl"
         assert one.machine.rapid_velocity == plain.machine.rapid_velocity == (5000 / 60, 5000 / 60, 800 / 60)
@@ -250,6 +252,6 @@ def test_settings_as_senders_keep_them_in_a_file_are_those_of_grbl() -> None:
 
 def test_grblhal_is_known_by_its_numbers_where_nothing_names_it() -> None:
     text = read_settings(HERE / "grbl_altmill.txt").replace("$300=grblHAL\n", "")
-    assert imported(text, "a.txt").title == "grblHAL"
+    assert machine_from_settings(text, "a.txt").title == "grblHAL"
     without = "\n".join(line for line in text.splitlines() if int(line[1:].partition("=")[0]) < 340)
-    assert imported(without, "a.txt").title == "GRBL"
+    assert machine_from_settings(without, "a.txt").title == "GRBL"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.read.controllers.importing import imported, read_settings
+from leafcut.read.controllers.importing import machine_from_settings, read_settings
 
 HERE = Path(__file__).parent
 FILES = sorted(file.name for file in (HERE / "settings").iterdir() if file.suffix not in (".toml", ".md", ""))
@@ -36,7 +36,7 @@ def refusals(name: str) -> list[str]:
     found = []
     for damage, lines in damaged(read_settings(HERE / "settings" / name).splitlines()):
         try:
-            imported("\n".join([*lines, ""]), name)
+            machine_from_settings("\n".join([*lines, ""]), name)
         except LeafcutError as problem:
             found.append(f"{damage}: {re.sub(r'no YAML .*', 'no YAML', str(problem).removeprefix(name))}")
     return found
@@ -52,5 +52,8 @@ def test_a_damaged_line_is_refused_or_does_not_matter(name: str) -> None:
 def test_units_of_mach4_have_their_source(line: str) -> None:
     """Without SetupUnits the units are given, and the source says so."""
     text = re.sub("SetupUnits=.*", line, read_settings(HERE / "settings" / "mach4_mm.ini"))
-    assert f'"units" = "[Preferences]SetupUnits is {line[-3:]}"' in imported(text, "a.ini").text
-    assert '"units" = "[Preferences] has no SetupUnits"' in imported(text.replace(line, ""), "a.ini", units="mm").text
+    assert f'"units" = "[Preferences]SetupUnits is {line[-3:]}"' in machine_from_settings(text, "a.ini").text
+    assert (
+        '"units" = "[Preferences] has no SetupUnits"'
+        in machine_from_settings(text.replace(line, ""), "a.ini", units="mm").text
+    )

@@ -9,13 +9,13 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import Axes, How, Value, Values, in_lines, number, texts, with_unit
+from leafcut.read.controllers.values import Axes, Value, ValueOrigin, Values, axis_texts, in_lines, number, with_unit
 
 INF = math.inf
-TAKEN, DERIVED, ASSUMED = How.TAKEN, How.DERIVED, How.ASSUMED
+TAKEN, DERIVED, ASSUMED = ValueOrigin.TAKEN, ValueOrigin.DERIVED, ValueOrigin.ASSUMED
 
 
-def stored(fill: Callable[[Values], object]) -> list[tuple[str, object, How, str]]:
+def stored(fill: Callable[[Values], object]) -> list[tuple[str, object, ValueOrigin, str]]:
     values = Values("a.txt", "GRBL 1.1")
     fill(values)
     return [(one.key, one.value, one.how, one.source) for one in values.entries.values()]
@@ -122,7 +122,11 @@ def test_a_travel_that_no_machine_has_is_refused(low: float, high: float, words:
     ],
 )
 def test_home_lies_within_the_travel(
-    travel: tuple[tuple[float, ...], tuple[float, ...]] | None, position: Axes, home: object, how: How, moved: bool
+    travel: tuple[tuple[float, ...], tuple[float, ...]] | None,
+    position: Axes,
+    home: object,
+    how: ValueOrigin,
+    moved: bool,
 ) -> None:
     def act(values: Values) -> None:
         if travel:
@@ -177,7 +181,7 @@ def test_a_number_may_have_a_comment_after_it(text: str, value: float | str) -> 
 def test_numbers_and_lines_are_written_shortly() -> None:
     assert with_unit(0.1 + 0.2, "mm") == "0.3 mm" and with_unit(-INF, "mm") == "unknown"
     assert with_unit(1234567890123, "mm") == "1.23456789e+12 mm"
-    assert (texts((1, 1, 1), "s"), texts((1, 1, 2), "s")) == ("1 s", ["1 s", "1 s", "2 s"])
+    assert (axis_texts((1, 1, 1), "s"), axis_texts((1, 1, 2), "s")) == ("1 s", ["1 s", "1 s", "2 s"])
     assert [in_lines(lines) for lines in ([3], [3, 3], [4, 3], [5, 3, 4], [3, 5, 7], [3, 4, 6], [1, 2, 3, 4])] == [
         "line 3", "line 3", "lines 3 and 4", "lines 3 to 5", "lines 3, 5 and 7", "lines 3, 4 and 6", "lines 1 to 4"
     ]  # fmt: skip

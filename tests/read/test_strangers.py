@@ -13,10 +13,10 @@ import shapely
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry import containment, curves
-from leafcut.geometry.containment import conflicts
+from leafcut.geometry.containment import find_conflicts
 from leafcut.model.issue import Issue
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.read import read_contours
 from leafcut.read.csvmap import read_csv
 from leafcut.read.format import Source, load, load_json
@@ -52,7 +52,7 @@ def test_toml_that_is_nested_or_has_thousands_of_digits_is_an_option_error(text:
     """In options and in machines alike."""
     file = tmp_path / "a.toml"
     file.write_bytes(text.encode("latin-1"))
-    for read in (lambda: collect({}, file), lambda: load_machine(str(file))):
+    for read in (lambda: collect_settings({}, file), lambda: load_machine(str(file))):
         with pytest.raises(OptionError, match="not a TOML file") as caught:
             read()
         assert str(file) in one_line(caught.value)
@@ -207,7 +207,7 @@ def test_outlines_drawn_again_and_again_in_one_place_are_taken_once() -> None:
     angle = np.linspace(0.0, math.tau, 60)
     circle = shapely.polygons(np.column_stack([np.cos(angle), np.sin(angle)]))
     other = shapely.box(10, 10, 12, 12)
-    met = conflicts(np.array([circle, other, *[circle] * 400], dtype=object))
+    met = find_conflicts(np.array([circle, other, *[circle] * 400], dtype=object))
     assert {(c.first, c.kind) for c in met} == {(0, "same")}
     assert sorted(c.second for c in met) == list(range(2, 402))
 
@@ -217,7 +217,7 @@ def test_outlines_of_which_all_cross_each_other_are_refused(monkeypatch: pytest.
     monkeypatch.setattr(containment, "MOST_MEETING", 100)
     squares = shapely.box(*np.array([[k, k, k + 100, k + 100] for k in range(60)], dtype=float).T)
     with pytest.raises(LeafcutError, match="thousands of outlines"):
-        conflicts(squares)
+        find_conflicts(squares)
 
 
 HALVES = [b"\xff\xfe", b"\\U+D800", b"\\U+DFFF"]

@@ -8,7 +8,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import DrillCycle, Kind, ToolpathBuilder
-from leafcut.report.line_map import written_lines
+from leafcut.report.playback import written_lines
 
 
 def test_every_move_of_a_cycle_has_the_line_that_calls_it() -> None:

@@ -17,7 +17,7 @@ from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json, overview_as_json
 from leafcut.report.page import write_page
 from leafcut.report.summary import print_summary
-from leafcut.report.wording import figure, heading, line
+from leafcut.report.wording import fact_heading, fact_line, fact_value_text
 from leafcut.studio.wording import words
 
 ROOT = Path(__file__).parents[2]
@@ -67,9 +67,9 @@ def test_a_fact_has_one_value_on_the_terminal_on_the_page_and_in_the_answer(outc
         if fact.key:
             assert reduce(lambda inner, name: inner[name], fact.key.split("."), answer) == fact.value
         if fact.name:
-            assert f"{heading(fact.name)} {line(fact)}" in lines
-        if fact.name and figure(fact):
-            assert figure(fact) in page and fact.sentence in page
+            assert f"{fact_heading(fact.name)} {fact_line(fact)}" in lines
+        if fact.name and fact_value_text(fact):
+            assert fact_value_text(fact) in page and fact.sentence in page
 
 
 def test_the_seconds_of_a_bar_are_the_time_of_its_order(outcome: Outcome[Any]) -> None:

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from leafcut.model.part import Slot
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.registry import report_of
-from leafcut.report.drawing import MAX_NUMBERS, build_scene, drawing, tool_class
+from leafcut.report.drawing import MAX_NUMBERS, build_scene, tool_class, toolpath_drawing
 from leafcut.report.frame import Frame
-from leafcut.report.labels import Surroundings, crossing, place_labels
+from leafcut.report.labels import Surroundings, place_labels, segments_crossing_box
 from leafcut.report.page import path_svg
 from leafcut.report.svg import STEPS, dots_data, lines_data, tick_words, ticks
 
@@ -191,7 +191,11 @@ def test_a_hundred_thousand_holes_fit_in_fifteen_megabytes(outcome_of):
     """Measured on a tenth of them: 1.5 MB for a page would be the limit, and a drawing is less than half a page."""
     points = [tuple(p) for p in np.random.default_rng(1).uniform(0, 600, (10_000, 2)).tolist()]
     scene = build_scene(outcome_of(points))
-    assert len(drawing(scene, "before", "", holes="=holes")) + len(drawing(scene, "after", "", holes="#holes")) < 1.4e6
+    assert (
+        len(toolpath_drawing(scene, "before", "", holes="=holes"))
+        + len(toolpath_drawing(scene, "after", "", holes="#holes"))
+        < 1.4e6
+    )
 
 
 def test_diameters_of_every_size_do_not_make_a_path_each(outcome_of):
@@ -230,7 +234,7 @@ def test_a_line_crosses_a_box_if_one_of_its_points_is_inside(line, corners):
     reach = np.hypot(*(b - a)) / 4000 + 1e-9
     touched = bool(((fine >= low + 1e-9) & (fine <= high - 1e-9)).all(axis=1).any())
     near = bool(((fine >= low - reach) & (fine <= high + reach)).all(axis=1).any())
-    crossed = bool(crossing(np.array([[a, b]]), low, high)[0])
+    crossed = bool(segments_crossing_box(np.array([[a, b]]), low, high)[0])
     assert crossed or not touched
     assert near or not crossed
 

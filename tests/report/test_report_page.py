@@ -194,5 +194,5 @@ def test_workers_that_had_nothing_to_search_have_no_row(outcome_of):
     points = [(0.0, 0.0), (10.0, 0.0)]
     for algorithm, workers, rows in (("colony", (idle, busy), [1]), ("colony", (idle,), []), ("exact", (busy,), [])):
         outcome = outcome_of(points, solution={"algorithm": algorithm, "workers": workers})
-        assert [row["worker"] for row in views.workers(outcome)["rows"]] == rows
+        assert [row["worker"] for row in views.worker_rows(outcome)["rows"]] == rows
         assert ("Workers" in Page(write_page(report_of(outcome))).words) is bool(rows)

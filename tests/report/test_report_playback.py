@@ -17,9 +17,9 @@ from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
-from leafcut.report.plan_view import trace
+from leafcut.report.plan_view import plan_view
 from leafcut.report.playback import Activity, outcome_playback, playback
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
     name="test-mill",
@@ -49,7 +49,7 @@ def test_the_rows_are_where_the_tool_is_after_them_and_last_as_long_as_the_toolp
     assert rows.place.tolist() == [[0, 0, 5], [0, 0, 5], [30, 0, 5], [30, 40, 5]]
     assert rows.activity.tolist() == [Activity.RAPID, Activity.STAND, Activity.CUT, Activity.RAPID]
     assert rows.line.tolist() == [1, 2, 3, 4]
-    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+    assert rows.seconds.sum() == pytest.approx(measure_toolpath(built, MILL).time_s, rel=1e-12)
 
 
 def test_a_flat_arc_is_its_circle_and_begins_where_the_tool_is() -> None:
@@ -75,7 +75,7 @@ def test_an_upright_arc_is_seen_as_chords_that_share_its_time() -> None:
     assert away == pytest.approx(10.0)
     assert abs(rows.place[on_arc, 2] - 5.0).max() == pytest.approx(10.0)
     assert rows.place[-1].tolist() == [20.0, 0.0, 5.0]
-    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+    assert rows.seconds.sum() == pytest.approx(measure_toolpath(built, MILL).time_s, rel=1e-12)
 
 
 def test_stops_are_the_places_that_the_drawing_of_the_report_numbers() -> None:
@@ -89,7 +89,7 @@ def test_stops_are_the_places_that_the_drawing_of_the_report_numbers() -> None:
     path.feed(x=70.0, feed=5.0)
     built = path.build()
     rows = playback(built, MILL)
-    assert rows.place[rows.stops - 1, :2].tolist() == trace(built).stops.tolist()
+    assert rows.place[rows.stops - 1, :2].tolist() == plan_view(built).stops.tolist()
 
 
 def test_a_beam_that_is_off_is_dark_at_feed() -> None:
@@ -115,7 +115,7 @@ def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along(
     assert len(rows.arc_row) == len(rows.stops) == 0
     assert np.hypot(*(rows.place[4:, :2] - (15.0, 0.0)).T) == pytest.approx(5.0)
     assert rows.place[:, 1].max() > 4.9
-    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+    assert rows.seconds.sum() == pytest.approx(measure_toolpath(built, MILL).time_s, rel=1e-12)
 
 
 def test_an_empty_toolpath_has_no_rows() -> None:
@@ -146,7 +146,7 @@ def test_a_planned_path_takes_its_lines_from_the_program_that_was_written() -> N
 def _outcome(path: Toolpath, text: str) -> Outcome:
     from leafcut.model.part import Part
 
-    cost = measure(path, MILL)
+    cost = measure_toolpath(path, MILL)
     return Outcome(
         Part("p"), MILL, "drill", (), cost, None, cost, path, path, text, "linuxcnc", 1, True, DrillingDetail()
     )

@@ -16,7 +16,7 @@ from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
 from leafcut.report.summary import MAX_ISSUES, print_summary
-from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
+from leafcut.report.wording import at_most_words, cost_words, percent_words, replace_unprintable, time_words
 from page_parser import Page
 
 
@@ -120,7 +120,7 @@ def test_what_is_not_verified_is_said_to_be_so(outcome_of):
         (cost_words(1234.0, "s"), "1234 s"),
         (cost_words(12345.0, "mm"), "12.35 m"),
         (cost_words(float("inf"), "mm"), "–"),
-        (clean("a\u202eb\udcffc\x00"), "a�b�c�"),
+        (replace_unprintable("a\u202eb\udcffc\x00"), "a�b�c�"),
     ],
 )
 def test_numbers_and_texts_are_worded_as_a_person_reads_them(words, expected):

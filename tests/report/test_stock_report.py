@@ -10,8 +10,8 @@ from PIL import Image
 
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.report import stock_picture
-from leafcut.report.stock_mesh import MAX_CELLS, stock_stl
 from leafcut.report.stock_picture import BOTTOM, DEPTHS, LEFT, LONGER, RIGHT, THROUGH, TOP, stock_png
+from leafcut.report.stock_report import MAX_CELLS, stock_stl
 
 BLOCK = StockBlock((10.0, 20.0, -6.0), (30.0, 32.0, 0.0))
 

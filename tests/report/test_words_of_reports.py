@@ -10,11 +10,11 @@ import pytest
 import leafcut
 from leafcut.model.outcome import Outcome
 from leafcut.processes.registry import report_of
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
 from leafcut.report.wording import method_words
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 from page_parser import Page
 
 STYLES = Path(__file__).parents[1] / "styles"
@@ -32,11 +32,11 @@ STYLES = Path(__file__).parents[1] / "styles"
     ],
 )
 def test_zero_has_no_sign(value: float, decimals: int, text: str) -> None:
-    assert fixed(value, decimals) == text
+    assert to_fixed(value, decimals) == text
 
 
 def test_places_at_zero_have_no_sign() -> None:
-    assert place(-1e-9, -0.0004, -0.0) == "X0.000 Y0.000 Z0.000"
+    assert position_text(-1e-9, -0.0004, -0.0) == "X0.000 Y0.000 Z0.000"
 
 
 @pytest.mark.parametrize(("machine", "cycle"), [("grbl-3018", ""), ("marlin-mpcnc", ""), ("haas-vf2", "G81")])

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
-from leafcut.sender.by_hand import check_jog, jog_line, probe_z
+from leafcut.sender.character_counting import SentLine
 from leafcut.sender.conversation import Interrupted
-from leafcut.sender.counting import SentLine
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import DrilledHole
+from leafcut.sender.jogging import check_jog, jog_line, probe_z
 from leafcut.sender.lines import Pause, pauses_at_holes
 
 

@@ -9,19 +9,19 @@ from fake_marlin import FakeMarlin
 from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
-from leafcut.read.controllers.importing import imported
+from leafcut.read.controllers.importing import machine_from_settings
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Greeting, Report, Status
-from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.explained import alarm_in_words, error_in_words, family_of
-from leafcut.sender.facts import Facts
-from leafcut.sender.firmware import asked_settings
+from leafcut.sender.controller_facts import Facts
+from leafcut.sender.error_texts import alarm_in_words, error_in_words, firmware_family
+from leafcut.sender.firmware import query_settings
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.grbl_facts import gathered
+from leafcut.sender.grbl_facts import facts_of_answers
 from leafcut.sender.grbl_lines import parse
 from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.marlin import MarlinConversation
-from leafcut.sender.run import Ending, Request, RunView, SendRun
+from leafcut.sender.run import Request, RunResult, RunView, SendRun
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ from leafcut.sender.run import Ending, Request, RunView, SendRun
     ],
 )
 def test_the_firmware_is_told_by_its_greeting_or_its_version(line: str, family: str) -> None:
-    assert family_of(line) == family
+    assert firmware_family(line) == family
     assert isinstance(parse(line), Greeting) == line.startswith("Grbl")
 
 
@@ -115,9 +115,9 @@ def test_a_conversation_explains_by_the_firmware_that_greeted(greeting: bytes, t
 def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
     board: FakeGrbl | FakeMarlin, kind: str, rate: float | None
 ) -> None:
-    found, text = asked_settings(board, clock=board.clock)
+    found, text = query_settings(board, clock=board.clock)
     assert found == kind
-    machine = imported(text, "port", found).machine
+    machine = machine_from_settings(text, "port", found).machine
     speaker = MarlinConversation if kind == "marlin" else GrblConversation
     talk = speaker(board, clock=board.clock)
     talk.connect()
@@ -134,10 +134,10 @@ def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
 
 def test_a_board_of_another_kind_than_said_is_refused() -> None:
     with pytest.raises(OptionError, match=r"--kind linuxcnc: only grbl, fluidnc, marlin can be read from a port"):
-        asked_settings(FakeGrbl(), "linuxcnc")
+        query_settings(FakeGrbl(), "linuxcnc")
     board = FakeMarlin()  # it answers to nothing before the line ends
     with pytest.raises(SendError, match=r"the device on fake is not GRBL \('ok'\)"):
-        asked_settings(board, "grbl", clock=board.clock)
+        query_settings(board, "grbl", clock=board.clock)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_what_answers_as_no_board_does_is_not_called_silent(answers: dict[bytes,
     """A modem, a login, a board with another firmware: each answers a line ending or a query."""
     board = Answers(answers)
     with pytest.raises(SendError, match=told):
-        asked_settings(board, clock=board.clock)
+        query_settings(board, clock=board.clock)
 
 
 def drilling() -> SendJob:
@@ -180,7 +180,7 @@ def met(board: FakeGrbl) -> tuple[GrblConversation, Facts]:
     return talk, talk.facts()
 
 
-def sent(board: FakeGrbl) -> Ending:
+def sent(board: FakeGrbl) -> RunResult:
     talk, facts = met(board)
     job = drilling()
     check_ready(facts, unhomed=False)
@@ -238,10 +238,10 @@ def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
     status = Status("Idle", machine=(0.0, 0.0, 0.0))
     answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
     with pytest.raises(SendError, match="does not report whether it was homed, and does not insist on it: add --home"):
-        check_ready(gathered(answers, status, homed=False), unhomed=False)
-    check_ready(gathered(answers, status, homed=True), unhomed=False)
+        check_ready(facts_of_answers(answers, status, homed=False), unhomed=False)
+    check_ready(facts_of_answers(answers, status, homed=True), unhomed=False)
     with pytest.raises(SendError, match=r"does not report the size of its buffer \(\[OPT:V\]\)"):
-        gathered([parse("[VER:1.1h:]"), parse("[OPT:V]"), parse("$22=1")], status, homed=False)
+        facts_of_answers([parse("[VER:1.1h:]"), parse("[OPT:V]"), parse("$22=1")], status, homed=False)
 
 
 def test_an_alarm_with_its_number_in_the_status_is_explained_by_its_firmware() -> None:
@@ -269,7 +269,7 @@ def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that
     assert facts.travel() == ((0.0, -195.0, -100.0), (200.0, 5.0, 0.0))
     assert facts.fastest == 24000.0 and facts.buffer == 128
     assert facts.homing and facts.homed and facts.soft_limits
-    timed = facts.timed(load_machine("grbl-3018"))
+    timed = facts.machine_with_settings(load_machine("grbl-3018"))
     assert timed.rapid_velocity == pytest.approx((5000 / 60, 4000 / 60, 800 / 60))
     assert timed.acceleration == (150.0, 150.0, 25.0) and timed.corner_deviation == 0.02
     ending = sent(FakeFluidNc())

@@ -16,19 +16,19 @@ from leafcut.cli.app import run as leafcut
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
-from leafcut.sender.answers import Accepted, Alarm, Greeting, Report, Strange
-from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.counting import SentLine
-from leafcut.sender.facts import Facts
-from leafcut.sender.firmware import speaker_of
+from leafcut.sender.answers import Accepted, Alarm, Greeting, InvalidAnswer, Report
+from leafcut.sender.character_counting import SentLine
+from leafcut.sender.controller_facts import Facts
+from leafcut.sender.firmware import conversation_class
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_of, read_job
+from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.lines import Pause
 from leafcut.sender.marlin import MarlinConversation, NumberedLine
 from leafcut.sender.marlin_lines import parse
 from leafcut.sender.resuming import line_of_hole, resumed
-from leafcut.sender.run import Ending, Request, RunView, SendRun
-from leafcut.sender.told import ending_in_words
+from leafcut.sender.run import Request, RunResult, RunView, SendRun
+from leafcut.sender.run_texts import ending_in_words
 
 MACHINE = load_machine("marlin-mpcnc")
 HEAD = ["; a plate", "G21", "G17", "G90", "G0 Z5 F900", "M3 S9000", "G4 P2000"]
@@ -67,7 +67,7 @@ def sent(
     watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
     prompt: Callable[[Pause, Sequence[str]], str | None] | None = None,
     steps: Sequence[SentLine | Pause] | None = None,
-) -> Ending:
+) -> RunResult:
     talk, facts = met(board)
     check_ready(facts, unhomed=False)
     check_program(job, facts, unhomed=False)
@@ -349,7 +349,7 @@ def test_it_is_timed_by_its_own_settings() -> None:
     board = FakeMarlin()
     board.settings = board.settings.replace("M203 X50.00", "M203 X20.00")
     _, facts = met(board)
-    timed = facts.timed(MACHINE)
+    timed = facts.machine_with_settings(MACHINE)
     assert timed.rapid_velocity == (20.0, 50.0, 15.0) and timed.acceleration == (180.0, 180.0, 80.0)
     assert timed.corner_deviation == 0.05
     (issue,) = check_program(job_with(drilled(2)), facts, unhomed=False)
@@ -370,8 +370,8 @@ def test_each_firmware_is_refused_by_the_other_in_one_line() -> None:
 
 
 def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
-    assert speaker_of(MACHINE, "m") is MarlinConversation
-    assert speaker_of(load_machine("grbl-3018"), "m") is GrblConversation
+    assert conversation_class(MACHINE, "m") is MarlinConversation
+    assert conversation_class(load_machine("grbl-3018"), "m") is GrblConversation
     laser = tmp_path / "laser.toml"
     laser.write_text(
         'name = "l"\ncontroller = "marlin"\nprocess = "laser"\nrapid.velocity = "3 m/min"\n'
@@ -400,7 +400,7 @@ def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
             "Error:MINTEMP triggered, system stopped! Heater_ID: 0",
             Alarm("a temperature sensor is missing, or too cold"),
         ),
-        ("ok\ufffd", Strange("ok\ufffd")),
+        ("ok\ufffd", InvalidAnswer("ok\ufffd")),
     ],
 )
 def test_what_marlin_says_is_understood(line: str, meant: object) -> None:

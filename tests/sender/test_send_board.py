@@ -17,13 +17,13 @@ import pytest
 from grbl_board import EACH, HEAD, HOLES, SETTINGS, ZERO, Board, plate
 from leafcut.cli.app import run as leafcut
 from leafcut.read.machine import load_machine
-from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.facts import Facts
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, read_job
+from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.port import SerialPort
 from leafcut.sender.resuming import line_of_hole, resumed
-from leafcut.sender.run import Ending, Request, RunView, SendRun
+from leafcut.sender.run import Request, RunResult, RunView, SendRun
 
 #: Above the last hole, in machine coordinates.
 END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
@@ -37,7 +37,7 @@ def prepared(board: Board, program: Path, machine: str) -> tuple[GrblConversatio
     check_ready(facts, unhomed=False)
     assert check_program(job, facts, unhomed=False) == []
     board.forget()
-    return talk, facts, job.for_machine(facts.timed(job.machine))
+    return talk, facts, job.for_machine(facts.machine_with_settings(job.machine))
 
 
 def send(
@@ -46,7 +46,7 @@ def send(
     machine: str,
     hole: int = 1,
     watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
-) -> tuple[Ending, list[RunView], SendJob]:
+) -> tuple[RunResult, list[RunView], SendJob]:
     talk, facts, job = prepared(board, program, machine)
     steps = job.steps if hole == 1 else resumed(job, line_of_hole(job, hole))[0]
     run = SendRun(talk, facts, job, steps)

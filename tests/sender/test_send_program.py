@@ -14,12 +14,12 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
-from leafcut.sender.answers import Alarm, Greeting, Refused, Report, Status, Strange
-from leafcut.sender.counting import SentLine
+from leafcut.sender.answers import Alarm, Greeting, InvalidAnswer, Refused, Report, Status
+from leafcut.sender.character_counting import SentLine
 from leafcut.sender.grbl_lines import parse
 from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.line_tracking import LineTracker
 from leafcut.sender.lines import Pause, steps_of
-from leafcut.sender.place import Tracker
 from leafcut.sender.resuming import line_of_hole, resumed
 
 GRBL = dialect("grbl")
@@ -104,7 +104,7 @@ def test_holes_are_counted_with_their_pecks_and_milled_plunges_are_none() -> Non
 def test_the_line_is_found_by_the_place_on_straight_moves_and_arcs() -> None:
     text = "G0 X0 Y0\nG1 Z-1 F100\nG1 X10\nG2 X20 Y10 I0 J10\nG3 X10 Y0 I-10 J0\nG0 Z5"
     path = run(HEAD + text + "\nM30")
-    tracker = Tracker(path)
+    tracker = LineTracker(path)
     assert tracker.line_at((5.0, 0.0, -1.0), 4, 9) == 6
     for angle in np.linspace(0.1, 1.4, 9):
         # G2 from (10, 0) about (10, 10) is the long arc: clockwise, over x below 10.
@@ -215,8 +215,8 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
             "<Hold:1|MPos:1,2,3,4|Bf:3,9|Pn:XP>",
             Status("Hold", 1, machine=(1.0, 2.0, 3.0), free_blocks=3, free_bytes=9, pins="XP"),
         ),
-        ("okk", Strange("okk")),
-        ("<|>", Strange("<|>")),
+        ("okk", InvalidAnswer("okk")),
+        ("<|>", InvalidAnswer("<|>")),
     ],
 )
 def test_what_a_controller_says_is_understood(line: str, meant: object) -> None:

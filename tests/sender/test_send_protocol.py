@@ -14,13 +14,13 @@ from fake_grbl import BUFFER, FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
-from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.counting import CharacterCounter, SentLine
+from leafcut.sender.character_counting import CharacterCounter, SentLine
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.job_checks import check_program, check_ready
 from leafcut.sender.lines import Pause
-from leafcut.sender.run import Ending, Request, RunView, SendRun
-from leafcut.sender.told import ending_in_words
+from leafcut.sender.run import Request, RunResult, RunView, SendRun
+from leafcut.sender.run_texts import ending_in_words
 
 MACHINE = load_machine("grbl-3018")
 HEAD = ["G21 G90 G94 G17", "G0 Z5", "M3 S900"]
@@ -43,7 +43,7 @@ def sent(
     job: SendJob,
     watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
     prompt: Callable[[Pause, Sequence[str]], str | None] | None = None,
-) -> Ending:
+) -> RunResult:
     talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     run = SendRun(talk, talk.facts(), job, job.steps, prompt=prompt)
@@ -78,7 +78,7 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
     assert not counter.fits(SentLine("X" * 79)) and counter.fits(SentLine("X" * 46))
     with pytest.raises(ValueError, match="does not fit"):
         counter.send(SentLine("X" * 79))
-    assert counter.answered() == SentLine("X" * 79) and counter.answered() is None and counter.bytes == 0
+    assert counter.take_answer() == SentLine("X" * 79) and counter.take_answer() is None and counter.bytes == 0
 
 
 @pytest.mark.hazard
@@ -370,7 +370,7 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
     job = job_with(drilled(4))
     (issue,) = check_program(job, facts, unhomed=False)
     assert issue.code == "L820" and "$110=60 (800)" in issue.message and "$130" not in issue.message
-    slower = job.for_machine(facts.timed(job.machine))
+    slower = job.for_machine(facts.machine_with_settings(job.machine))
     assert sum(map(sum, slower.seconds)) > sum(map(sum, job.seconds))
 
 

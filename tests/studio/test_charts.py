@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from leafcut.studio.page.charts import boxes, brightness, convergence, learning, runs
+from leafcut.studio.page.charts import box_plots, brightness_chart, convergence_chart, learning_chart, run_curves
 from leafcut.studio.wording import words
 
 WORDS = words("en").section("chart")
@@ -18,8 +18,8 @@ def named(options: dict[str, Any], name: str) -> list[list[float]]:
 
 
 def test_a_long_search_has_a_logarithmic_axis_that_shows_its_start() -> None:
-    short, label = convergence([(0.01, 60.0), (0.4, 50.0)], 48.5, "s", WORDS)
-    long, _ = convergence([(0.0, 61.0), (0.01, 60.0), (100.0, 50.0)], 48.5, "s", WORDS)
+    short, label = convergence_chart([(0.01, 60.0), (0.4, 50.0)], 48.5, "s", WORDS)
+    long, _ = convergence_chart([(0.0, 61.0), (0.01, 60.0), (100.0, 50.0)], 48.5, "s", WORDS)
     assert (short["xAxis"]["type"], long["xAxis"]["type"]) == ("value", "log")
     assert label == "best 50.00 s"
     assert all(x >= long["xAxis"]["min"] > 0.0 for x, _ in long["series"][0]["data"])
@@ -31,7 +31,7 @@ def test_a_long_search_has_a_logarithmic_axis_that_shows_its_start() -> None:
 @pytest.mark.parametrize("by", ["iteration", "time"])
 def test_a_learning_curve_has_a_line_for_each_figure_of_an_iteration(by: str) -> None:
     rows = [[k, 0.1 * k, 90.0 - k, 91.0 - k, 95.0 - k, 99.0 - k, 12.0 - k] for k in range(1, 6)]
-    options, label = learning(rows, None, "mm", WORDS, by)
+    options, label = learning_chart(rows, None, "mm", WORDS, by)
     at = [row[0 if by == "iteration" else 1] for row in rows]
     for name, column in (("best so far", 2), ("best of the", 3), ("mean", 4), ("worst", 5), ("λ-branching", 6)):
         assert named(options, name) == [[x, row[column]] for x, row in zip(at, rows, strict=True)]
@@ -39,7 +39,7 @@ def test_a_learning_curve_has_a_line_for_each_figure_of_an_iteration(by: str) ->
 
 
 def test_a_search_without_rounds_has_only_its_best() -> None:
-    options, _ = learning([[1, 0.1, 90.0, None, None, None, None]], 80.0, "", WORDS, "iteration")
+    options, _ = learning_chart([[1, 0.1, 90.0, None, None, None, None]], 80.0, "", WORDS, "iteration")
     assert len(options["series"]) == 1
 
 
@@ -49,7 +49,7 @@ def test_the_mean_of_several_runs_is_that_of_their_costs_at_every_improvement() 
         {"algorithm": "acs", "points": [[2, 0.2, 20.0], [3, 0.3, 8.0]]},
         {"algorithm": "mmas", "points": [[1, 0.1, 9.0]]},
     ]
-    options, label = runs(curves, 5.0, WORDS, "iteration")
+    options, label = run_curves(curves, 5.0, WORDS, "iteration")
     costs = {2: (10.0, 20.0), 3: (10.0, 8.0), 4: (6.0, 8.0)}
     assert named(options, "acs")[:-1] == [[x, fmean(values)] for x, values in costs.items()]
     assert options["legend"]["data"] == ["acs", "mmas"]
@@ -58,7 +58,7 @@ def test_the_mean_of_several_runs_is_that_of_their_costs_at_every_improvement() 
 
 def test_a_box_has_the_quartiles_and_the_whiskers_of_its_algorithm() -> None:
     row = {"algorithm": "acs", "low": 1, "lower": 2, "median": 3, "upper": 4, "high": 5, "mean": 3.1, "outliers": [9]}
-    options, label = boxes([row], None, WORDS)
+    options, label = box_plots([row], None, WORDS)
     tukey, points = options["series"]
     assert tukey["data"][0]["value"] == [1, 2, 3, 4, 5]
     assert [point["value"] for point in points["data"]] == [[3.1, "acs"], [9, "acs"]]
@@ -67,7 +67,7 @@ def test_a_box_has_the_quartiles_and_the_whiskers_of_its_algorithm() -> None:
 
 
 def test_the_brightest_firefly_is_marked() -> None:
-    options, label = brightness([0.2, 1.0, 0.5], WORDS)
+    options, label = brightness_chart([0.2, 1.0, 0.5], WORDS)
     marked = [bar["value"] for bar in options["series"][0]["data"] if "accent" in bar["itemStyle"]["color"]]
     assert marked == [1.0]
     assert label == "best 1.000"

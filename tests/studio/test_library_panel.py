@@ -38,7 +38,7 @@ def panel_of(studio: Studio, kind: str, tab: str = "toml") -> tuple[LibraryPanel
 
 
 def test_a_text_that_is_too_long_is_refused_and_stays(studio: Studio) -> None:
-    library.save(studio.folder, "machines", "mine", GRBL)
+    library.save_profile(studio.folder, "machines", "mine", GRBL)
     panel, said = panel_of(studio, "machines")
     panel._typed(GRBL + "#" * 300_000)
     panel._save("mine")
@@ -49,7 +49,7 @@ def test_a_text_that_is_too_long_is_refused_and_stays(studio: Studio) -> None:
 
 def test_what_another_page_saved_is_never_overwritten_but_shown(studio: Studio) -> None:
     """Neither by a text, nor by a field, nor by a press of Save on a page that showed the text before."""
-    library.save(studio.folder, "machines", "mine", GRBL)
+    library.save_profile(studio.folder, "machines", "mine", GRBL)
     for other, (name, act) in enumerate(
         (
             ("toml", lambda panel: panel._typed("# mine\n" + GRBL)),
@@ -73,7 +73,7 @@ def test_what_another_page_saved_is_never_overwritten_but_shown(studio: Studio) 
 
 
 def test_what_another_page_typed_is_not_lost_and_what_it_deleted_is_told(studio: Studio) -> None:
-    library.save(studio.folder, "machines", "mine", GRBL)
+    library.save_profile(studio.folder, "machines", "mine", GRBL)
     one, said = panel_of(studio, "machines")
     two, _ = panel_of(studio, "machines")
     two._typed("# theirs\n" + GRBL)

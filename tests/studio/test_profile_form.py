@@ -13,7 +13,7 @@ from leafcut.read.machine import shipped_machines
 from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
 from leafcut.studio.page import library, profile_form
-from leafcut.studio.page.profile_form import added, entries, groups, put, removed, values
+from leafcut.studio.page.profile_form import add_entry, entries_of, form_values, groups, remove_entry, set_value
 from leafcut.studio.page.toml_place import place_of
 from leafcut.studio.wording import words
 
@@ -37,23 +37,23 @@ def changed_lines(before: str, after: str) -> set[str]:
 @pytest.mark.parametrize("name", shipped_machines())
 def test_to_type_what_stands_there_already_changes_no_machine(name: str) -> None:
     text = library.shipped_text("machines", name)
-    shown = values("", tomllib.loads(text))
+    shown = form_values("", tomllib.loads(text))
     assert len(shown) > 10
     made = text
     for key, value in shown.items():
-        made = put(made, "", 0, key, value)
+        made = set_value(made, "", 0, key, value)
     before, after = tomllib.loads(text), tomllib.loads(made)
     before.pop("sources"), after.pop("sources")
     assert after == before
-    library.check("machines", name, made)
+    library.check_profile("machines", name, made)
 
 
 def test_to_type_what_stands_there_already_changes_no_tool() -> None:
     made = TOOLS
     for array in ("tool", "hole"):
-        for number, entry in enumerate(entries(tomllib.loads(TOOLS), array)):
-            for key, value in values(array, entry).items():
-                made = put(made, array, number, key, value)
+        for number, entry in enumerate(entries_of(tomllib.loads(TOOLS), array)):
+            for key, value in form_values(array, entry).items():
+                made = set_value(made, array, number, key, value)
     assert made == TOOLS  # with its comments and their places
 
 
@@ -73,9 +73,9 @@ def test_to_type_what_stands_there_already_changes_no_tool() -> None:
 )
 def test_what_is_typed_stands_in_the_file_with_its_unit_and_comments_stay(name: str, typed: Any, stands: Any) -> None:
     text = "# our shop's\n" + GRBL.replace("max_feed = ", "# measured\nmax_feed = ")
-    made = put(text, "", 0, name, typed)
+    made = set_value(text, "", 0, name, typed)
     assert said(made, name) == stands
-    library.check("machines", "mine", made)
+    library.check_profile("machines", "mine", made)
     assert {line for line in text.splitlines() if line.startswith("#")} <= {*made.splitlines()}
     assert len(changed_lines(text, made)) <= 2  # its own line, and that of its source
     if name in tomllib.loads(text)["sources"]:
@@ -83,20 +83,20 @@ def test_what_is_typed_stands_in_the_file_with_its_unit_and_comments_stay(name: 
 
 
 def test_an_empty_field_takes_its_key_out_and_a_table_that_is_empty_then() -> None:
-    assert "safe_z" not in put(put(GRBL, "", 0, "safe_z", "0"), "", 0, "safe_z", "")
-    probing = put(GRBL, "", 0, "probe.feed", "200")
+    assert "safe_z" not in set_value(set_value(GRBL, "", 0, "safe_z", "0"), "", 0, "safe_z", "")
+    probing = set_value(GRBL, "", 0, "probe.feed", "200")
     assert said(probing, "probe.feed") == "200 mm/min"
-    library.check("machines", "mine", probing)
-    assert "probe" not in tomllib.loads(put(probing, "", 0, "probe.feed", ""))
+    library.check_profile("machines", "mine", probing)
+    assert "probe" not in tomllib.loads(set_value(probing, "", 0, "probe.feed", ""))
 
 
 def test_tools_and_recipes_are_added_and_taken_out() -> None:
-    more = added(added(TOOLS, "tool"), "hole")
-    library.check("tools", "mine", put(more, "hole", 3, "layer", "*X*"))
-    tools = entries(tomllib.loads(more), "tool")
+    more = add_entry(add_entry(TOOLS, "tool"), "hole")
+    library.check_profile("tools", "mine", set_value(more, "hole", 3, "layer", "*X*"))
+    tools = entries_of(tomllib.loads(more), "tool")
     assert (tools[-1]["number"], len(tools)) == (17, 17)
-    assert removed(removed(more, "tool", 16), "hole", 3).split() == TOOLS.split()
-    assert entries(tomllib.loads(added("", "tool")), "tool") == [{"number": 1, "diameter": "6 mm"}]
+    assert remove_entry(remove_entry(more, "tool", 16), "hole", 3).split() == TOOLS.split()
+    assert entries_of(tomllib.loads(add_entry("", "tool")), "tool") == [{"number": 1, "diameter": "6 mm"}]
 
 
 @pytest.mark.parametrize(
@@ -110,17 +110,17 @@ def test_tools_and_recipes_are_added_and_taken_out() -> None:
 )
 def test_where_nothing_can_be_put_that_is_said(text: str, array: str, name: str, line: str) -> None:
     with pytest.raises(OptionError) as refused:
-        put(text, array, 0, name, ["1", "2"] if not array else "6")
+        set_value(text, array, 0, name, ["1", "2"] if not array else "6")
     assert str(refused.value) == line
     if array:
         with pytest.raises(OptionError, match="has no entry 1"):
-            removed(text, array, 0)
+            remove_entry(text, array, 0)
 
 
 def test_an_entry_is_counted_among_the_entries_alone() -> None:
     text = 'tool = [1, {diameter = "5 mm"}]'
-    assert said(put(text, "tool", 0, "diameter", "6"), "tool") == [1, {"diameter": "6 mm"}]
-    assert said(removed(text, "tool", 0), "tool") == [1]
+    assert said(set_value(text, "tool", 0, "diameter", "6"), "tool") == [1, {"diameter": "6 mm"}]
+    assert said(remove_entry(text, "tool", 0), "tool") == [1]
 
 
 def wrong_value(key: ProfileKey) -> str:
@@ -130,10 +130,10 @@ def wrong_value(key: ProfileKey) -> str:
 @pytest.mark.parametrize("key", PROFILE_KEYS, ids=lambda key: key.name)
 def test_what_is_wrong_with_a_key_of_a_machine_is_marked_at_its_line(key: ProfileKey) -> None:
     """Wherever the key is, its own line is marked, and the message names the field."""
-    text = put(FLAME, "", 0, "probe.feed", "1 m/min")
+    text = set_value(FLAME, "", 0, "probe.feed", "1 m/min")
     filler = {"quantity": "1", "axes": ["1"] * key.size, "flag": True, "number": "1", "text": "x"}
-    value = values("", tomllib.loads(text)).get(key.name) or filler.get(key.kind, (*key.choices, "")[0])
-    lines = put(text, "", 0, key.name, value).splitlines()
+    value = form_values("", tomllib.loads(text)).get(key.name) or filler.get(key.kind, (*key.choices, "")[0])
+    lines = set_value(text, "", 0, key.name, value).splitlines()
     heads = [0, *(k for k, line in enumerate(lines) if line.startswith("["))]
     head = lines.index(f"[{key.table}]") if key.table else 0
     end = next((k for k in heads if k > head), len(lines))
@@ -141,7 +141,7 @@ def test_what_is_wrong_with_a_key_of_a_machine_is_marked_at_its_line(key: Profil
     lines[at] = f"{key.key} = {wrong_value(key)}"
     broken = "\n".join(lines)
     with pytest.raises(OptionError) as refused:
-        library.check("machines", "mine", broken)
+        library.check_profile("machines", "mine", broken)
     place = place_of(broken, str(refused.value))
     assert (place.line, f"{place.table}.{place.key}".strip(".")) == (at + 1, key.name)
 
@@ -155,7 +155,7 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
     lines = [line for at, line in enumerate(lines) if not (start < at < start + 9 and line.startswith(f"{key.key} ="))]
     lines.insert(start + 1, f"{key.key} = {wrong_value(key)}")
     with pytest.raises(OptionError) as refused:
-        library.check("tools", "mine", "\n".join(lines))
+        library.check_profile("tools", "mine", "\n".join(lines))
     place = place_of("\n".join(lines), str(refused.value))
     assert place == type(place)(array, number + 1, key.key, start + 2)
 
@@ -173,7 +173,7 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
 )
 def test_a_file_that_cannot_be_read_is_marked_where_it_breaks(text: str, line: int) -> None:
     with pytest.raises(OptionError) as refused:
-        library.check("machines", "mine", text)
+        library.check_profile("machines", "mine", text)
     assert place_of(text, str(refused.value)).line == line
 
 
@@ -202,12 +202,12 @@ def test_every_key_has_a_field_with_its_help_in_the_language_that_is_spoken(lang
 def test_the_choices_of_a_field_are_those_that_the_reader_takes() -> None:
     for key in PROFILE_KEYS:
         for word in key.choices:
-            library_text = put(GRBL, "", 0, key.name, word)
-            library.check("machines", "mine", library_text)
+            library_text = set_value(GRBL, "", 0, key.name, word)
+            library.check_profile("machines", "mine", library_text)
     for key in TOOL_KEYS:
         for word in key.choices:
             text = f'[[tool]]\nnumber = 1\ndiameter = "6 mm"\n{key.name} = "{word}"\n'
             text += 'peck = "1 mm"\ndwell = "1 s"\n' if word in ("G83", "G73", "G82") else ""
             text += 'kind = "tap"\npitch = "1 mm"\n' if word == "G84" else 'pitch = "1 mm"\n' if word == "tap" else ""
             text += 'point_angle = "90deg"\n' if word in CONES else ""
-            library.check("tools", "mine", text)
+            library.check_profile("tools", "mine", text)

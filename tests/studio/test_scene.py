@@ -24,7 +24,7 @@ from leafcut.studio.jobs.link import Link
 from leafcut.studio.jobs.preview import read_preview
 from leafcut.studio.jobs.run_job import run
 from leafcut.studio.jobs.task import ReadyTask
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
 
@@ -90,8 +90,8 @@ def test_a_toolpath_is_where_it_goes_row_by_row() -> None:
     assert [(x + ox, y + oy) for x, y in stops] == [*PLACES, (0.0, 70.0)]
     assert [blocks["line"][row] for row in blocks["stop"]] == [*range(2, 14), CUT_LINE]
     assert bytes(blocks["text"]).decode() == TEXT
-    assert sum(blocks["seconds"]) == pytest.approx(measure(grid_path(), MACHINE).time_s, rel=1e-5)
-    assert header["seconds"] == pytest.approx(measure(grid_path(), MACHINE).time_s, rel=1e-12)
+    assert sum(blocks["seconds"]) == pytest.approx(measure_toolpath(grid_path(), MACHINE).time_s, rel=1e-5)
+    assert header["seconds"] == pytest.approx(measure_toolpath(grid_path(), MACHINE).time_s, rel=1e-12)
 
 
 def test_an_arc_of_a_scene_ends_where_its_row_ends() -> None:

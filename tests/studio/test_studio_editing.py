@@ -13,7 +13,7 @@ from leafcut.read.order_file import load_order
 from leafcut.studio.drawing.editing import CutOrder, HoleOrder, OrderStop, cuts_one_by_one
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.page.panel_edit import can_be_edited, edited_of
+from leafcut.studio.page.panel_edit import can_be_edited, edited_order_of
 from leafcut.studio.studio import Studio
 
 XY = np.array([[10.0 * k, 0.0] for k in range(5)])
@@ -123,7 +123,7 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
     first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
     assert studio.jobs.wait(first, 90) is JobState.DONE, studio.jobs.record(first)
     for at in (0, -1):
-        edited = edited_of(studio.history, first)
+        edited = edited_order_of(studio.history, first)
         assert edited is not None
         middle = json.loads(edited.text())["cuts"][1]["contours"]
         edited.to_end(2, at == 0)
@@ -161,7 +161,7 @@ def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
 def test_a_plate_is_drilled_in_the_order_that_was_changed(studio: Studio) -> None:
     first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast"}))
     assert studio.jobs.wait(first, 60) is JobState.DONE
-    edited = edited_of(studio.history, first)
+    edited = edited_order_of(studio.history, first)
     assert edited is not None
     before = json.loads(edited.text())
     edited.reverse(1)
@@ -170,6 +170,6 @@ def test_a_plate_is_drilled_in_the_order_that_was_changed(studio: Studio) -> Non
         Task("optimize", ("example:plate-10",), options={"depth": "3", "preset": "fast", "plan": made})
     )
     assert studio.jobs.wait(again, 60) is JobState.DONE
-    drilled = edited_of(studio.history, again)
+    drilled = edited_order_of(studio.history, again)
     assert drilled is not None
     assert json.loads(drilled.text()) == json.loads(edited.text()) != before

@@ -19,14 +19,14 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.options import ALGORITHMS, SpeedOptions
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
-from leafcut.processes.settings import all_options, collect, used_by
+from leafcut.processes.settings import all_options, collect_settings, options_used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.jobs.workers import StudioWork
 from leafcut.studio.page import forms
-from leafcut.studio.page.fitting_machines import offered
+from leafcut.studio.page.fitting_machines import offered_machines
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel, work_of
 from leafcut.studio.studio import Studio
@@ -95,7 +95,7 @@ def test_a_form_has_only_what_its_work_uses(work: str) -> None:
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
     }
-    assert names - {name for _, name, _ in used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
+    assert names - {name for _, name, _ in options_used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
 
 
 @pytest.mark.parametrize("work", list(forms.works()))
@@ -165,7 +165,7 @@ def test_in_spanish_a_field_says_it_in_spanish() -> None:
 @pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
 def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str, tmp_path: Path) -> None:
     every = {name: name for name in machine_names()}
-    machines = offered(every, work, "", Folder(tmp_path))
+    machines = offered_machines(every, work, "", Folder(tmp_path))
     groups = forms.form(work, {}, EN, machines=machines, tools=[])
     field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
     taken = load_machine(field["default"])
@@ -204,12 +204,12 @@ def test_a_field_says_at_once_what_is_wrong(name: str, value: str, wrong: str) -
 
 def test_what_is_at_its_default_is_not_said() -> None:
     values = {"preset": "default", "clearance_height": "10mm", "bound": True, "header": False, "seed": "", "depth": "2"}
-    assert forms.changed(values) == {"header": False, "depth": "2"}
+    assert forms.changed_values(values) == {"header": False, "depth": "2"}
 
 
 def test_options_of_another_work_stay_out() -> None:
-    assert forms.of_work("cut", {"peck": "1", "kerf": "2", "n_ants": "9"}) == {"kerf": "2"}
-    assert forms.of_work("drill", {"peck": "1", "n_ants": "9", "algorithm": "acs"}) == {
+    assert forms.values_of_work("cut", {"peck": "1", "kerf": "2", "n_ants": "9"}) == {"kerf": "2"}
+    assert forms.values_of_work("drill", {"peck": "1", "n_ants": "9", "algorithm": "acs"}) == {
         "peck": "1",
         "n_ants": "9",
         "algorithm": "acs",
@@ -265,10 +265,10 @@ def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> 
     view = View(studio, EN, source="example:plate-10", name="plate-10")
     view.put("thickness", "thick")
     view.put("min_diameter", "near")
-    assert view.wrong.keys() == {"thickness", "min_diameter"}
+    assert view.invalid_values.keys() == {"thickness", "min_diameter"}
     assert view.read_preview("", StudioWork(studio.workers)).error == ""
     view.work = "program"
-    assert view.wrong == {}
+    assert view.invalid_values == {}
 
 
 def test_what_an_older_reading_found_is_not_the_newest() -> None:
@@ -334,7 +334,7 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
     task = Task(
         "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
     )
-    settings = collect(prepare(task, studio.folder).options)
+    settings = collect_settings(prepare(task, studio.folder).options)
     assert (settings.job.thickness, settings.read.layers, settings.job.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
     assert "--layers A,B" in command_line(task, studio.folder)
 

@@ -12,9 +12,9 @@ from fastapi.testclient import TestClient
 from waiting import until
 
 from leafcut.errors import OptionError
-from leafcut.lab.loading import in_short, load
-from leafcut.lab.own_part import compare_on
-from leafcut.lab.running import Ran
+from leafcut.lab.loading import load, short_form
+from leafcut.lab.own_experiment import comparison_experiment
+from leafcut.lab.running import RunSummary
 from leafcut.model.heartbeat import Progress
 from leafcut.read import read
 from leafcut.studio import lab_runs
@@ -25,7 +25,7 @@ SHORT = "machining_time"
 
 @pytest.mark.slow
 def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Studio, client: TestClient) -> None:
-    lab, of = studio.lab, in_short(load(SHORT))
+    lab, of = studio.lab, short_form(load(SHORT))
     lab.start(of)
     lab.wait()
     assert lab.state is not None
@@ -57,11 +57,11 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
 ) -> None:
     begun = threading.Event()
 
-    def waits(of: Any, store: Any, *, progress: Any, cancelled: threading.Event, mixed: bool) -> Ran:
+    def waits(of: Any, store: Any, *, progress: Any, cancelled: threading.Event, mixed: bool) -> RunSummary:
         progress(Progress("first (1 of 2 runs)", 0.5))
         begun.set()
         assert cancelled.wait(60)
-        return Ran(2, 1, 1, stopped=True)
+        return RunSummary(2, 1, 1, stopped=True)
 
     monkeypatch.setattr(lab_runs, "run", waits)
     lab, of = studio.lab, load(SHORT)
@@ -83,7 +83,7 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
 def test_a_failure_names_no_folder_of_the_studio(studio: Studio) -> None:
     gone = studio.folder.root / "inputs" / "gone.dxf"
     lab = studio.lab
-    lab.start(compare_on("gone", str(gone), "solve", {}, ["nn", "2opt"], 1))
+    lab.start(comparison_experiment("gone", str(gone), "solve", {}, ["nn", "2opt"], 1))
     lab.wait()
     assert lab.state is not None
     assert "gone.dxf" in lab.state.line

@@ -23,14 +23,14 @@ def test_the_library_to_begin_with_is_the_one_among_the_examples() -> None:
 
 @pytest.mark.parametrize("kind", library.KINDS)
 def test_all_that_is_shipped_can_be_copied_and_used(studio: Studio, kind: str) -> None:
-    for name in library.shipped(kind):
-        library.save(studio.folder, kind, f"my-{name}", library.shipped_text(kind, name))
-    assert studio.folder.own_names(kind) == sorted(f"my-{name}" for name in library.shipped(kind))
+    for name in library.shipped_names(kind):
+        library.save_profile(studio.folder, kind, f"my-{name}", library.shipped_text(kind, name))
+    assert studio.folder.own_names(kind) == sorted(f"my-{name}" for name in library.shipped_names(kind))
     option = {"machines": {"machine": "mine:my-haas-vf2"}, "tools": {"tools": "mine:my-example"}}[kind]
     job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"depth": "3", **option, "preset": "fast"}))
     assert studio.jobs.wait(job) is JobState.DONE
-    library.delete(studio.folder, kind, f"my-{library.shipped(kind)[0]}")
-    assert f"my-{library.shipped(kind)[0]}" not in studio.folder.own_names(kind)
+    library.delete_profile(studio.folder, kind, f"my-{library.shipped_names(kind)[0]}")
+    assert f"my-{library.shipped_names(kind)[0]}" not in studio.folder.own_names(kind)
 
 
 def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
@@ -45,7 +45,7 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
         ("Mill", good, "is not a valid name"),
     ):
         with pytest.raises(OptionError, match=line):
-            library.save(studio.folder, "machines", name, text)
+            library.save_profile(studio.folder, "machines", name, text)
     assert studio.folder.own_names("machines") == []
     for name in ("../key", "absent"):
         with pytest.raises(OptionError):
@@ -105,7 +105,7 @@ def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of
         'controller = "haas"', 'controller = "controls/a.toml"', 1
     )
     with pytest.raises(OptionError, match=r"'controls/a\.toml', which does not exist in the folder"):
-        library.save(studio.folder, "machines", "mine", text)
+        library.save_profile(studio.folder, "machines", "mine", text)
     folder = studio.folder.root / "machines"
     (folder / "controls").mkdir()
     (folder / "controls" / "a.toml").write_text('base = "haas"\nextension = ".eia"\n')

@@ -16,13 +16,13 @@ from leafcut.studio.drawing.editing import CutOrder, HoleOrder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.kept_pages import LONGEST, MAX_CHARACTERS, MAX_PAGES, KeptPages
-from leafcut.studio.page.headline import saving
-from leafcut.studio.page.kept_state import kept_state, restore
+from leafcut.studio.page.headline import saving_headline
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.pages import Page
+from leafcut.studio.page.saved_state import kept_state, restore
 from leafcut.studio.page.staleness import differences
 from leafcut.studio.recent_files import MAX_RECENT, RecentFiles
+from leafcut.studio.saved_pages import LONGEST, MAX_CHARACTERS, MAX_PAGES, KeptPages
 from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.wording import words
 
@@ -122,7 +122,7 @@ def test_a_name_is_of_one_page_that_is_seen(tmp_path: Path) -> None:
     assert not pages.hold(name, second)
     there[0] = False
     assert pages.hold(name, second)
-    pages.let_go(second)
+    pages.release(second)
     assert pages.hold(name, first)
 
 
@@ -284,11 +284,11 @@ def test_a_program_that_stays_as_long_says_why_in_place_of_nothing_saved() -> No
         "before": {"time_s": 12.5}, "after": {"time_s": 12.5}, "saved_percent": 0.0, "counts": {"pieces": 2},
         "staying": [{"count": 2, "reason": "only", "first_line": 3, "word": ""}],
     }  # fmt: skip
-    found = saving(answer, w)
+    found = saving_headline(answer, w)
     assert (found.large, found.kind) == ("2 of 2 sections stay: nothing to reorder it with", "same")
-    assert saving({**answer, "staying": []}, w).large == "Already in the best order found"
-    assert saving({**answer, "after": {"time_s": 10.0}, "saved_percent": 20.0}, w).kind == "better"
-    assert saving({**answer, "after": {"time_s": 13.0}, "saved_percent": -4.0}, w).kind == "worse"
+    assert saving_headline({**answer, "staying": []}, w).large == "Already in the best order found"
+    assert saving_headline({**answer, "after": {"time_s": 10.0}, "saved_percent": 20.0}, w).kind == "better"
+    assert saving_headline({**answer, "after": {"time_s": 13.0}, "saved_percent": -4.0}, w).kind == "worse"
 
 
 def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another_comes_first(studio: Studio) -> None:

@@ -19,8 +19,7 @@ from leafcut.studio.folder import Folder, safe_name
 from leafcut.studio.jobs.task import Task, prepare
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 from leafcut.studio.server import safety
-from leafcut.studio.server.app import guarded, make_api
-from leafcut.studio.server.connections import patient_protocol
+from leafcut.studio.server.app import guard_app, make_api, patient_protocol
 from leafcut.studio.server.safety import STILL_POLICY, Guard
 from leafcut.studio.studio import PORT, Studio, open_studio
 
@@ -91,8 +90,8 @@ def test_a_cookie_ends_and_a_page_that_is_loaded_has_it_anew() -> None:
 def test_only_so_many_addresses_that_were_not_used_are_good() -> None:
     keys = StudioKeys(b"k" * 32)
     made = [keys.new_entry() for _ in range(20)]
-    assert not keys.enter(made[0])
-    assert keys.enter(made[-1])
+    assert not keys.redeem_entry(made[0])
+    assert keys.redeem_entry(made[-1])
     assert len({*made, keys.token}) == 21
 
 
@@ -119,7 +118,7 @@ def test_a_request_that_stops_in_its_middle_is_given_up(monkeypatch: pytest.Monk
         "query_string": b"name=a.csv",
         "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
     }
-    awaited(guarded(studio, make_api(studio))(scope, receive, send))
+    awaited(guard_app(studio, make_api(studio))(scope, receive, send))
     assert sent[0]["status"] == 408
     assert not list(studio.folder.inputs.iterdir())
 
@@ -387,7 +386,7 @@ def test_the_cookie_outlives_a_restart_and_the_token_does_not(tmp_path: Path) ->
     second = open_studio(tmp_path)
     second.history.close()
     assert second.keys.is_cookie(first.keys.new_cookie())
-    assert not second.keys.enter(first.keys.new_entry())
+    assert not second.keys.redeem_entry(first.keys.new_entry())
     assert first.keys.token != second.keys.token
     assert min(len(first.keys.token), len(first.keys.new_entry())) >= 32
     assert (tmp_path / "key").stat().st_mode & 0o077 == 0

@@ -14,12 +14,12 @@ from test_scene import unpacked
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.studio.drawing.scene import part_scene
 from leafcut.studio.drawing.thumbnail import HEIGHT, WIDTH, Thumbnails
 from leafcut.studio.jobs.preview import READY, read_preview
 from leafcut.studio.jobs.whole import machine_travel_around
-from leafcut.studio.page.fitting_machines import head_of, offered, why_not
+from leafcut.studio.page.fitting_machines import head_of, offered_machines, unsuitable_reason
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.work_choice import cards, why_suggested
@@ -137,20 +137,26 @@ def test_it_is_said_what_is_suggested_and_why(language: str) -> None:
 def test_machines_that_cannot_do_the_work_are_not_offered(studio: Studio) -> None:
     studio.folder.save_own("machines", "my-laser", (MACHINES / "laser-table.toml").read_text())
     machines = {name: name for name in ("haas-vf2", "laser-table", "plasma-table", "mine:my-laser")}
-    assert list(offered(machines, "drill", "", studio.folder)) == ["haas-vf2"]
-    assert list(offered(machines, "cut", "", studio.folder)) == ["laser-table", "plasma-table", "mine:my-laser"]
-    assert list(offered(machines, "simulate", "", studio.folder)) == list(machines)
+    assert list(offered_machines(machines, "drill", "", studio.folder)) == ["haas-vf2"]
+    assert list(offered_machines(machines, "cut", "", studio.folder)) == [
+        "laser-table",
+        "plasma-table",
+        "mine:my-laser",
+    ]
+    assert list(offered_machines(machines, "simulate", "", studio.folder)) == list(machines)
 
 
 def test_a_machine_that_was_chosen_for_other_work_says_why_not(studio: Studio) -> None:
     view = View(studio, EN, work="drill")
     view.put("machine", "laser-table")
-    assert view.wrong["machine"] == "laser-table works with a laser; choose a machine with a spindle"
+    assert view.invalid_values["machine"] == "laser-table works with a laser; choose a machine with a spindle"
     field = next(f for group in view.form() for f in group["fields"] if f["name"] == "machine")
     assert ["laser-table", "laser-table"] in field["choices"]
     view.work = "cut"
-    assert view.wrong == {}
-    assert why_not("haas-vf2", "cut", studio.folder, words("es")).startswith("haas-vf2 trabaja con un husillo; elija")
+    assert view.invalid_values == {}
+    assert unsuitable_reason("haas-vf2", "cut", studio.folder, words("es")).startswith(
+        "haas-vf2 trabaja con un husillo; elija"
+    )
 
 
 def test_a_profile_beside_the_studio_is_no_machine_of_it(studio: Studio, tmp_path: Path) -> None:
@@ -178,20 +184,20 @@ def test_a_drill_file_is_for_a_machine_for_circuit_boards(tmp_path: Path) -> Non
 
 def test_travel_is_around_the_part_until_the_machine_knows_its_zero() -> None:
     """linuxcnc-mill goes 800 × 400 mm."""
-    free = machine_travel_around(collect({}), (100.0, 100.0, 300.0, 200.0))
+    free = machine_travel_around(collect_settings({}), (100.0, 100.0, 300.0, 200.0))
     assert free is not None and (free.known, free.fits) == (False, True)
     assert free.box == pytest.approx((-200.0, -50.0, 600.0, 350.0))
-    held = machine_travel_around(collect({"work_offset": "-790,-390,0"}), (0.0, 0.0, 300.0, 200.0))
+    held = machine_travel_around(collect_settings({"work_offset": "-790,-390,0"}), (0.0, 0.0, 300.0, 200.0))
     assert held is not None and held.known and held.fits
     assert held.box == pytest.approx((-5.0, -5.0, 795.0, 395.0))
-    wide = machine_travel_around(collect({}), (0.0, 0.0, 300.0, 401.0))
+    wide = machine_travel_around(collect_settings({}), (0.0, 0.0, 300.0, 401.0))
     assert wide is not None and not wide.fits
 
 
 def test_no_travel_is_outlined_of_a_machine_whose_travel_is_unknown(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text('controller = "grbl"\nrapid.velocity = "3 m/min"\n')
-    assert machine_travel_around(collect({"machine": str(file)}), (0.0, 0.0, 300.0, 200.0)) is None
+    assert machine_travel_around(collect_settings({"machine": str(file)}), (0.0, 0.0, 300.0, 200.0)) is None
 
 
 def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
@@ -232,11 +238,11 @@ def test_holes_alone_are_pictured_with_their_widths() -> None:
 def test_what_another_task_chose_and_cannot_be_used_is_left(studio: Studio) -> None:
     view = View(studio, EN, work="pocket", values={"machine": "plasma-table", "pixel_size": "0.5"})
     view.seen = read_preview(str(EXAMPLES / "pocket.dxf"), "pocket")
-    assert view.leave_unfit() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
+    assert view.leave_unsuitable_machine() == "plasma-table cannot do this task: linuxcnc-mill is chosen."
     assert not view.values.get("machine")
     assert not view.values.get("pixel_size")
     view.put("machine", "haas-vf2")
-    assert view.leave_unfit() == ""
+    assert view.leave_unsuitable_machine() == ""
     assert view.values["machine"] == "haas-vf2"
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.kernels.chords import MOST_POINTS, merge_chords
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, ToolpathBuilder
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
     "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
@@ -73,7 +73,7 @@ def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> 
     builder.feed(20.0, 0.05, feed=50.0)
     builder.feed(40.0, 0.0, feed=50.0)
     whole = 40 / 50 + 50 / 250 + 0.0005
-    assert (measure(builder.build(), MILL).time_s == pytest.approx(whole)) is one
+    assert (measure_toolpath(builder.build(), MILL).time_s == pytest.approx(whole)) is one
 
 
 def test_short_moves_are_joined_within_q_and_not_within_p() -> None:
@@ -85,7 +85,7 @@ def test_short_moves_are_joined_within_q_and_not_within_p() -> None:
         builder.blending(640, tolerance, joining)
         builder.feed(20.0, 0.05, feed=50.0)
         builder.feed(40.0, 0.0, feed=50.0)
-        found.append(measure(builder.build(), MILL).time_s == pytest.approx(40 / 50 + 50 / 250 + 0.0005))
+        found.append(measure_toolpath(builder.build(), MILL).time_s == pytest.approx(40 / 50 + 50 / 250 + 0.0005))
     assert found == [False, True, False]
 
 
@@ -95,7 +95,7 @@ def test_moves_of_another_feed_are_not_joined() -> None:
     builder.blending(640, 0.1, 0.1)
     builder.feed(20.0, 0.0, feed=50.0)
     builder.feed(40.0, 0.0, feed=5.0)
-    assert measure(builder.build(), MILL).time_s > 20 / 50 + 20 / 5
+    assert measure_toolpath(builder.build(), MILL).time_s > 20 / 50 + 20 / 5
 
 
 def test_a_flat_arc_is_run_as_chords() -> None:
@@ -110,5 +110,5 @@ def test_a_flat_arc_is_run_as_chords() -> None:
         end = (10_000 * math.sin(angle), 10_000 * (1 - math.cos(angle)), 0.0)
         builder.arc(False, end, Arc((0.0, 10_000.0, 0.0)), feed=50.0)
         builder.feed(end[0] + 10 * math.cos(angle), end[1] + 10 * math.sin(angle), feed=50.0)
-        found.append(measure(builder.build(), MILL).time_s)
+        found.append(measure_toolpath(builder.build(), MILL).time_s)
     assert found == pytest.approx([20 / 50 + 50 / 250 + 0.0005, 20 / 50 + 25 / 500 + 25 / 250 + 0.0005], rel=1e-4)

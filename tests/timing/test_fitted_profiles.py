@@ -14,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.machine import Machine
 from leafcut.read.machine import load_machine
-from leafcut.timing.fitting import HAND_S, Fitted, Measured, fit, model_seconds
+from leafcut.timing.fitting import HAND_S, MachineFit, MeasuredProgram, fit_machine, model_seconds
 
 ROOT = Path(__file__).parents[2]
 ROUTER = replace(load_machine("mach3-router"), corners="grbl", corner_deviation=0.02, spindle_start_s=0.0)
@@ -54,9 +54,9 @@ TEXTS = {
 }
 
 
-def programs(names: list[str], machine: Machine, off: float = 0.0) -> list[Measured]:
+def programs(names: list[str], machine: Machine, off: float = 0.0) -> list[MeasuredProgram]:
     """Return programs with the model's own times on a machine, each off by some seconds, up and down in turn."""
-    made = [Measured(name, interpret_program(TEXTS[name], dialect("linuxcnc")).path, 1.0) for name in names]
+    made = [MeasuredProgram(name, interpret_program(TEXTS[name], dialect("linuxcnc")).path, 1.0) for name in names]
     seconds = model_seconds(made, machine)
     signs = np.resize([1.0, -1.0, 0.5], len(made))
     return [replace(one, seconds=float(s + off * sign)) for one, s, sign in zip(made, seconds, signs, strict=True)]
@@ -70,7 +70,7 @@ def changed(machine: Machine, factor: float, corner: float) -> Machine:
 @pytest.mark.parametrize(("factor", "corner"), [(0.6, 0.05), (1.8, 0.008)])
 def test_times_of_another_machine_give_its_accelerations_and_its_corner_value(factor: float, corner: float) -> None:
     measured = programs(list(TEXTS), changed(ROUTER, factor, corner))
-    found = fit(measured, ROUTER)
+    found = fit_machine(measured, ROUTER)
     assert found.acceleration == pytest.approx(factor, rel=1e-3)
     assert found.corner == pytest.approx(corner, rel=5e-3)
     assert found.after == pytest.approx([one.seconds for one in measured], abs=0.01)
@@ -81,7 +81,7 @@ def test_times_of_another_machine_give_its_accelerations_and_its_corner_value(fa
 
 def test_a_slow_hand_leaves_the_values_within_what_is_told_of_their_error() -> None:
     """Times 0.3 s off: the truth lies within three standard errors, and these are as a hand makes them."""
-    found = fit(programs(list(TEXTS), changed(ROUTER, 0.7, 0.04), HAND_S), ROUTER)
+    found = fit_machine(programs(list(TEXTS), changed(ROUTER, 0.7, 0.04), HAND_S), ROUTER)
     assert found.acceleration is not None and found.corner is not None
     assert 0 < abs(math.log(found.acceleration / 0.7)) < 3 * found.error["acceleration"] < 0.1
     assert 0 < abs(math.log(found.corner / 0.04)) < 3 * found.error["corner"] < 0.45
@@ -90,14 +90,14 @@ def test_a_slow_hand_leaves_the_values_within_what_is_told_of_their_error() -> N
 
 def test_programs_without_corners_leave_the_corner_value_as_it_is() -> None:
     """Each move ends at rest: no corner value changes the time."""
-    found = fit(programs(["holes", "near holes"], changed(ROUTER, 0.7, 0.2)), ROUTER)
+    found = fit_machine(programs(["holes", "near holes"], changed(ROUTER, 0.7, 0.2)), ROUTER)
     assert (found.corner, found.machine.corner_deviation) == (None, ROUTER.corner_deviation)
     assert found.acceleration == pytest.approx(0.7, rel=1e-3)
     assert "does not change their times" in found.held["corner"] and found.condition == math.inf
 
 
 def test_one_program_fits_nothing() -> None:
-    found = fit(programs(["zigzag"], changed(ROUTER, 0.7, 0.04)), ROUTER)
+    found = fit_machine(programs(["zigzag"], changed(ROUTER, 0.7, 0.04)), ROUTER)
     assert (found.acceleration, found.corner, found.machine) == (None, None, ROUTER)
     assert found.after == pytest.approx(found.before) and "measure at least two" in found.held["acceleration"]
 
@@ -105,7 +105,7 @@ def test_one_program_fits_nothing() -> None:
 def test_times_that_no_machine_has_are_not_fitted() -> None:
     """A coffee break in the middle: nine tenths of the time are no motion, and the best acceleration is none."""
     made = [replace(one, seconds=100.0 * one.seconds) for one in programs(["holes", "near holes"], ROUTER)]
-    found = fit(made, ROUTER)
+    found = fit_machine(made, ROUTER)
     assert found.acceleration is None and found.machine == ROUTER
     assert {"acceleration", "corner"} == set(found.held)
 
@@ -119,7 +119,7 @@ def test_the_least_squares_are_the_least_of_a_grid() -> None:
         off = (model_seconds(measured, machine) - seconds) / np.hypot(HAND_S, 0.005 * seconds)
         return float(off @ off)
 
-    found = fit(measured, ROUTER)
+    found = fit_machine(measured, ROUTER)
     best = min(
         squares(changed(ROUTER, 0.7 * math.exp(a), 0.04 * math.exp(c)))
         for a in np.linspace(-0.4, 0.4, 7)
@@ -143,9 +143,9 @@ def test_recorded_times_of_linuxcnc_give_the_accelerations_it_had() -> None:
     # Its clock runs from machine zero on, where it stands at first.
     texts = {name: f"G0 X0 Y0 Z0\n{writers[name]()}" for name in names}
     paths = {name: interpret_program(text, dialect("linuxcnc")).path for name, text in texts.items()}
-    measured = [Measured(name, paths[name], truth[name]) for name in names]
+    measured = [MeasuredProgram(name, paths[name], truth[name]) for name in names]
     for wrong in (1 / 3, 2.0):
-        found: Fitted = fit(measured, changed(sim, wrong, sim.corner_deviation))
+        found: MachineFit = fit_machine(measured, changed(sim, wrong, sim.corner_deviation))
         assert found.machine.acceleration == pytest.approx((500, 500, 300), rel=0.01)
         assert found.corner is None and "G64 P" in found.held["corner"]
         assert np.abs(found.after / [one.seconds for one in measured] - 1).max() < 0.005

@@ -21,7 +21,7 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.read.machine import load_machine, machine_template
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.profile import trapezoid_time
-from leafcut.timing.toolpath import measure, starved_rows
+from leafcut.timing.toolpath import measure_toolpath, starved_rows
 
 RECORDED = grbl_time.recorded()
 
@@ -86,7 +86,7 @@ def line(*ends: float, feed: float = 50.0, stop: bool = False) -> Toolpath:
 
 
 def seconds(path: Toolpath, machine: Machine = MILL) -> float:
-    return measure(path, machine).time_s
+    return measure_toolpath(path, machine).time_s
 
 
 def test_a_stop_costs_the_time_for_which_the_motors_are_held_and_some_reading() -> None:
@@ -112,11 +112,11 @@ def test_a_dwell_is_whole_twentieths_of_a_second_and_no_spindle_is_waited_for() 
         builder = ToolpathBuilder()
         builder.rapid(0.0, 0.0, 0.0)
         builder.dwell(asked)
-        assert measure(builder.build(), MILL).by_kind["dwell"] == pytest.approx(real)
+        assert measure_toolpath(builder.build(), MILL).by_kind["dwell"] == pytest.approx(real)
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.spindle(1000.0)
-    assert measure(builder.build(), replace(MILL, spindle_start_s=2.0)).by_kind["spindle"] == 0.0
+    assert measure_toolpath(builder.build(), replace(MILL, spindle_start_s=2.0)).by_kind["spindle"] == 0.0
 
 
 def test_a_move_of_less_than_half_a_step_takes_no_time() -> None:
@@ -206,7 +206,7 @@ def test_no_path_is_faster_than_its_feed_nor_slower_than_with_every_move_from_re
     builder.rapid(0.0, 0.0, 0.0)
     for x, y, z in ends:
         builder.feed(x / 1000, y / 1000, z / 1000, feed=20.0)
-    found = measure(builder.build(), machine)
+    found = measure_toolpath(builder.build(), machine)
     lengths = np.linalg.norm(np.diff([(0, 0, 0), *ends], axis=0), axis=1) / 1000
     # Each end is up to half a step away from where it should be, in each axis.
     away = math.sqrt(3) / steps

@@ -15,7 +15,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.profile import trapezoid_time
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
     "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
@@ -42,7 +42,7 @@ def lines(places: list[Place], mode: int = 610, tolerance: float = 0.0, feed: fl
 
 
 def seconds(path: Toolpath, machine: Machine) -> float:
-    return measure(path, machine).time_s
+    return measure_toolpath(path, machine).time_s
 
 
 def between(distance: float, begin: float, top: float, end: float, acceleration: float) -> float:
@@ -158,7 +158,7 @@ def test_whatever_is_done_between_moves_stops_them(between_moves: str) -> None:
     builder.feed(50.0, 0.0, feed=50.0)
     each = [trapezoid_time(d, 50.0, 500.0) for d in (20.0, 30.0)]
     for machine, stops in ((MILL, 2 * STOP), (HAAS, 0.0)):
-        assert measure(builder.build(), machine).by_kind["feed"] == pytest.approx(sum(each) + stops)
+        assert measure_toolpath(builder.build(), machine).by_kind["feed"] == pytest.approx(sum(each) + stops)
 
 
 def test_a_block_that_is_not_understood_stops_the_machine_and_keeps_the_place() -> None:
@@ -170,7 +170,7 @@ def test_a_block_that_is_not_understood_stops_the_machine_and_keeps_the_place() 
     builder.feed(35.0, 0.0, feed=50.0)
     builder.set_place(Kind.FOREIGN, (math.nan, 0.0, 0.0), 0)
     builder.feed(95.0, 0.0, feed=50.0)
-    found = measure(builder.build(), MILL)
+    found = measure_toolpath(builder.build(), MILL)
     assert found.cut_mm == pytest.approx(50.0)
     assert found.time_s == pytest.approx(sum(trapezoid_time(d, 50.0, 500.0) + STOP for d in (20.0, 30.0)))
 
@@ -235,7 +235,7 @@ CASES = [(MILL, 610), (KINKED, 610), (GRBL, 610), (HAAS, 640)]
 @given(way=WAY)
 def test_no_way_is_shorter_than_its_length_at_full_speed_nor_longer_than_at_rest(machine, mode, way) -> None:
     path = lines(way, mode)
-    found = measure(path, machine)
+    found = measure_toolpath(path, machine)
     assert found.time_s >= found.cut_mm / 50.0 - 1e-9
     slow = replace(machine, acceleration_factor=1.0) if machine is KINKED else machine
     at_rest = lines(way, 611) if machine.controller == "linuxcnc" else halting(way)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_sweep, plane_axes
 from leafcut.model.turns import turns_of
-from leafcut.timing.lookahead import Pieces, travel_seconds
+from leafcut.timing.lookahead import MotionSegments, travel_seconds
 
 ARC = st.tuples(
     st.sampled_from([17, 18, 19]),
@@ -81,5 +81,5 @@ POSITIVE = st.floats(0.1, 40.0)
 def test_running_minima_are_the_passes_from_piece_to_piece(pieces, data) -> None:
     depth = data.draw(st.integers(1, 12))
     columns = np.array(pieces).T
-    found = travel_seconds(Pieces(*columns, move=np.arange(len(pieces))), depth)
+    found = travel_seconds(MotionSegments(*columns, move=np.arange(len(pieces))), depth)
     assert found == pytest.approx(by_hand(*columns.tolist(), depth=depth), rel=1e-6, abs=1e-6)

@@ -7,7 +7,7 @@ import pytest
 
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, ToolpathBuilder
-from leafcut.timing.toolpath import clock, measure
+from leafcut.timing.toolpath import measure_toolpath, time_rows
 
 MILL = Machine(
     name="test-mill",
@@ -40,19 +40,19 @@ def drilled() -> Toolpath:
 
 def test_the_rows_of_a_toolpath_together_take_the_time_that_is_measured() -> None:
     path = drilled()
-    assert clock(path, MILL).seconds.sum() == pytest.approx(measure(path, MILL).time_s, rel=1e-12)
+    assert time_rows(path, MILL).seconds.sum() == pytest.approx(measure_toolpath(path, MILL).time_s, rel=1e-12)
 
 
 def test_what_makes_the_machine_stand_takes_its_time_once() -> None:
     """7 s for the tool; 3 s for the start, of which the dwell is the wait; 1.5 s for the other dwell."""
-    timed = clock(drilled(), MILL)
+    timed = time_rows(drilled(), MILL)
     by_source = np.bincount(timed.source, weights=timed.seconds)
     assert by_source[[0, 1, 2, 6]].tolist() == [7.0, 3.0, 0.0, 1.5]
 
 
 def test_the_moves_of_a_cycle_come_from_its_row() -> None:
     """A hole: over it, down to R, feed to the bottom, up to R; the feed of 8 mm at 4 mm/s takes at least 2 s."""
-    timed = clock(drilled(), MILL)
+    timed = time_rows(drilled(), MILL)
     feeds = np.flatnonzero(timed.path.kind == Kind.FEED)
     assert timed.source[feeds].tolist() == [4, 5]
     assert (timed.seconds[feeds] > 2.0).all() and (timed.seconds[feeds] < 2.1).all()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.profile import move_time, trapezoid_time
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 MILL = Machine(
     "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 80.0, (-400.0, -200.0, -300.0),
@@ -37,7 +37,7 @@ def test_two_holes_by_hand() -> None:
     x: 30/100 + 100/500 = 0.5 s. z, up to v²/a = 10 mm: 2 √(d/250): 8 mm 0.3578 s, 7 mm 0.3347 s. Feeds: two of 7 mm:
     7/2 + 2/250 = 3.508 s. Five rapids and two feeds end at rest."""
     cycle = DrillCycle("G81", 2.0, -5.0)
-    found = measure(drilled(cycle, cycle), MILL)
+    found = measure_toolpath(drilled(cycle, cycle), MILL)
     assert found.travel_mm == pytest.approx(82.0)
     assert found.cut_mm == pytest.approx(14.0)
     assert found.by_kind["rapid"] == pytest.approx(2 * 0.5 + 2 * math.sqrt(8 / 250) + 4 * math.sqrt(7 / 250) + 5 * STOP)
@@ -49,7 +49,7 @@ def test_two_holes_by_hand() -> None:
 def test_a_retract_to_the_initial_plane_costs_its_way_up_and_down() -> None:
     """G98 from 10 instead of G99 at 2: after each hole 8 mm more up, and before the second 8 mm down: 24 mm."""
     low, high = DrillCycle("G81", 2.0, -5.0), DrillCycle("G81", 2.0, -5.0, to_initial=True)
-    more = measure(drilled(high, high), MILL).travel_mm - measure(drilled(low, low), MILL).travel_mm
+    more = measure_toolpath(drilled(high, high), MILL).travel_mm - measure_toolpath(drilled(low, low), MILL).travel_mm
     assert more == pytest.approx(24.0)
 
 
@@ -57,14 +57,14 @@ def test_dwells_in_cycles_and_alone_are_added() -> None:
     builder = ToolpathBuilder([0.0, 0.0, 10.0])
     builder.drill(0.0, 0.0, DrillCycle("G82", 2.0, -1.0, dwell=0.5), feed=2.0)
     builder.dwell(1.5)
-    assert measure(builder.build(), MILL).by_kind["dwell"] == pytest.approx(2.0)
+    assert measure_toolpath(builder.build(), MILL).by_kind["dwell"] == pytest.approx(2.0)
 
 
 def test_every_change_to_another_tool_costs_and_the_first_one_too() -> None:
     builder = ToolpathBuilder()
     for tool in (1, 1, 2, 1):
         builder.tool(tool)
-    assert measure(builder.build(), MILL).by_kind["tool_change"] == pytest.approx(3 * 8.0)
+    assert measure_toolpath(builder.build(), MILL).by_kind["tool_change"] == pytest.approx(3 * 8.0)
 
 
 def test_the_spindle_costs_at_every_start_or_change_and_covers_the_dwell_after_it() -> None:
@@ -82,7 +82,7 @@ def test_the_spindle_costs_at_every_start_or_change_and_covers_the_dwell_after_i
     builder.spindle(500)
     builder.dwell(1.0)
     builder.dwell(0.25)
-    found = measure(builder.build(), MILL).by_kind
+    found = measure_toolpath(builder.build(), MILL).by_kind
     assert found["spindle"] == pytest.approx(2 + 2 + 3 + 2)
     assert found["dwell"] == pytest.approx(0.25)
 
@@ -94,7 +94,7 @@ def test_dwells_that_all_wait_for_a_beam_leave_no_other_dwell() -> None:
         builder.spindle(1000)
         builder.dwell(0.1)
         builder.spindle(0)
-    found = measure(builder.build(), replace(MILL, spindle_start_s=0.0)).by_kind
+    found = measure_toolpath(builder.build(), replace(MILL, spindle_start_s=0.0)).by_kind
     assert found["dwell"] == 0.0
     assert math.copysign(1.0, found["dwell"]) == 1.0
     assert found["spindle"] == pytest.approx(1.0)
@@ -107,10 +107,10 @@ def test_an_arc_by_hand() -> None:
         builder = ToolpathBuilder([10.0, 0.0, 0.0])
         builder.rapid(10.0, 0.0, 0.0)
         builder.arc(False, (-10.0, 0.0, 0.0), Arc((0.0, 0.0, 0.0)), feed=feed)
-        found = measure(builder.build(), MILL)
+        found = measure_toolpath(builder.build(), MILL)
         assert found.cut_mm == pytest.approx(10 * math.pi)
         assert found.by_kind["feed"] == pytest.approx(trapezoid_time(10 * math.pi, speed, 250.0) + STOP)
-        other = measure(builder.build(), replace(MILL, controller="haas")).by_kind["feed"]
+        other = measure_toolpath(builder.build(), replace(MILL, controller="haas")).by_kind["feed"]
         assert other == pytest.approx(trapezoid_time(10 * math.pi, min(feed, math.sqrt(5000.0)), 500.0))
 
 
@@ -119,20 +119,20 @@ def test_a_helix_has_the_length_of_its_slope() -> None:
     builder = ToolpathBuilder()
     builder.rapid(3.0, 0.0, 0.0)
     builder.arc(True, (3.0, 0.0, -4.0), Arc((0.0, 0.0, 0.0), turns=2), feed=5.0)
-    assert measure(builder.build(), MILL).cut_mm == pytest.approx(math.hypot(12 * math.pi, 4.0))
+    assert measure_toolpath(builder.build(), MILL).cut_mm == pytest.approx(math.hypot(12 * math.pi, 4.0))
 
 
 def test_an_arc_from_a_place_that_is_not_known_costs_nothing() -> None:
     builder = ToolpathBuilder()
     builder.arc(True, (3.0, 0.0, 0.0), Arc((0.0, 0.0, 0.0)), feed=5.0)
-    assert measure(builder.build(), MILL).time_s == 0.0
+    assert measure_toolpath(builder.build(), MILL).time_s == 0.0
 
 
 def test_the_way_to_a_first_place_is_not_known_and_costs_nothing() -> None:
     builder = ToolpathBuilder()
     builder.rapid(z=10.0)
     builder.rapid(50.0, 60.0)
-    assert measure(builder.build(), MILL).time_s == 0.0
+    assert measure_toolpath(builder.build(), MILL).time_s == 0.0
 
 
 def up_and_back() -> Toolpath:
@@ -147,21 +147,21 @@ def up_and_back() -> Toolpath:
 
 def test_moves_in_machine_coordinates_are_exact_where_the_work_offset_is_known() -> None:
     """Program zero at machine z −210: z 10 is machine −200, so 200 mm up and down, each 200/50 + 50/250 = 4.2 s."""
-    found = measure(up_and_back(), replace(MILL, work_offset=(-200.0, -100.0, -210.0)))
+    found = measure_toolpath(up_and_back(), replace(MILL, work_offset=(-200.0, -100.0, -210.0)))
     assert found.travel_mm == pytest.approx(400.0)
     assert found.time_s == pytest.approx(8.4 + 2 * STOP)
 
 
 def test_moves_in_machine_coordinates_are_estimated_as_half_the_travel_elsewhere() -> None:
     """Travel 300 mm: 150 mm up and 150 mm down, each 150/50 + 50/250 = 3.2 s; a length that is not known counts 0."""
-    found = measure(up_and_back(), MILL)
+    found = measure_toolpath(up_and_back(), MILL)
     assert found.time_s == pytest.approx(6.4 + 2 * STOP)
     assert found.travel_mm == 0.0
 
 
 def test_moves_in_machine_coordinates_cost_nothing_where_the_travel_is_unknown_too() -> None:
     unknown = replace(MILL, travel_min=(-math.inf,) * 3, travel_max=(math.inf,) * 3)
-    found = measure(up_and_back(), unknown)
+    found = measure_toolpath(up_and_back(), unknown)
     assert (found.time_s, found.travel_mm) == (0.0, 0.0)
 
 
@@ -184,7 +184,7 @@ def test_no_toolpath_is_faster_than_its_lengths_at_full_speed(moves, style: str)
             builder.feed(x, y, z, feed=7.0)
         else:
             builder.drill(x, y, DrillCycle("G83", 2.0, -9.0, peck=2.0), feed=7.0)
-    found = measure(builder.build(), replace(MILL, rapid_style=style))
+    found = measure_toolpath(builder.build(), replace(MILL, rapid_style=style))
     fastest = math.hypot(100.0, 100.0, 50.0)
     assert found.by_kind["rapid"] >= found.travel_mm / fastest - 1e-9
     assert found.by_kind["feed"] >= found.cut_mm / 7.0 - 1e-9
@@ -206,7 +206,7 @@ def test_holes_cost_the_sum_of_their_moves(places) -> None:
         seconds += move_time((place[0] - last[0], place[1] - last[1], 0.0), MILL) + STOP * (place != last)
         seconds += move_time((0.0, 0.0, -7.0), MILL, 2.0) + move_time((0.0, 0.0, 7.0), MILL) + 2 * STOP
         last = place
-    assert measure(builder.build(), MILL).time_s == pytest.approx(seconds)
+    assert measure_toolpath(builder.build(), MILL).time_s == pytest.approx(seconds)
 
 
 def test_a_probe_is_a_feed_from_rest_to_the_height_that_is_said_after_it() -> None:
@@ -214,10 +214,10 @@ def test_a_probe_is_a_feed_from_rest_to_the_height_that_is_said_after_it() -> No
     builder = ToolpathBuilder([0.0, 0.0, 10.0])
     builder.rapid(0.0, 0.0, 10.0)
     builder.drill(0.0, 0.0, DrillCycle("G83", 2.0, -5.0, to_initial=True, peck=1.0), feed=5.0)
-    without = measure(builder.build(), MILL)
+    without = measure_toolpath(builder.build(), MILL)
     builder.probe(-50.0, feed=20.0)
     builder.set_place(Kind.SHIFT, (0.0, 0.0, -2.0), 0)
-    found = measure(builder.build(), MILL)
+    found = measure_toolpath(builder.build(), MILL)
     assert found.cut_mm - without.cut_mm == pytest.approx(12.0)
     alone = trapezoid_time(12.0, 20.0, MILL.acceleration[2] * MILL.acceleration_factor)
     assert found.time_s - without.time_s == pytest.approx(alone, abs=0.01)
@@ -226,4 +226,4 @@ def test_a_probe_is_a_feed_from_rest_to_the_height_that_is_said_after_it() -> No
 def test_a_probe_whose_end_nobody_says_costs_nothing() -> None:
     builder = ToolpathBuilder([0.0, 0.0, 10.0])
     builder.probe(-50.0, feed=20.0)
-    assert measure(builder.build(), MILL).time_s == 0.0
+    assert measure_toolpath(builder.build(), MILL).time_s == 0.0

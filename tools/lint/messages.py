@@ -39,7 +39,7 @@ NOT_IN_STUDIO = {
     "lab": (
         "lab/description.py",
         "lab/description_table.py",
-        "lab/judging.py",
+        "lab/analysis_blocks.py",
         "lab/loading.py",
         "lab/page.py",
         "lab/statistics.py",

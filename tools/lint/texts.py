@@ -16,7 +16,7 @@ from leafcut.studio.jobs.history import JobState
 from leafcut.studio.page import forms
 from leafcut.studio.page.panel_live import PACES
 from leafcut.studio.wording import LANGUAGES, words
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 
 STUDIO = sources.PACKAGE / "studio"
 EN, ES = words("en"), words("es")
@@ -72,7 +72,7 @@ def faults_of_figures() -> Iterator[str]:
     """Yield templates of facts and tables without a Spanish text; templates put together in the source are left out."""
     for file in sources.modules():
         for node in sources.nodes_of(file):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "said" and node.args:
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "translatable" and node.args:
                 template = getattr(node.args[0], "value", None)
                 if isinstance(template, str) and f"report.{template}" not in ES.translated:
                     yield f"{sources.place(file, node.lineno)}: '{template}' has no Spanish in {OPTIONS_FILE}, [report]"
@@ -88,7 +88,7 @@ def faults_of_keys() -> Iterator[str]:
         "group": groups,
         "work": set(forms.works()),
         "state": {state.value for state in JobState},
-        "kind": {str(kind) for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind},
+        "kind": {str(kind) for kind in measure_toolpath(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind},
         "process": set(forms.program_processes()),
         "pace": set(PACES),
     }.items():

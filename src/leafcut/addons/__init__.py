@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, name_suggestion
 from leafcut.files.whole_files import OutputError, check_output, write_together
 
 #: Default call of leafcut in an add-on, which the installation replaces.
@@ -58,7 +58,7 @@ def write_addon(name: str, folder: str | Path) -> list[Path]:
         The folder does not exist, a file cannot be written, or a file of the same name is not from leafcut.
     """
     if name not in ADDONS:
-        raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
+        raise OptionError(f"unknown add-on '{name}'{name_suggestion(name, ADDONS)}")
     if not Path(folder).is_dir():
         raise OutputError(f"{folder}: not a folder; create it first, or name the other program's folder")
     texts = {}

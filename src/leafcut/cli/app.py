@@ -25,7 +25,7 @@ from leafcut.errors import OptionError
 from leafcut.options.settings import Settings
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
-from leafcut.processes.settings import all_options, used_by, why_unused
+from leafcut.processes.settings import all_options, options_used_by, why_unused
 
 #: Flag that shows all options of a command.
 HELP_ALL = "--help-all"
@@ -121,29 +121,29 @@ def _warning_line(message: Warning | str, *_: object) -> str:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        return _answered(arguments)
+        return _run_command(arguments)
     except KeyboardInterrupt:
-        return _refused(arguments, "interrupted; nothing was written", REFUSED)
+        return _print_error(arguments, "interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
         # The reader of our output has closed it; prevent Python's message at exit.
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as problem:  # no traceback reaches a user
-        return _refused(() if getattr(problem, "answered", False) else arguments, *failure(problem))
+        return _print_error(() if getattr(problem, "answered", False) else arguments, *failure(problem))
 
 
-def _answered(arguments: Sequence[str]) -> int:
-    words = _with_command(arguments)
+def _run_command(arguments: Sequence[str]) -> int:
+    words = _insert_command(arguments)
     masked = [HELD if word == DASH else word for word in words]
     masked = ["--help" if word == HELP_ALL else word for word in masked]
     try:
         return int(app(words)(masked, exit_on_error=False, print_error=False) or DONE)
     except CycloptsError as problem:
-        return _refused(words, _usage_message(problem, command_in(words)), USAGE)
+        return _print_error(words, _usage_message(problem, command_in(words)), USAGE)
 
 
-def _with_command(arguments: Sequence[str]) -> list[str]:
+def _insert_command(arguments: Sequence[str]) -> list[str]:
     """Return the words of a command line, with `optimize` inserted before a file.
 
     Raises OptionError for a command that was replaced or never existed.
@@ -169,7 +169,7 @@ def _usage_message(problem: CycloptsError, command: str) -> str:
     kinds = _working_command(command)[1] if command in _working_names() else []
 
     def reason_unused(flag: str, name: str) -> str:
-        if not kinds or any(name == used for _, used, _ in used_by(*kinds)):
+        if not kinds or any(name == used for _, used, _ in options_used_by(*kinds)):
             return ""
         title, alternative = (kinds[0].title, kinds[0].otherwise.get(name, "")) if len(kinds) == 1 else (command, "")
         return f"{flag}: {why_unused(name, title, alternative)}"
@@ -178,7 +178,7 @@ def _usage_message(problem: CycloptsError, command: str) -> str:
     return usage_message(problem, command, names, {name: spec for _, name, spec in all_options()}, reason_unused)
 
 
-def _refused(arguments: Sequence[str], line: str, status: int) -> int:
+def _print_error(arguments: Sequence[str], line: str, status: int) -> int:
     """Print an error line and return the status; with --json, also print an object, unless standard output has the
     program.
     """
@@ -224,7 +224,7 @@ def app(arguments: Sequence[str] = ()) -> App:
                 if asked == name:
                     raise
                 continue
-            options = used_by(*kinds) if not arguments or asked == name else ()
+            options = options_used_by(*kinds) if not arguments or asked == name else ()
             command = command_of(function, options, all_shown=show_all or not arguments, **special)
             hidden = bool(special.get("first")) and not show_all
             _add(
@@ -251,7 +251,7 @@ def _working_names() -> tuple[str, ...]:
 def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     if name in ("optimize", "filter"):
         kinds = list(registry.processes())
-        annotations = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
+        annotations = {"process": _process_flag("process", registry.process_words()), "sources": _inputs(_EVERY_INPUT)}
         if name == "optimize":
             first = registry.process("drill").form[0][1]
             return resolve_name(_OPTIMIZE), kinds, {
@@ -265,12 +265,12 @@ def _working_command(name: str) -> tuple[Callable[..., int], Sequence[Work], dic
         main = {"first": work.form[0][1]} if name == "nest" else {}
         special = {**main, **special, "help": work.help or None, "helps": partial(_helps_of, work)}
         return resolve_name(place), [work], special
-    process = registry.of_command(name)
+    process = registry.process_of_command(name)
     assert process is not None
-    return _making_command(process)
+    return _process_command(process)
 
 
-def _making_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
+def _process_command(process: Process) -> tuple[Callable[..., int], Sequence[Work], dict[str, Any]]:
     special: dict[str, Any] = {
         "first": process.form[0][1], "help": process.help, "helps": partial(_helps_of, process),
     }  # fmt: skip

@@ -17,7 +17,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.cli.several import PAGE, TABLE
-from leafcut.cli.shared import failure, with_source
+from leafcut.cli.shared import failure, name_input
 from leafcut.errors import LeafcutError, count_of
 from leafcut.files.whole_files import OutputError, write_together
 from leafcut.model.heartbeat import OnProgress, Progress
@@ -134,7 +134,7 @@ def run_batch(
         The cluster is lost; finished inputs are kept.
     """
     known = read_table(Path(folder) / TABLE) if folder else {}
-    asked = _asked(given)
+    asked = _options_key(given)
     results: dict[str, BatchResult] = {}
     earlier_rows = [row for row in beside if row.input not in inputs]
     tasks: list[tuple[str, str, str, str]] = []
@@ -144,10 +144,10 @@ def run_batch(
             key = _key(source, asked)
         except LeafcutError as problem:
             results[source] = BatchResult(BatchRow(source, Path(target or "").name, REFUSED, line=str(problem)))
-            refused(with_source(source, str(problem)))
+            refused(name_input(source, str(problem)))
             continue
         old = known.get(source)
-        if old is not None and target and old.key == key and sha_of(Path(target)) == old.program_sha256:
+        if old is not None and target and old.key == key and file_sha256(Path(target)) == old.program_sha256:
             results[source] = BatchResult(old)
         else:
             tasks.append((source, target or "", page or "", key))
@@ -156,11 +156,11 @@ def run_batch(
     todo = len(tasks)
     if progress is not None and executor is not None and todo:
         progress(Progress(f"{todo} of {count_of(len(inputs), 'input')}"))
-    for number, (task, answer) in enumerate(_done(tasks, given, executor, progress), 1):
-        result = _kept(task, answer)
+    for number, (task, answer) in enumerate(_run_tasks(tasks, given, executor, progress), 1):
+        result = _result_or_refusal(task, answer)
         results[task.name] = result
         if result.row.state == REFUSED:
-            refused(with_source(task.name, result.row.line))
+            refused(name_input(task.name, result.row.line))
         if folder:
             _append(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
@@ -173,7 +173,7 @@ def run_batch(
     return ordered
 
 
-def _done(
+def _run_tasks(
     tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
     progress: OnProgress | None,
 ) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
@@ -182,13 +182,13 @@ def _done(
     """
     ready = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
     if executor is not None:
-        yield from run_tasks(executor, do, ready)
+        yield from run_tasks(executor, run_task, ready)
         return
     for task in ready:
-        yield task, do(task, progress)
+        yield task, run_task(task, progress)
 
 
-def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
+def run_task(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
     """Return the result of a task. A refusal is stored as text, because some exceptions cannot be sent between
     processes.
     """
@@ -223,7 +223,7 @@ def _figure(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
 
 
-def _kept(task: BatchTask, answer: Any) -> BatchResult:
+def _result_or_refusal(task: BatchTask, answer: Any) -> BatchResult:
     if isinstance(answer, BaseException):
         line = f"{type(answer).__name__}: {answer}"
         answer = BatchResult(BatchRow(task.name, Path(task.target).name, REFUSED, line=line, key=task.key))
@@ -247,16 +247,16 @@ def _key(source: str, asked: str) -> str:
     return hashlib.sha256(b"\0".join([hashlib.sha256(data).digest(), asked.encode()])).hexdigest()
 
 
-def _asked(given: Mapping[str, Any]) -> str:
+def _options_key(given: Mapping[str, Any]) -> str:
     """Return options and version as a text; an option that names a file is represented by the hash of the file."""
     words = {}
     for name, value in sorted(given.items()):
         path = Path(str(value)) if isinstance(value, str | Path) else None
-        words[name] = sha_of(path) if path is not None and path.is_file() else repr(value)
+        words[name] = file_sha256(path) if path is not None and path.is_file() else repr(value)
     return repr((__version__, words))
 
 
-def sha_of(path: Path) -> str:
+def file_sha256(path: Path) -> str:
     """Return the hash of a file's content; "" if it cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -8,18 +8,18 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import File, Json, Name, switch
 from leafcut.cli.json_output import print_json
-from leafcut.cli.several import expanded
+from leafcut.cli.several import expand_inputs
 from leafcut.cli.shared import (
     DONE,
     REFUSED,
     DialectOption,
     NoDefaults,
+    answer_each_input,
     check_file_name,
     dashed,
     defaults_given,
-    each_of,
     given_options,
-    nothing_new_in,
+    note_old_output,
     print_defaults,
 )
 from leafcut.cli.usage import DASH, refuse_dash
@@ -44,7 +44,7 @@ def simulate(
     from leafcut import api
     from leafcut.report.json_answer import simulation_as_json
 
-    inputs, each = expanded([*map(dashed, programs)], "simulate")
+    inputs, each = expand_inputs([*map(dashed, programs)], "simulate")
     given = {"dialect": dialect, "defaults_file": defaults_given(no_defaults), **given_options(options)}
 
     def simulated(program: str) -> tuple[Simulation, int]:
@@ -57,7 +57,7 @@ def simulate(
         return simulation_as_json(simulation), status
 
     if each:
-        rows, status = each_of("program", inputs, do)
+        rows, status = answer_each_input("program", inputs, do)
         if as_json:
             from leafcut.report.several import several_as_json
 
@@ -78,7 +78,7 @@ def simulate(
 
 
 def _print_simulated(simulation: Simulation) -> None:
-    from leafcut.units import fixed, format_length, format_time
+    from leafcut.units import format_length, format_time, to_fixed
 
     dangers = [issue for issue in simulation.issues if issue.severity == "danger"]
     for issue in dangers:
@@ -88,7 +88,7 @@ def _print_simulated(simulation: Simulation) -> None:
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
     for axis, low, high in zip("XYZ", *simulation.path.extents, strict=True):
-        print(f"{axis} {fixed(low, 3)} to {fixed(high, 3)} mm")
+        print(f"{axis} {to_fixed(low, 3)} to {to_fixed(high, 3)} mm")
     for issue in simulation.issues:
         if issue not in dangers:
             print(f"{issue.severity}: {issue}")
@@ -129,7 +129,7 @@ def stock(
         output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
     )
     source = StandardInput.read() if program == DASH else program
-    with nothing_new_in(output):
+    with note_old_output(output):
         result = api.stock(
             source,
             same_as=same_as,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, typed_text
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
@@ -132,7 +132,7 @@ def command_of(
     ]
     if first and not all_shown:
         own_parameters = [
-            _unseen(parameter) if parameter.name in _SELDOM else parameter for parameter in own_parameters
+            _hidden_parameter(parameter) if parameter.name in _SELDOM else parameter for parameter in own_parameters
         ]
     all_options = list(options)
     replaced = helps() if all_options else {}
@@ -151,7 +151,7 @@ def command_of(
     ]
 
     def command(*places: Any, **given: Any) -> int:
-        options = {name: _plain(given.pop(name, None)) for _, name, _ in names}
+        options = {name: _plain_value(given.pop(name, None)) for _, name, _ in names}
         return function(*places, **fixed, **given, options=options)
 
     parameters = [*own_parameters, *flags]
@@ -161,14 +161,14 @@ def command_of(
     return command
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     """Convert a value from its displayed type, which worker processes cannot unpickle, and join repeated flags."""
     if isinstance(value, list):
         return ",".join(value)
     return str(value) if isinstance(value, str) else value
 
 
-def _unseen(parameter: inspect.Parameter) -> inspect.Parameter:
+def _hidden_parameter(parameter: inspect.Parameter) -> inspect.Parameter:
     return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
@@ -191,10 +191,10 @@ def show_panel(console: Console, options: ConsoleOptions, panel: HelpPanel) -> N
     """Print one part of a help page; defaults have the style of the generated flags: (default: auto)."""
     from cyclopts.help import DefaultFormatter
 
-    DefaultFormatter()(console, options, panel.copy(entries=[_with_note(entry) for entry in panel.entries]))
+    DefaultFormatter()(console, options, panel.copy(entries=[_add_default_note(entry) for entry in panel.entries]))
 
 
-def _with_note(entry: HelpEntry) -> HelpEntry:
+def _add_default_note(entry: HelpEntry) -> HelpEntry:
     from rich.text import Text
 
     note = "(required)" if entry.required else f"(default: {entry.default})" if entry.default else ""
@@ -213,7 +213,7 @@ def _flag(
     group: type[OptionGroup], name: str, spec: OptionSpec, help_group: Group, text: str, default_words: str, show: bool
 ) -> inspect.Parameter:
     default = group.defaults()[name]
-    words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
+    words = default_words or spec.default_words or ("" if default in (None, (), False) else typed_text(spec, default))
     help_text = text or spec.help
     if spec.all_choices:
         help_text += f" [{', '.join(spec.all_choices)}]"

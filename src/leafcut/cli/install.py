@@ -13,7 +13,7 @@ from cyclopts import App, Parameter
 from leafcut.cli.flags import Json, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.usage import DASH, HELD
-from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
 from leafcut.files.whole_files import OutputError
 
 SHELLS = ("bash", "zsh", "fish")
@@ -51,7 +51,7 @@ def install_addon(
                 print(f"{addon.name:10}{addon.help}")
         return 0
     if name not in ADDONS:
-        raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
+        raise OptionError(f"unknown add-on '{name}'{name_suggestion(name, ADDONS)}")
     if folder is None or folder in (DASH, HELD):
         raise OptionError(f"install addon {name} needs a folder: leafcut install addon {name} FOLDER")
     files = write_addon(name, folder)
@@ -72,7 +72,7 @@ def install_completion(
     from leafcut.cli.app import app
 
     if shell not in SHELLS:
-        raise OptionError(f"unknown shell '{shell}'{nearest(shell, SHELLS)}")
+        raise OptionError(f"unknown shell '{shell}'{name_suggestion(shell, SHELLS)}")
     whole = app()
     type_for_shell(whole)
     script = whole.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
@@ -119,7 +119,7 @@ def _choices() -> dict[str, Sequence[str]]:
     choices: dict[str, Sequence[str]] = {name: (*spec.all_choices, *spec.words) for _, name, spec in all_options()}
     choices |= {"machine": machine_names(), "dialect": [name for name, _ in dialect_list()], "shell": SHELLS}
     commands = [work.command for work in registry.works()]
-    return {**choices, "process": registry.asked_words(), "command": commands}
+    return {**choices, "process": registry.process_words(), "command": commands}
 
 
 def type_for_shell(app: App, choices: Mapping[str, Sequence[str]] | None = None) -> None:

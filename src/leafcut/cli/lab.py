@@ -14,7 +14,7 @@ from leafcut.cli.flags import File, Json, Name, Percent, Time, switch
 from leafcut.cli.json_output import print_json
 from leafcut.cli.progress import Reporter
 from leafcut.errors import OptionError
-from leafcut.options.option_spec import OptionSpec, converted
+from leafcut.options.option_spec import OptionSpec, convert_value
 
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
@@ -55,7 +55,7 @@ _Workers = Annotated[
 
 def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False) -> int:
     """List the experiments that come with leafcut, and the number of finished runs of each."""
-    from leafcut.lab.loading import in_short, load, shipped
+    from leafcut.lab.loading import load, shipped, short_form
     from leafcut.lab.store import Store
 
     done: dict[str, int] = {}
@@ -65,7 +65,7 @@ def list_experiments(*, results: _Results = File(RESULTS), as_json: Json = False
     rows = []
     for name, title in shipped().items():
         whole = load(name)
-        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(in_short(whole).key, 0)))
+        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(short_form(whole).key, 0)))
     if as_json:
         names = ("name", "title", "runs", "done", "reduced_done")
         print_json({"experiments": [dict(zip(names, row, strict=True)) for row in rows]})
@@ -97,8 +97,8 @@ def run_experiment(
     from leafcut.errors import count_of
     from leafcut.lab.running import run
 
-    description = _described(name, reduced)
-    with _at_work(results, executor, workers) as (store, run_options):
+    description = _load_experiment(name, reduced)
+    with _open_for_work(results, executor, workers) as (store, run_options):
         ran = run(description, store, mixed=mixed, **run_options)
     if as_json:
         print_json(
@@ -143,7 +143,7 @@ def report_experiment(
 
     if name == PUBLISHED:
         return _report_published(output, reduced, results, as_json)
-    description = _described(name, reduced)
+    description = _load_experiment(name, reduced)
     with Store(results, read_only=True) as store:
         rows = rows_of(description, store)
     n_possible = sum(can_run(description, plan) for plan in description.runs())
@@ -163,7 +163,7 @@ def report_experiment(
 def _report_published(output: str, reduced: bool, results: str, as_json: bool) -> int:
     """Write the pages (HTML, one for each language) and the table (CSV) of published figures beside ours."""
     from leafcut.files.whole_files import check_output, write_together
-    from leafcut.lab.loading import in_short, load
+    from leafcut.lab.loading import load, short_form
     from leafcut.lab.page import write_published
     from leafcut.lab.published import LANGUAGES, Runs, command_options, experiments, pairs_as_csv, words
     from leafcut.lab.running import rows_of
@@ -173,7 +173,7 @@ def _report_published(output: str, reduced: bool, results: str, as_json: bool) -
     with Store(results, read_only=True) as store:
         for name in experiments():
             whole = load(name)
-            description = in_short(whole) if reduced else whole
+            description = short_form(whole) if reduced else whole
             runs[name] = Runs(whole, description, rows_of(description, store))
     options = command_options(reduced, "" if results == RESULTS else results)
     stem = Path(output) / (PUBLISHED + ("_reduced" if reduced else ""))
@@ -230,13 +230,13 @@ def tune_options(
     as_json: Json = False,
 ) -> int:
     """Tune the parameters of an algorithm on some inputs, and evaluate them on the others."""
-    from leafcut.cli.several import expanded, inputs_of
+    from leafcut.cli.several import expand_inputs, inputs_of
     from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
     from leafcut.processes.settings import options_of_file
 
-    inputs, _ = expanded(inputs_of(sources), "tune", folder=output)
+    inputs, _ = expand_inputs(inputs_of(sources), "tune", folder=output)
     shared = options_of_file(Path(options_file)) if options_file else {}
     budget = {"iterations": iterations, "time_limit": time_limit}
     shared |= {name: value for name, value in budget.items() if value is not None}
@@ -244,13 +244,13 @@ def tune_options(
         raise OptionError("--iterations and --time-limit exclude each other; give one of them")
     if not shared.keys() & budget.keys():
         shared["iterations"] = _USUAL_ITERATIONS
-    share = converted("hold_out", _HOLD_OUT, hold_out)
+    share = convert_value("hold_out", _HOLD_OUT, hold_out)
     task = TuningTask(algorithm, tuple(inputs), shared, command_of(process), trials, seeds, share, seed)
     stem = Path(output) / f"tune_{algorithm}"
     files = [f"{stem}{end}" for end in (".toml", ".html", ".csv")]
     for file in files:
         check_output(file, [results, options_file, *(source for source in inputs if ":" not in source)])
-    with _at_work(results, executor, workers) as (store, run_options):
+    with _open_for_work(results, executor, workers) as (store, run_options):
         tuned = tune(task, store, mixed=mixed, **run_options)
     n_runs = tuned.judging.n_runs if tuned.parameters else 0
     page = write_page(tuned.judging, tuned.rows, n_runs, before=[search_block(tuned)])
@@ -270,13 +270,13 @@ def tune_options(
 
 
 @contextmanager
-def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
+def _open_for_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
     """Open the results, and yield them with arguments of `lab.running.run`; an interrupt becomes a short error
     message.
     """
     import threading
 
-    from leafcut.lab.running import on_executor
+    from leafcut.lab.running import executor_performer
     from leafcut.lab.store import Store
     from leafcut.order.executors import MOST_WORKERS, open_executor
 
@@ -288,15 +288,15 @@ def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple
     with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
         performer = None
         if executor != HERE:
-            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
+            performer = executor_performer(opened.enter_context(open_executor(executor, workers or 0)), ended)
         try:
             yield store, {"performer": performer, "progress": reporter, "cancelled": ended}
         except KeyboardInterrupt:
             raise OptionError("interrupted; finished runs are kept, and the same command continues") from None
 
 
-def _described(name: str, reduced: bool) -> Any:
-    from leafcut.lab.loading import in_short, load
+def _load_experiment(name: str, reduced: bool) -> Any:
+    from leafcut.lab.loading import load, short_form
 
     experiment = load(name)
-    return in_short(experiment) if reduced else experiment
+    return short_form(experiment) if reduced else experiment

@@ -21,7 +21,7 @@ from leafcut.files.whole_files import check_is_there
 from leafcut.model.heartbeat import Progress
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 INI_VARIABLE = "INI_FILE_NAME"
 
@@ -59,7 +59,7 @@ def run_filter(
     progress = FilterProgress()
     progress.report(0)
     check_is_there("--options", Path(options_file) if options_file else None)
-    settings = collect(options, Path(options_file) if options_file else None, defaults_file)
+    settings = collect_settings(options, Path(options_file) if options_file else None, defaults_file)
     names_machine = "machine" in settings.given - settings.defaults
     with _machine_of_linuxcnc("" if names_machine else os.environ.get(INI_VARIABLE, "")) as own_profile:
         given = {**options, "machine": own_profile} if own_profile else dict(options)
@@ -78,10 +78,10 @@ def _machine_of_linuxcnc(ini: str) -> Iterator[str]:
     if not ini:
         yield ""
         return
-    from leafcut.read.controllers.importing import imported, read_settings
+    from leafcut.read.controllers.importing import machine_from_settings, read_settings
 
     try:
-        machine = imported(read_settings(ini), ini, "linuxcnc")
+        machine = machine_from_settings(read_settings(ini), ini, "linuxcnc")
     except LeafcutError as problem:
         line = f"{problem}; or name the machine in the line of [FILTER], --machine my.toml"
         raise OptionError(line) from None

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from leafcut.cli.flags import Json
 from leafcut.cli.json_output import print_json
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, name_suggestion
 
 KINDS = ("machines", "materials", "dialects", "formats", "algorithms", "plugins")
 
@@ -26,7 +26,7 @@ def list_known(
 ) -> int:
     """List machines, materials, dialects, formats, algorithms or plug-ins, or print the file of one."""
     if kind not in KINDS:
-        raise OptionError(f"list: unknown kind '{kind}'{nearest(kind, KINDS)}")
+        raise OptionError(f"list: unknown kind '{kind}'{name_suggestion(kind, KINDS)}")
     if more:
         raise OptionError(f"list takes one name, not {1 + len(more)}; run it once for each")
     if name is not None:

@@ -18,7 +18,7 @@ from leafcut.errors import OptionError, count_of
 
 if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
-    from leafcut.timing.fitting import Fitted
+    from leafcut.timing.fitting import MachineFit
 
 _Output = Annotated[
     File | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
@@ -55,7 +55,7 @@ def import_machine(
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is shown with its source."""
     from leafcut.files.whole_files import StandardInput
-    from leafcut.read.controllers.importing import imported, read_settings, settings_text
+    from leafcut.read.controllers.importing import machine_from_settings, read_settings, settings_text
 
     if file is not None and port is not None:
         raise OptionError("machine import takes FILE or --port, not both")
@@ -65,7 +65,7 @@ def import_machine(
     settings_kind: str | None = kind
     _check_output(output, [name])
     if port is not None:
-        settings_kind, text = _asked(port, baud, kind)
+        settings_kind, text = _query_board(port, baud, kind)
         name = f"{settings_kind}-board"  # a port such as ttyUSB0 does not name a machine
     elif name is None:
         raise OptionError("machine import needs FILE, or --port")
@@ -73,18 +73,18 @@ def import_machine(
         text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
     else:
         text = read_settings(name)
-    _write_or_print(imported(text, name, settings_kind, units), output, as_json=as_json)
+    _write_or_print(machine_from_settings(text, name, settings_kind, units), output, as_json=as_json)
     return 0
 
 
-def _asked(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
+def _query_board(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
     from contextlib import closing
 
-    from leafcut.sender.firmware import asked_settings
+    from leafcut.sender.firmware import query_settings
     from leafcut.sender.port import BAUD, SerialPort
 
     with closing(SerialPort(port, BAUD if baud is None else baud)) as line:
-        return asked_settings(line, kind)
+        return query_settings(line, kind)
 
 
 def new_machine(
@@ -143,7 +143,7 @@ def new_machine(
     On a terminal, values that are not given by a flag or by --answers are asked, with a suggestion. Otherwise the
     suggestion is used, and shown.
     """
-    from leafcut.read.controllers.questions import answers_of, questioned
+    from leafcut.read.controllers.questions import ask_machine, read_answers
 
     refuse_dash("--answers", answers)
     refuse_dash("--base", base)
@@ -152,7 +152,7 @@ def new_machine(
     given: dict[str, Any] = {}
     places: dict[str, str] = {}
     if answers is not None:
-        given, places = answers_of(Path(answers))
+        given, places = read_answers(Path(answers))
     flags = {
         "name": name,
         "controller": controller,
@@ -170,7 +170,7 @@ def new_machine(
     given |= typed
     places = {key: place for key, place in places.items() if key not in typed}
     terminal = sys.stdin is not None and sys.stdin.isatty() and not as_json
-    _write_or_print(questioned(given, _ask if terminal else None, base, places), output, as_json=as_json)
+    _write_or_print(ask_machine(given, _ask if terminal else None, base, places), output, as_json=as_json)
     return 0
 
 
@@ -216,7 +216,7 @@ def check_machine(
 
     refuse_dash("machine check", *programs)
     refuse_dash("--times", times)
-    pairs = _pairs(programs, measured or [], times)
+    pairs = _measured_programs(programs, measured or [], times)
     files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
     _check_output(output, files)
     if output and len(pairs) < 2:
@@ -239,22 +239,22 @@ def check_machine(
     return 0 if written or not output else 1
 
 
-def _fitted_profile(machine: str, fitted: Fitted, programs: int, output: str) -> str:
+def _fitted_profile(machine: str, fitted: MachineFit, programs: int, output: str) -> str:
     from leafcut.read.controllers.importing import changed_profile
-    from leafcut.read.controllers.values import texts
+    from leafcut.read.controllers.values import axis_texts
 
     changes: dict[str, tuple[Any, str]] = {}
     if fitted.acceleration is not None:
         words = f"fitted to {programs} measured programs: {fitted.acceleration:.3g} times that of {machine}"
         numbers = [round(acceleration, 3) for acceleration in fitted.machine.acceleration]
-        changes["rapid.acceleration"] = (texts(numbers, "mm/s2"), words)
+        changes["rapid.acceleration"] = (axis_texts(numbers, "mm/s2"), words)
     if fitted.corner is not None:
         value = f"{fitted.machine.corner_deviation:.4g} mm"
         changes["corners.deviation"] = (value, f"fitted to {programs} measured programs")
     return changed_profile(machine, changes, output)
 
 
-def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
+def _measured_programs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
     """Return each program with its measured time, s.
 
     Raises OptionError if the numbers of programs and times differ, a time is invalid, or both a table and programs are

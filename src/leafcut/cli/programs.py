@@ -19,10 +19,10 @@ from leafcut.cli.several import (
     all_drill_files,
     check_no_drawing,
     check_own,
-    expanded,
+    expand_inputs,
     inputs_of,
+    output_files,
     places_beside,
-    targets_of,
 )
 from leafcut.cli.shared import (
     DONE,
@@ -35,7 +35,7 @@ from leafcut.cli.shared import (
     dashed,
     defaults_given,
     given_options,
-    nothing_new_in,
+    note_old_output,
     print_issues,
     print_line,
     write_program,
@@ -118,7 +118,7 @@ def optimize(
     if every is not None:
         raise OptionError("--every is used with --watch only; leave it out")
     inputs_found = inputs_of(words)
-    inputs, each = expanded(inputs_found, command, folder=output, joins=asked in ("auto", "drill"))
+    inputs, each = expand_inputs(inputs_found, command, folder=output, joins=asked in ("auto", "drill"))
     if each or inputs_found != words:
         return _optimize_each(
             inputs, output, report, given, executor, workers, dry_run=dry_run, as_json=as_json, quiet=quiet
@@ -135,7 +135,7 @@ def optimize(
         check_own(file, inputs, work)
         replaced = Path(file).read_bytes() if Path(file).is_file() else None
     check_no_drawing(file)
-    with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
+    with note_old_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(source, file, report=report, progress=reporter, **given)
     _report_replaced(file, replaced)
     if output == DASH:
@@ -223,10 +223,10 @@ def _optimize_each(
         for program, work in zip(programs, works, strict=True):
             check_own(program, inputs, work)
     else:
-        programs = targets_of(inputs, names, output, "-o")
+        programs = output_files(inputs, names, output, "-o")
         for program in programs:
             check_no_drawing(program)
-    pages = targets_of(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
+    pages = output_files(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
     with Reporter(quiet=quiet) as reporter:
         make = partial(
             run_batch, inputs, programs, given,
@@ -389,7 +389,7 @@ def nest(
         raise OptionError("--json and -o - both write to standard output; leave one out")
     file = None if to_standard_output or dry_run else _sheets_beside(parts) if output is None else output
     check_no_drawing(file)
-    with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
+    with note_old_output(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
             [*parts],
             file,

@@ -20,11 +20,11 @@ from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError
 
 if TYPE_CHECKING:
+    from leafcut.sender.controller_facts import Facts
     from leafcut.sender.conversation import Conversation
-    from leafcut.sender.facts import Facts
     from leafcut.sender.job import SendJob
     from leafcut.sender.lines import Pause, SentStep
-    from leafcut.sender.run import Ending, RunView, SendRun
+    from leafcut.sender.run import RunResult, RunView, SendRun
 
 _KEYS_HELP = "keys: space or ! hold, ~ or Enter resume, q stop; feed + - (10 %), > < (1 %), = as programmed"
 
@@ -104,7 +104,7 @@ def send(
     to resume is shown.
     """
     from leafcut.files.whole_files import check_output
-    from leafcut.sender.firmware import speaker_of
+    from leafcut.sender.firmware import conversation_class
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
 
@@ -114,7 +114,7 @@ def send(
     check_output(log, [program, *[file for file in (machine, dialect) if file and file.endswith(".toml")]])
     accepted = accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
-    speaker = speaker_of(job.machine, machine)
+    speaker = conversation_class(job.machine, machine)
     if check and not speaker.check_line:
         raise OptionError("--check: Marlin has no check mode; --dry-run checks the program without sending it")
     if port is None:
@@ -158,25 +158,25 @@ def _check_wishes(
 
 
 def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
-    from leafcut.sender.checking import check_program, check_ready
-    from leafcut.sender.job import issues_to_tell
+    from leafcut.sender.job import issues_to_show
+    from leafcut.sender.job_checks import check_program, check_ready
 
     facts = talk.facts()
     check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
     differences = check_program(job, facts, unhomed=unhomed)
-    for issue in issues_to_tell([*job.issues, *differences]):
+    for issue in issues_to_show([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
     if not quiet and facts.soft_limits_off:
         print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
-    return facts, job.for_machine(facts.timed(job.machine))
+    return facts, job.for_machine(facts.machine_with_settings(job.machine))
 
 
 def _steps(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
 ) -> Sequence[SentStep]:
-    from leafcut.sender.resuming import rest_of
+    from leafcut.sender.resuming import steps_from_resume
 
-    line, steps, tool = rest_of(job, facts, from_hole, from_line)
+    line, steps, tool = steps_from_resume(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
     if line:
         _print_unless_quiet(f"continues from line {line} '{job.text(line)}'{put}", quiet=quiet)
@@ -193,7 +193,7 @@ def _run(
     unhomed: bool,
     yes: bool,
     quiet: bool,
-) -> Ending:
+) -> RunResult:
     from leafcut.sender.run import SendRun
 
     run = SendRun(talk, facts, job, steps, check=check, unhomed=unhomed)
@@ -244,7 +244,7 @@ class _ProgressLine:
         self.for_machine = not quiet and sys.stderr.isatty()
 
     def show(self, view: RunView) -> None:
-        from leafcut.sender.told import progress_in_words
+        from leafcut.sender.run_texts import progress_in_words
 
         if not self.for_machine:
             return
@@ -271,8 +271,8 @@ class _ProgressLine:
         return None if not line or line.strip().lower() == "q" else line.strip()
 
 
-def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
-    from leafcut.sender.told import ending_as_json, ending_in_words
+def _finish(ending: RunResult | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
+    from leafcut.sender.run_texts import ending_as_json, ending_in_words
 
     if ending is None:
         if as_json:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.files.digests import command_of, is_unchanged
-from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
+from leafcut.files.whole_files import OutputError, check_output, decode_text, same_file
 from leafcut.units import FACTORS
 
 TABLE, PAGE = "batch.csv", "batch.html"
@@ -36,7 +36,7 @@ def inputs_of(words: Iterable[str]) -> list[str]:
                 raise OptionError(f"{word}: this folder has no drawing and no program")
             inputs += files
         elif path.suffix.lower() == LIST:
-            inputs += _listed(path)
+            inputs += _inputs_in_list(path)
         else:
             inputs.append(word)
     if len(inputs) > MAX_INPUTS:
@@ -50,17 +50,17 @@ def is_input(path: Path) -> bool:
 
     kind = format_name(path)
     try:
-        return bool(kind) and not (kind in ("gcode", "dxf") and _is_own(path.read_bytes()))
+        return bool(kind) and not (kind in ("gcode", "dxf") and _is_unchanged_output(path.read_bytes()))
     except OSError:  # the file was removed
         return False
 
 
-def _is_own(data: bytes) -> bool:
+def _is_unchanged_output(data: bytes) -> bool:
     """Return whether the content of a file is an unchanged program or drawing of leafcut."""
-    return is_unchanged(decoded(data)[0])
+    return is_unchanged(decode_text(data)[0])
 
 
-def _listed(path: Path) -> list[str]:
+def _inputs_in_list(path: Path) -> list[str]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as problem:
@@ -71,7 +71,7 @@ def _listed(path: Path) -> list[str]:
     return [name if ":" in name else str(path.parent / name) for name in names]
 
 
-def expanded(
+def expand_inputs(
     words: Sequence[str], command: str, *, folder: str | None = None, joins: bool = False
 ) -> tuple[list[str], bool]:
     """Return the inputs, and whether each is processed separately.
@@ -141,7 +141,7 @@ def check_no_drawing(target: str | None) -> None:
     path = Path(target or "")
     if target is None or not path.is_file() or format_name(path) in ("", "gcode", "csv"):
         return
-    if not _is_own(path.read_bytes()):
+    if not _is_unchanged_output(path.read_bytes()):
         raise OutputError(f"{target}: this is a drawing or a map, which leafcut did not write; choose another name")
 
 
@@ -153,12 +153,12 @@ def check_own(target: str | None, inputs: Sequence[str], command: str) -> None:
     data = path.read_bytes()
     if any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
         return
-    if not _is_own(data):
+    if not _is_unchanged_output(data):
         raise OutputError(
             f"{target}: the file exists and was not written by leafcut, or was changed since; name it with -o to "
             "replace it"
         )
-    other = command_of(decoded(data)[0])
+    other = command_of(decode_text(data)[0])
     if other and other != command:
         raise OutputError(
             f"{target}: the file exists and was written by `leafcut {other}`; name another file with -o to keep both"
@@ -175,7 +175,7 @@ def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
         first[name.casefold()] = source
 
 
-def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
+def output_files(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
     """Return the output file of each of several inputs in a folder; None for each input without a folder.
 
     Raises OutputError if the folder does not exist, or if a file cannot be written or is an input. Raises OptionError

@@ -82,7 +82,7 @@ def printable(line: str) -> str:
 
 
 @contextmanager
-def nothing_new_in(output: str | None) -> Iterator[None]:
+def note_old_output(output: str | None) -> Iterator[None]:
     """Add a note to an error if the output of an earlier run still exists, because that program would run on the
     machine.
     """
@@ -96,7 +96,7 @@ def nothing_new_in(output: str | None) -> Iterator[None]:
         raise
 
 
-def each_of(
+def answer_each_input(
     noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
 ) -> tuple[list[dict[str, Any]], int]:
     """Return the answer for each input with its ``status``, and the worst status; errors are printed at once."""
@@ -112,13 +112,13 @@ def each_of(
             raise
         except Exception as problem:
             line, status = failure(problem)
-            print_line(with_source(source, line), status)
+            print_line(name_input(source, line), status)
             answer = {noun: source, "error": line}
         rows.append({**answer, "status": status})
     return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
 
 
-def with_source(source: str, line: str) -> str:
+def name_input(source: str, line: str) -> str:
     """Return a line that names its input."""
     return line if source in line or str(Path(source)) in line else f"{source}: {line}"
 

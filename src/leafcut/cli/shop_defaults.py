@@ -7,12 +7,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
-from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
+from leafcut.processes.settings import PlacedOption, collect_settings, options_used_by, placed_options
 
 #: Template of a defaults file with the settings of a shop. Each line is a commented example.
 TEMPLATE = f"""\
@@ -69,10 +69,10 @@ def shop_defaults(command: str | None, options_file: Path | None, defaults_file:
     if command is None:
         return [_file_row(option, file) for option, file in from_files.values()]
     work = _work_of(command)
-    settings = collect({}, options_file, defaults_file)
+    settings = collect_settings({}, options_file, defaults_file)
     usual = work.usual(settings)
     rows = []
-    for group, name, spec in used_by(work):
+    for group, name, spec in options_used_by(work):
         value = getattr(usual.of(group), name)
         is_default = value == group.defaults()[name]
         source = "leafcut" if is_default else f"leafcut, for {work.title}"
@@ -106,7 +106,7 @@ def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) ->
         return "on" if value else "off"
     if value == group.defaults()[name] and (spec.default_words or value in (None, ())):
         return spec.default_words or "none"
-    return str(value) if spec.names_file(value) else written(spec, value)
+    return str(value) if spec.names_file(value) else typed_text(spec, value)
 
 
 def _commands() -> Iterator[tuple[str, Work]]:
@@ -122,5 +122,5 @@ def _work_of(command: str) -> Work:
     if command not in kinds and command in registry.OTHER_COMMANDS and command != "auto":
         raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help lists its options")
     if command not in kinds:
-        raise OptionError(f"unknown command '{command}'{nearest(command, kinds)}")
+        raise OptionError(f"unknown command '{command}'{name_suggestion(command, kinds)}")
     return kinds[command]

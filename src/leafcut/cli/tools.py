@@ -16,7 +16,7 @@ from leafcut.cli.shared import (
     dashed,
     defaults_given,
     given_options,
-    nothing_new_in,
+    note_old_output,
     print_defaults,
 )
 from leafcut.cli.usage import DASH
@@ -54,7 +54,7 @@ def tool_speeds(
     check_file_name("--save", save)
     check_file_name("--plot", plot)
     source = StandardInput.read() if dashed(drawing) == DASH else drawing
-    with nothing_new_in(save), Reporter(quiet=as_json) as reporter:
+    with note_old_output(save), Reporter(quiet=as_json) as reporter:
         result = api.tool_speeds(
             source,
             objective=objective,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError, close_to, nearest, shown
+from leafcut.errors import OptionError, closest_name, name_suggestion, printable
 from leafcut.options.option_spec import OptionSpec
 from leafcut.options.removed import why_removed
 
@@ -98,12 +98,12 @@ def usage_message(
         case UnknownCommandError():
             word = (problem.unused_tokens or [""])[0]
             if command in GROUPS:
-                return f"unknown command '{command} {shown(word)}'{nearest(word, _commands_of(command))}"
+                return f"unknown command '{command} {printable(word)}'{name_suggestion(word, _commands_of(command))}"
             return _unknown_command(word, command, commands)
         case UnknownOptionError():
             return _unknown_option(problem, options, reason_unused, help_of)
         case UnusedCliTokensError():
-            words = ", ".join(shown(word) for word in problem.unused_tokens or ())
+            words = ", ".join(printable(word) for word in problem.unused_tokens or ())
             return f"{command} takes no input, but was given {words}; leave it out"
         case RepeatArgumentError():
             return f"{problem.token.keyword if problem.token else ''} is given twice; leave one out"
@@ -112,18 +112,18 @@ def usage_message(
             return f"{name} needs a value {help_of}" if problem.keyword else f"{command} needs {name} {help_of}"
         case CoercionError() if problem.token is not None and problem.target_type is bool:
             flag = problem.token.keyword
-            return f"{flag}: '{shown(problem.token.value)}' is not true or false; {flag} alone turns it on"
+            return f"{flag}: '{printable(problem.token.value)}' is not true or false; {flag} alone turns it on"
     return " ".join(str(problem).split()) + f" {help_of}"
 
 
 def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
     if word.startswith("-"):
-        near = close_to(word, ["--help", "--version"])
+        near = closest_name(word, ["--help", "--version"])
         if near:
-            return f"unknown option '{shown(word)}'; did you mean '{near}'?"
-        after = f": leafcut {command} {shown(word)}" if command in commands else " (see leafcut --help)"
-        return f"unknown option '{shown(word)}'; name a command first{after}"
-    return f"unknown command '{shown(word)}'{nearest(word, commands)}"
+            return f"unknown option '{printable(word)}'; did you mean '{near}'?"
+        after = f": leafcut {command} {printable(word)}" if command in commands else " (see leafcut --help)"
+        return f"unknown option '{printable(word)}'; name a command first{after}"
+    return f"unknown command '{printable(word)}'{name_suggestion(word, commands)}"
 
 
 def _unknown_option(
@@ -141,5 +141,5 @@ def _unknown_option(
     # Compare the names without dashes, which all flags share.
     names = [entry for argument in problem.argument_collection for entry in argument.names if entry.startswith("-")]
     known = {entry.lstrip("-"): entry for entry in names}
-    closest = close_to(flag.lstrip("-"), known)
-    return f"unknown option '{shown(flag)}'" + (f"; did you mean '{known[closest]}'?" if closest else f" {help_of}")
+    closest = closest_name(flag.lstrip("-"), known)
+    return f"unknown option '{printable(flag)}'" + (f"; did you mean '{known[closest]}'?" if closest else f" {help_of}")

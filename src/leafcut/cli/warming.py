@@ -10,12 +10,12 @@ import shapely
 from leafcut import api
 from leafcut.files.whole_files import StandardInput
 from leafcut.geometry.polyline import Polyline
-from leafcut.kernels.compiling import Compilations, announced
-from leafcut.material.bands import pieces_near
+from leafcut.kernels.compiling import Compilations, announced_compilations
+from leafcut.material.bands import segments_near
 from leafcut.material.mesh_field import field_of_mesh
-from leafcut.material.removal import engaged_way
+from leafcut.material.removal import engaged_tool_path
 from leafcut.material.step_over import widest_gaps
-from leafcut.material.surface import rims_of, safe_tiles
+from leafcut.material.surface import hole_rims, safe_tiles
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Relief, RoutingProblem
@@ -45,15 +45,15 @@ M30
 
 def warm_all(on_compile: Callable[[str], None] = lambda _: None) -> Compilations:
     """Compile every kernel that is not cached on disk; `on_compile` is called once, before the first compilation."""
-    with announced(on_compile) as compilations:
-        _order()
-        _follow_programs()
-        _look_at_surfaces()
-        _measure_a_path()
+    with announced_compilations(on_compile) as compilations:
+        _warm_order()
+        _warm_program_reader()
+        _warm_surfaces()
+        _warm_timing()
     return compilations
 
 
-def _order() -> None:
+def _warm_order() -> None:
     for n in (40, ALL_PAIRS + 10):
         solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
     warm_up(RoutingProblem.of_points(np.zeros((MANY, 2))), SolveOptions())
@@ -80,24 +80,24 @@ def _places(n: int) -> np.ndarray:
     return np.arange(1.0, n + 1.0)[:, None] * (75.4878, 56.9840) % 100.0
 
 
-def _follow_programs() -> None:
+def _warm_program_reader() -> None:
     for machine in ("linuxcnc-mill", "grbl-3018"):
         api.simulate(StandardInput(_PROGRAM), machine=machine)
     api.stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", tool_diameter=6)
 
 
-def _look_at_surfaces() -> None:
+def _warm_surfaces() -> None:
     slope = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 1.0]]])
     tiles = safe_tiles(slope, 1.0, 1.0, 20)
     relief = Relief(np.zeros((0, 2)), np.zeros(0), 0.0, *tiles, velocity=50.0, acceleration=200.0)
     travel_heights(relief, np.zeros((2, 2)), dogleg=False)
-    rims_of(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
+    hole_rims(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
     field_of_mesh(Mesh(slope, "slope"), 1.0)
 
 
-def _measure_a_path() -> None:
+def _warm_timing() -> None:
     rules = PocketRules(tool_diameter=4.0, step_over=2.0)
     path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
-    path_cut, _ = engaged_way(path, rules)
+    path_cut, _ = engaged_tool_path(path, rules)
     widest_gaps(path_cut, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
-    pieces_near(path_cut.xy[:-1], path_cut.xy[1:], path_cut.xy, np.ones(len(path_cut)))
+    segments_near(path_cut.xy[:-1], path_cut.xy[1:], path_cut.xy, np.ones(len(path_cut)))

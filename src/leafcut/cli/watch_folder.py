@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from leafcut import api
-from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, read_table, run_batch, sha_of
+from leafcut.cli.batch import REFUSED, WRITTEN, BatchRow, file_sha256, read_table, run_batch
 from leafcut.cli.several import PAGE, TABLE, is_input
-from leafcut.cli.shared import with_source
+from leafcut.cli.shared import name_input
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
@@ -197,7 +197,7 @@ class FolderWatch:
                     raise OptionError(f"{path} and {other_input} would both be written as {name}; rename one of them")
             check_output(self.output / name, [path, *poll.seen])
         except LeafcutError as problem:
-            self.refused(with_source(str(path), str(problem)))
+            self.refused(name_input(str(path), str(problem)))
             self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
             return False
         # Reserve the name at once, because another file of this poll may want it too.
@@ -215,7 +215,7 @@ class FolderWatch:
         elif before is not None:
             del self.earlier[row.input]
             old = self.output / before.program
-            if sha_of(old) != before.program_sha256:
+            if file_sha256(old) != before.program_sha256:
                 return
             try:
                 old.unlink()

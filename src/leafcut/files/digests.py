@@ -6,7 +6,7 @@ import hashlib
 import re
 
 _DIGITS = 16
-#: Header line with a placeholder digest of zeros; `signed` replaces the zeros.
+#: Header line with a placeholder digest of zeros; `sign_program` replaces the zeros.
 DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
 _FIRST_LINE = re.compile(r"\bleafcut \d[\w.+]* ([a-z][\w-]*)", re.IGNORECASE)
 _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
@@ -14,7 +14,7 @@ _PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
 _HEADER = 20_000
 
 
-def signed(text: str) -> str:
+def sign_program(text: str) -> str:
     """Return the program with its digest filled in. Text without a digest line is returned unchanged."""
     place = _PLACE.search(text, 0, _HEADER)
     if place is None:
@@ -26,7 +26,7 @@ def signed(text: str) -> str:
 
 def is_unchanged(text: str) -> bool:
     """Return whether the text has a digest that matches its content."""
-    return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
+    return _PLACE.search(text, 0, _HEADER) is not None and sign_program(text) == text
 
 
 def first_line(version: str, command: str) -> str:

@@ -15,7 +15,7 @@ from pkgutil import resolve_name
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from leafcut.errors import LeafcutError, OptionError, shown
+from leafcut.errors import LeafcutError, OptionError, printable
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -25,7 +25,7 @@ T = TypeVar("T")
 _GROUP_PREFIX = "leafcut."
 
 
-def on_call(place: str) -> Callable[..., Any]:
+def lazy_function(place: str) -> Callable[..., Any]:
     """Return a function that imports ``module:function`` on its first call and then calls it."""
 
     def call(*arguments: Any) -> Any:
@@ -155,7 +155,7 @@ def reason(problem: BaseException) -> str:
     """Return the error as one line, with its type unless it is an error of leafcut."""
     if isinstance(problem, LeafcutError):
         return str(problem)
-    words = shown(str(problem), 120)
+    words = printable(str(problem), 120)
     return f"{type(problem).__name__}: {words}" if words else type(problem).__name__
 
 

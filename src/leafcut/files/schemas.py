@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from leafcut.errors import DataError, shown
+from leafcut.errors import DataError, printable
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,9 @@ def check_schema(schema: Schema, number: Any, place: str) -> None:
     or more.
     """
     if type(number) is not int or number < 1:
-        raise DataError(f"{place}: '{schema.key}' is {shown(repr(number))}, but must be a whole number of 1 or more")
+        raise DataError(
+            f"{place}: '{schema.key}' is {printable(repr(number))}, but must be a whole number of 1 or more"
+        )
     if number > schema.current:
         raise DataError(
             f"{place}: '{schema.key}' is {number}, but the newest {schema.title} that this version reads has "

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
+from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, printable
 from leafcut.files.schemas import Schema, check_schema
 
 #: Maximum size of a program, bytes; ten times the largest program known.
@@ -67,10 +67,10 @@ def read_program(source: str | Path | Loaded) -> str:
     """
     data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
-    return decoded(data)[0]
+    return decode_text(data)[0]
 
 
-def decoded(data: bytes) -> tuple[str, str]:
+def decode_text(data: bytes) -> tuple[str, str]:
     """Decode bytes as UTF-8, or as Latin-1 if that fails; return the text without byte order mark, and the encoding."""
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
@@ -159,7 +159,7 @@ def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
     except RecursionError:
         raise DataError(f"{source}: not a TOML file (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
-        raise DataError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
+        raise DataError(f"{source}: not a TOML file ({printable(str(problem), 200)})") from None
     check_schema(schema, tables.pop(schema.key, schema.current), source)
     return tables
 
@@ -194,7 +194,7 @@ def _check_wholes(value: Any) -> None:
         for inner in value.values() if isinstance(value, dict) else value:
             _check_wholes(inner)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-        raise ValueError(f"'{shown(str(value))}' is a whole number of more than 64 bits")
+        raise ValueError(f"'{printable(str(value))}' is a whole number of more than 64 bits")
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:

@@ -31,7 +31,7 @@ _INPUTS = {
 _DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
 
 
-def describe(block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:
+def describe_block(block: Block, comments: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:
     """Return the description of a block: words by value, active comments, and digests of its other inputs.
 
     `parameters` is the digest of the parameters that a macro or a message may read, or None; `called` is the digest of
@@ -39,7 +39,7 @@ def describe(block: Block, comments: Sequence[str], parameters: str | None, call
     """
     points = dialect.groups == "fanuc"
     words = [
-        f"{w.letter}{_number(w.value)}" + ("." if points and "." in w.text else "")
+        f"{w.letter}{_number_text(w.value)}" + ("." if points and "." in w.text else "")
         for w in block.words
         if w.letter not in "NO"
     ]
@@ -66,7 +66,7 @@ def may_read_parameters(unknown: Iterable[Word], comments: Sequence[str], dialec
     return macro or any("#" in text or "%" in text or text[:2].lower() == "py" for text in comments)
 
 
-def _number(value: float) -> str:
+def _number_text(value: float) -> str:
     # Nine decimals: sums are not exact, and no machine has a finer resolution.
     return f"{round(value, 9) + 0.0:.12g}"
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import CycleValues, InterpreterState, whole
+from leafcut.gcode.state import CycleValues, InterpreterState, whole_number
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
@@ -46,7 +46,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     if state.feed_mode == 93:
         raise BlockError("a canned cycle cannot be used in inverse time mode (G93)")
     x, y = state.path.position[:2]
-    step_x, step_y = _place(state, letters, "X", x), _place(state, letters, "Y", y)
+    step_x, step_y = _hole_coordinate(state, letters, "X", x), _hole_coordinate(state, letters, "Y", y)
     cycle = _cycle(state, letters)
     repeats = _repeats(state, letters)
     feed = state.feed_for(letters, math.nan)
@@ -61,7 +61,7 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
-def _place(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
+def _hole_coordinate(state: InterpreterState, letters: dict[str, Word], letter: str, here: float) -> float:
     """Return the coordinate of the hole; with G91 the step to it."""
     word = letters.pop(letter, None)
     if word is None:
@@ -74,7 +74,7 @@ def _repeats(state: InterpreterState, letters: dict[str, Word]) -> int:
     if state.stores_cycles and letter == "K" and "K" not in letters:
         letter = "L"  # older Fanuc controls
     word = letters.pop(letter, None) if letter else None
-    repeats = 1 if word is None else whole(word, MAX_REPEATS)
+    repeats = 1 if word is None else whole_number(word, MAX_REPEATS)
     if repeats == 0 and not state.stores_cycles:
         raise BlockError(f"{word}: a cycle with no repeats")
     return repeats
@@ -84,7 +84,7 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
     fagor = state.dialect.cycle_words == "fagor"
     name = f"G{state.cycle}"
     words = state.cycle_values
-    _take(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
+    _take_plane_words(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
     if "Q" in letters and (name in PECKING or (state.keeps_unknown and not fagor)):
         words.peck = _peck_word(state, letters.pop("Q"))
         words.spare |= set() if name in PECKING else {"Q"}
@@ -97,8 +97,8 @@ def _cycle(state: InterpreterState, letters: dict[str, Word]) -> DrillCycle:
         name = "G82"
     elif fagor and name == "G85" and words.dwell:
         raise UnclearBlock("G85 with a dwell is not understood")
-    r_plane, bottom = _planes(state, words, fagor)
-    peck = _peck(words, name, r_plane - bottom, state.stores_cycles)
+    r_plane, bottom = _plane_heights(state, words, fagor)
+    peck = _peck_depth(words, name, r_plane - bottom, state.stores_cycles)
     if name == "G82" and words.dwell is None and not state.stores_cycles:
         raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
     dwell = words.dwell or 0.0
@@ -117,7 +117,9 @@ def _peck_word(state: InterpreterState, word: Word) -> float:
     return state.mm(word)
 
 
-def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]) -> None:
+def _take_plane_words(
+    state: InterpreterState, letters: dict[str, Word], words: CycleValues, names: tuple[str, str]
+) -> None:
     """Take the words of the R plane and the bottom; refuse old words whose meaning has changed."""
     given = [name in letters for name in names]
     known = words.r is not None or words.z is not None
@@ -134,7 +136,7 @@ def _take(state: InterpreterState, letters: dict[str, Word], words: CycleValues,
         words.z = state.mm(letters.pop(names[1]))
 
 
-def _planes(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
+def _plane_heights(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[float, float]:
     """Return the R plane and the bottom, mm. With G91, R counts from the initial plane and Z from R."""
     initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
     r, z = words.r, words.z
@@ -156,7 +158,7 @@ def _planes(state: InterpreterState, words: CycleValues, fagor: bool) -> tuple[f
     return r, z
 
 
-def _peck(words: CycleValues, name: str, depth: float, may_lack: bool) -> float:
+def _peck_depth(words: CycleValues, name: str, depth: float, may_lack: bool) -> float:
     if name not in PECKING:
         return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:

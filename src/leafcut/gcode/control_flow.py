@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from leafcut.gcode.expressions import ARGUMENTS, ProgramParameters, Scanner
-from leafcut.gcode.jumps import Jumps, Undecided
+from leafcut.gcode.jumps import Jumps, UndecidedJump
 from leafcut.gcode.words import BlockError, split_line
 
 #: Maximum depth of nested subroutines: LinuxCNC has ten levels, including the program itself.
@@ -124,13 +124,13 @@ class Flow:
         self._labels: dict[int, int] | None = None
         self._looped = bytearray()
 
-    def looped(self, line: int) -> bool:
+    def is_repeated(self, line: int) -> bool:
         """Return whether a line runs in a loop or in a subprogram."""
         return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
 
-    def count(self, line: int) -> None:
+    def count_repeated_block(self, line: int) -> None:
         """Count a block executed in a loop or subprogram. Raises BlockError if the limit is exceeded."""
-        if not self.looped(line):
+        if not self.is_repeated(line):
             return
         self.repeated += 1
         self._letters += max(len(self._lines[line]), LEAST)
@@ -140,7 +140,7 @@ class Flow:
     def obey(self, control: Control, line: int) -> int:
         """Execute the O-word on `line`; return the next line."""
         if self._of_line is None:
-            self._survey()
+            self._find_constructs()
         scanner = Scanner(control.rest, self.parameters)
         if control.keyword == "call":
             after = self._call(control.label, scanner, line)
@@ -156,7 +156,7 @@ class Flow:
     def go_back(self, line: int, goal: int) -> None:
         """Mark the lines from `goal` to `line` as repeated."""
         if self._of_line is None:
-            self._survey()
+            self._find_constructs()
         self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
 
     def call_line(self, number: int, times: int, line: int) -> int | None:
@@ -185,7 +185,7 @@ class Flow:
     def _begin(self, start: int, times: int, line: int) -> int:
         if times == 0:
             return line + 1
-        self._enter(SubprogramCall(start, line + 1, times - 1, None))
+        self._enter_subprogram(SubprogramCall(start, line + 1, times - 1, None))
         return start
 
     def leave_program(self) -> int | None:
@@ -201,7 +201,7 @@ class Flow:
         self.calls.pop()
         return call.back
 
-    def _enter(self, call: SubprogramCall) -> None:
+    def _enter_subprogram(self, call: SubprogramCall) -> None:
         if len(self.calls) >= MAX_CALLS:
             raise BlockError(f"subprograms call each other more than {MAX_CALLS} deep; does one call itself?")
         self.calls.append(call)
@@ -209,7 +209,7 @@ class Flow:
 
     # Structure of the program.
 
-    def _survey(self) -> None:
+    def _find_constructs(self) -> None:
         self._of_line = {}
         self._looped = bytearray(len(self._lines))
         open_ones: dict[str, Construct] = {}
@@ -221,9 +221,9 @@ class Flow:
             except BlockError:
                 continue  # An error is raised when the line is executed.
             if control is not None and control.keyword != "call":
-                self._place(control, at, open_ones)
+                self._add_to_construct(control, at, open_ones)
 
-    def _place(self, control: Control, at: int, open_ones: dict[str, Construct]) -> None:
+    def _add_to_construct(self, control: Control, at: int, open_ones: dict[str, Construct]) -> None:
         assert self._of_line is not None
         label, keyword = control.label, control.keyword
         opened = open_ones.get(label)
@@ -247,7 +247,7 @@ class Flow:
     def _call(self, label: str, scanner: Scanner, line: int) -> int:
         construct = self._subs.get(label)
         if construct is None:
-            raise Undecided(line)
+            raise UndecidedJump(line)
         construct.closing()
         arguments = []
         while scanner.peek() == "[":
@@ -257,7 +257,7 @@ class Flow:
         parameters = self.parameters
         call = SubprogramCall(construct.first, line + 1, 0, construct, local=parameters.local, counters=self._counters)
         call.numbered = {n: v for n, v in parameters.numbered.items() if n <= ARGUMENTS}
-        self._enter(call)
+        self._enter_subprogram(call)
         for number in range(1, ARGUMENTS + 1):
             parameters.numbered[number] = arguments[number - 1] if number <= len(arguments) else 0.0
         parameters.local, self._counters = {}, {}

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.gcode.word_groups import GROUP_OF, M_GROUP_OF
 from leafcut.model.kinds import CutMethod
 
@@ -57,24 +57,24 @@ POWER, NUMBER = "{power}", "{number}"
 _PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
 
 
-def fault_of(key: str, value: Any, kind: Any) -> str:
+def fault_of_value(key: str, value: Any, kind: Any) -> str:
     """Return the error in the value of a key (or ``torch.key``) of type `kind`, or ""."""
     if kind is bool:
-        return "" if isinstance(value, bool) else f"is {_shown(value)}, but must be true or false"
+        return "" if isinstance(value, bool) else f"is {_value_text(value)}, but must be true or false"
     if kind is int:
         low, high = _BOUNDS.get(key, _ANY_BOUNDS)
         right = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-        return "" if right else f"is {_shown(value)}, but must be a whole number from {low} to {high}"
+        return "" if right else f"is {_value_text(value)}, but must be a whole number from {low} to {high}"
     if kind is str:
         return _fault_of_text(key, value)
     if not isinstance(value, list):
-        return f"is {_shown(value)}, but must be a list of texts"
+        return f"is {_value_text(value)}, but must be a list of texts"
     known = _ITEMS.get(key)
     for item in value:
         if not _is_text(item) or not item.strip():
-            return f"has {_shown(item)}, but must be a list of texts of one line"
+            return f"has {_value_text(item)}, but must be a list of texts of one line"
         if known is not None and item not in known:
-            return f"has '{_shown(item)}', but takes only {', '.join(known)}"
+            return f"has '{_value_text(item)}', but takes only {', '.join(known)}"
     return ""
 
 
@@ -84,19 +84,19 @@ def _is_text(value: Any) -> bool:
 
 def _fault_of_text(key: str, value: Any) -> str:
     if key in ("g_words", "m_words"):  # these lists may span several lines
-        return "" if isinstance(value, str) else f"is {_shown(value)}, but must be a text of words"
+        return "" if isinstance(value, str) else f"is {_value_text(value)}, but must be a text of words"
     if not _is_text(value):
-        return f"is {_shown(value)}, but must be a text of one line"
+        return f"is {_value_text(value)}, but must be a text of one line"
     known = _CHOICES.get(key)
     if known is not None and value not in known:
-        return f"is '{_shown(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
+        return f"is '{_value_text(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
     pattern, words = _PATTERNS.get(key, ("", ""))
-    return f"is '{_shown(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
+    return f"is '{_value_text(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     try:
-        return shown(value if isinstance(value, str) else repr(value))
+        return printable(value if isinstance(value, str) else repr(value))
     except ValueError:  # the number has more digits than Python prints
         return "a very long number"
 
@@ -107,12 +107,12 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """
     g_words, m_words = table["g_words"].split(), table["m_words"].split()
     for key, words, letter, known in (
-        ("g_words", g_words, "G", {_named("G", code / 10) for code in GROUP_OF}),
-        ("m_words", m_words, "M", {_named("M", code) for code in M_GROUP_OF}),
+        ("g_words", g_words, "G", {_code_text("G", code / 10) for code in GROUP_OF}),
+        ("m_words", m_words, "M", {_code_text("M", code) for code in M_GROUP_OF}),
     ):
         for word in words:
             if word not in known:
-                yield key, f"has '{_shown(word)}', which is no {letter} word that leafcut understands"
+                yield key, f"has '{_value_text(word)}', which is no {letter} word that leafcut understands"
     for key, value in _REQUIRED.get(table["language"], {}).items():
         if table[key] != value:
             yield key, f"is '{table[key]}', but must be {value} in the language {table['language']}"
@@ -130,16 +130,16 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield from _faults_of_torch(torch)
         written |= {f"torch.{key}": value for key, value in torch.items() if key not in ("cuts", "compensation")}
     for key, value in written.items():
-        for word in re.findall(r"[GM]\d[\d.]*", _text_of(value)):
+        for word in re.findall(r"[GM]\d[\d.]*", _joined_text(value)):
             if word not in known_words:
                 yield key, f"has {word}, which is not one of its words"
 
 
-def _text_of(value: Any) -> str:
+def _joined_text(value: Any) -> str:
     return " ".join(value) if isinstance(value, list | tuple) else str(value)
 
 
-def _named(letter: str, number: float) -> str:
+def _code_text(letter: str, number: float) -> str:
     return f"{letter}{number:g}"
 
 
@@ -151,7 +151,7 @@ def _faults_of_torch(torch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if len(switches) != 1 or switches[0] not in wanted.split():
             yield f"torch.{key}", f"must have the word {' or '.join(wanted.split())}, and no other M word"
     for key, value in torch.items():
-        text = _text_of(value)
+        text = _joined_text(value)
         rest = text.replace(_PLACES[key], "") if key in _PLACES else text
         if "{" in rest or "}" in rest:
             yield f"torch.{key}", f"has a brace; only {POWER} in on and mark_on and {NUMBER} in material are numbers"

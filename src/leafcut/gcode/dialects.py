@@ -13,11 +13,11 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import DIALECT
 from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
-from leafcut.gcode.dialect_checks import fault_of, faults_of_words
+from leafcut.gcode.dialect_checks import fault_of_value, faults_of_words
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Torch:
         return _m_code(self.on)
 
     @property
-    def darkens(self) -> bool:
+    def can_switch_off_along_path(self) -> bool:
         """Whether the program can switch the torch off and on again along a path without a new pierce."""
         return self.power or self.arc_output is not None
 
@@ -242,7 +242,7 @@ class Dialect:
         return self.torch is None or self.torch.heights != "none"
 
     @property
-    def states_z(self) -> bool:
+    def has_z_words(self) -> bool:
         """Whether programs contain Z words."""
         return self.torch is None or self.torch.heights == "program"
 
@@ -284,7 +284,7 @@ def dialect_list() -> list[tuple[str, str]]:
 def dialect_template(name: str) -> str:
     """Return a TOML template based on a shipped dialect. Raises OptionError if there is none of that name."""
     if name not in _shipped_names():
-        raise OptionError(f"no dialect '{name}' is shipped{nearest(name, sorted(_shipped_names()))}")
+        raise OptionError(f"no dialect '{name}' is shipped{name_suggestion(name, sorted(_shipped_names()))}")
     text = re.sub(r"^base = .*\n", "", _content(name).decode("utf-8"), flags=re.MULTILINE)
     about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
     return f'{about}\nbase = "{name}"\n{text}'
@@ -295,15 +295,15 @@ def dialect(name: str) -> Dialect:
     message suggests the nearest one); DataError if the file is not a valid dialect.
     """
     if name.lower().endswith(".toml"):
-        return _of_file(Path(name), Path(name).name)
+        return _read_dialect(Path(name), Path(name).name)
     if name in _shipped_names():
         return _shipped(name)
     if name in DIALECTS.names():
         return DIALECTS.load(name)
-    raise OptionError(f"unknown dialect '{name}'{nearest(name, dialects())}")
+    raise OptionError(f"unknown dialect '{name}'{name_suggestion(name, dialects())}")
 
 
-def _of_file(path: Path, name: str) -> Dialect:
+def _read_dialect(path: Path, name: str) -> Dialect:
     return parse_dialect(toml_bytes(path), name, str(path))
 
 
@@ -317,7 +317,7 @@ DIALECTS = PluginKind(
     "dialect",
     "leafcut.dialects",
     _shipped_names,
-    lambda name, found: _of_file(file_of(name, found), name),
+    lambda name, found: _read_dialect(file_of(name, found), name),
     lambda one: one.description,
 )
 
@@ -341,42 +341,43 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
 
     base = said.pop("base", None)
     if base is not None and base not in _shipped_names():
-        words = nearest(str(base)[:80], sorted(_shipped_names()))
-        raise refused("base", f"'base' is '{shown(str(base))}'{words}")
+        words = name_suggestion(str(base)[:80], sorted(_shipped_names()))
+        raise refused("base", f"'base' is '{printable(str(base))}'{words}")
     for key in _TABLES:
         if key in said and not isinstance(said[key], dict):
             raise refused(key, f"'{key}' is not a table; write [{key}]")
-    table = _on_base(said, base)
+    table = _merge_with_base(said, base)
     _check_kinds(table, Dialect, "", refused)
     if "torch" in table:
         _check_kinds(table["torch"], Torch, "torch.", refused)
-    known = _kinds(Dialect)
+    known = _key_types(Dialect)
     for key in table.get("sources", {}):
         if key not in (*known, "torch") or not isinstance(table["sources"][key], str):
             raise refused(
-                f"sources.{key}", f"'{shown(key)}' in [sources] must be a key of the dialect, with a text as its value"
+                f"sources.{key}",
+                f"'{printable(key)}' in [sources] must be a key of the dialect, with a text as its value",
             )
-    torch = {**_defaults(Torch), **table["torch"]} if "torch" in table else None
-    for key, words in faults_of_words({**_defaults(Dialect), **table, "torch": torch}):
+    torch = {**_default_values(Torch), **table["torch"]} if "torch" in table else None
+    for key, words in faults_of_words({**_default_values(Dialect), **table, "torch": torch}):
         raise refused(key, f"'{key}' {words}")
-    table["torch"] = None if torch is None else Torch(**_frozen(torch))
-    return Dialect(name=name, family=base or "", **_frozen(table))
+    table["torch"] = None if torch is None else Torch(**_lists_to_tuples(torch))
+    return Dialect(name=name, family=base or "", **_lists_to_tuples(table))
 
 
 #: Nested tables of a dialect; keys missing in them are inherited from the base, too.
 _TABLES = ("torch", "sources")
 
 
-def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
+def _merge_with_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
     if base is None:
         return said
     below = parse_toml(_content(base), base, DIALECT)
-    below = _on_base(below, below.pop("base", None))
+    below = _merge_with_base(below, below.pop("base", None))
     tables = {key: {**below.get(key, {}), **said.get(key, {})} for key in _TABLES if key in below or key in said}
     return {**below, **said, **tables}
 
 
-def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
+def _key_types(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
     """Return the allowed keys of a file and their types, without nested tables."""
     return {key: kind for key, kind in get_type_hints(of).items() if key not in ("name", "family", *_TABLES)}
 
@@ -384,12 +385,12 @@ def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
 def _check_kinds(
     table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], DataError]
 ) -> None:
-    kinds = _kinds(of)
+    kinds = _key_types(of)
     known = [*kinds, *(_TABLES if of is Dialect else ())]
     for key, value in table.items():
         if key not in known:
-            raise refused(place + key, f"unknown key '{shown(key)}'{nearest(key[:80], known)}")
-        fault = "" if key in _TABLES else fault_of(place + key, value, _bare(kinds[key]))
+            raise refused(place + key, f"unknown key '{printable(key)}'{name_suggestion(key[:80], known)}")
+        fault = "" if key in _TABLES else fault_of_value(place + key, value, _without_none(kinds[key]))
         if fault:
             raise refused(place + key, f"'{place + key}' {fault}")
     for one in fields(of):
@@ -397,18 +398,18 @@ def _check_kinds(
             raise refused(place.rstrip("."), f"'{place + one.name}' is missing")
 
 
-def _defaults(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
+def _default_values(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
     return {one.name: one.default for one in fields(of) if one.default is not MISSING}
 
 
-def _bare(kind: Any) -> Any:
+def _without_none(kind: Any) -> Any:
     """Return a type without its None alternative, which a file cannot express."""
     return (
         next((one for one in get_args(kind) if one is not type(None)), kind) if get_origin(kind) is UnionType else kind
     )
 
 
-def _frozen(table: dict[str, Any]) -> dict[str, Any]:
+def _lists_to_tuples(table: dict[str, Any]) -> dict[str, Any]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
 
 

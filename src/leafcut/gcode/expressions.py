@@ -78,7 +78,7 @@ class ProgramParameters:
     fanuc: bool = False
 
     @property
-    def first_of_machine(self) -> int:
+    def first_machine_parameter(self) -> int:
         """Number of the first parameter of the machine."""
         return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
@@ -117,12 +117,12 @@ class ProgramParameters:
         values = [sorted(part.items()) for part in (self.numbered, self.shared, self.local)]
         return hashlib.sha256(repr(values).encode()).hexdigest()[:16] if any(values) else ""
 
-    def put(self, key: int | str, value: float) -> None:
+    def set_parameter(self, key: int | str, value: float) -> None:
         """Set a parameter by number or name."""
         if key == ANY_NUMBER:
             self.forget(names=False)
         elif isinstance(key, int):
-            if key < self.first_of_machine:
+            if key < self.first_machine_parameter:
                 self.numbered[key] = value
         else:
             (self.shared if key.startswith("_") else self.local)[key] = value
@@ -135,7 +135,7 @@ class ProgramParameters:
             self.local = dict.fromkeys(self.local, UNKNOWN)
 
 
-class _Unread(ProgramParameters):
+class _UnknownParameters(ProgramParameters):
     """Parameters whose values are all unknown."""
 
     def number(self, number: int) -> float:
@@ -151,7 +151,7 @@ class _Unread(ProgramParameters):
 Setting = tuple[int | str, float]
 
 
-class Reading(NamedTuple):
+class BlockReading(NamedTuple):
     """A block, the parameters that it sets, and flags for computed numbers and for setting machine parameters."""
 
     block: Block
@@ -166,21 +166,21 @@ class Reading(NamedTuple):
         return self.of_machine or (self.computed and any(map(math.isnan, values)))
 
 
-def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading:
+def read_block(line: str, number: int, parameters: ProgramParameters) -> BlockReading:
     """Return the block and the settings of a line; the value of a word may be `UNKNOWN`. Raises BlockError as
     `words.tokenise` does, or if an expression has no value.
     """
     if _SPECIAL.search(line) is None and line.count("(") < 2:
-        return Reading(tokenise(line, number), [])
+        return BlockReading(tokenise(line, number), [])
     body, comments = split_line(line, nested=True)
     if body.startswith("%"):
-        return Reading(Block(number, (), comments, percent=body[1:].strip()), [])
+        return BlockReading(Block(number, (), comments, percent=body[1:].strip()), [])
     deleted = body.startswith("/")
     if deleted:
         # Controls have up to nine block-delete switches: /1 … /9.
         body = body[1:].lstrip(" \t").lstrip("123456789") if body[1:2].isdigit() else body[1:]
     if _SPECIAL.search(body) is None:
-        return Reading(Block(number, words_of(body), comments, deleted=deleted), [])
+        return BlockReading(Block(number, words_of(body), comments, deleted=deleted), [])
     scanner = Scanner(body, parameters)
     words: list[Word] = []
     settings: list[Setting] = []
@@ -190,16 +190,16 @@ def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading
         else:
             words.append(scanner.word())
     block = Block(number, tuple(words), comments, deleted=deleted)
-    return Reading(block, settings, scanner.computed, scanner.of_machine)
+    return BlockReading(block, settings, scanner.computed, scanner.of_machine)
 
 
-def spelled_words(line: str) -> tuple[Word, ...] | None:
+def words_as_written(line: str) -> tuple[Word, ...] | None:
     """Return the words of a line with their numbers as text, nan for expressions. None if the line sets a parameter,
     computes a number other than a length, feed, speed or time, or has an error.
     """
     try:
         body, _ = split_line(line)
-        scanner = Scanner(body, _Unread())
+        scanner = Scanner(body, _UnknownParameters())
         words: list[Word] = []
         while not scanner.at_end():
             if scanner.peek() == "#":
@@ -236,15 +236,15 @@ class Scanner:
 
     def word(self) -> Word:
         """Parse a letter and its value."""
-        letter = self._match(_WORD_LETTER)
+        letter = self._consume(_WORD_LETTER)
         if letter is None:
             if self.peek() in "]=<>*":
                 raise BlockError(f"unexpected character {self.peek()!a}")
             refuse_rest(self.text, self.position)
         start = self.position - 1
         self.peek()
-        plain = self._match(_NUMBER)
-        if plain is None and self.peek() not in ("#", "[", "+", "-") and self._ahead(_LETTERS) not in _FUNCTIONS:
+        plain = self._consume(_NUMBER)
+        if plain is None and self.peek() not in ("#", "[", "+", "-") and self._peek_match(_LETTERS) not in _FUNCTIONS:
             refuse_rest(self.text, start)
         value = float(plain) if plain is not None else self.value()
         if not (-MAX_NUMBER < value < MAX_NUMBER or math.isnan(value)):
@@ -260,7 +260,7 @@ class Scanner:
         self.position += 1
         value = self._operation(1) if self.parameters.fanuc else self.value()
         self.computed = True
-        if isinstance(key, int) and key >= self.parameters.first_of_machine:
+        if isinstance(key, int) and key >= self.parameters.first_machine_parameter:
             self.of_machine = True
         elif isinstance(key, str) and (self.parameters.known(key) is not None or key.startswith(("_hal[", "_ini["))):
             raise BlockError(f"#<{key}> cannot be set")
@@ -269,7 +269,7 @@ class Scanner:
     def value(self) -> float:
         """Parse a number, a parameter, an expression or a function."""
         sign = self.peek()
-        plain = self._match(_NUMBER)
+        plain = self._consume(_NUMBER)
         if plain is not None:
             number = float(plain)
             if number in (math.inf, -math.inf):
@@ -313,7 +313,7 @@ class Scanner:
                 return left
             name = found.group().upper()
             self.position = found.end()
-            left = _checked(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
+            left = _evaluate_function(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
 
     def _target(self) -> int | str:
         self.peek()
@@ -336,7 +336,7 @@ class Scanner:
         return re.sub(r"\s+", "", found.group(1)).lower()
 
     def _function(self) -> float:
-        name = (self._match(_LETTERS) or "").upper()
+        name = (self._consume(_LETTERS) or "").upper()
         if name not in _FUNCTIONS:
             self.position -= len(name)
             raise BlockError(self._unexpected())
@@ -345,11 +345,11 @@ class Scanner:
             return self._exists()
         argument = self.expression()
         if name != "ATAN":
-            return _checked(_FUNCTIONS[name], name, argument)
+            return _evaluate_function(_FUNCTIONS[name], name, argument)
         if self.peek() != "/":
             raise BlockError("ATAN needs two arguments: ATAN[…]/[…]")
         self.position += 1
-        return _checked(_atan, name, argument, self.expression())
+        return _evaluate_function(_atan, name, argument, self.expression())
 
     def _exists(self) -> float:
         inside = re.compile(r"[ \t]*\[[ \t]*#[ \t]*(?=<)").match(self.text, self.position)
@@ -362,14 +362,14 @@ class Scanner:
         self.position += 1
         return self.parameters.exists(name)
 
-    def _match(self, pattern: re.Pattern[str]) -> str | None:
+    def _consume(self, pattern: re.Pattern[str]) -> str | None:
         found = pattern.match(self.text, self.position)
         if found is None:
             return None
         self.position = found.end()
         return found.group()
 
-    def _ahead(self, pattern: re.Pattern[str]) -> str:
+    def _peek_match(self, pattern: re.Pattern[str]) -> str:
         found = pattern.match(self.text, self.position)
         return found.group().upper() if found else ""
 
@@ -384,7 +384,7 @@ def _shown(value: float) -> str:
     return text if "." in text else f"{text}."
 
 
-def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
+def _evaluate_function(function: Callable[..., float], name: str, *arguments: float) -> float:
     if any(math.isnan(a) for a in arguments):
         return UNKNOWN
     try:

@@ -20,8 +20,15 @@ from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.linuxcnc_refusals import is_linuxcnc, is_malformed, is_refused
 from leafcut.gcode.motion import chooses_origin, run_arc, run_home, run_machine, run_origin, run_probe, run_straight
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
-from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole
-from leafcut.gcode.torch import leave_outputs, lower_feed, material_block, run_outputs, set_speed, spindle_number
+from leafcut.gcode.state import AXES, InterpreterState, named_axes, unit_of, whole_number
+from leafcut.gcode.torch import (
+    lower_feed,
+    material_block,
+    run_outputs,
+    set_outputs_after_abort,
+    set_speed,
+    spindle_number,
+)
 from leafcut.gcode.word_groups import (
     ENDS_TRANSFORM,
     GROUP_OF,
@@ -101,7 +108,7 @@ def interpret(
         # A control without G94 has no other feed mode.
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
         state.offset_on = dialect.length_offset == "edge"
-        leave_outputs(state)
+        set_outputs_after_abort(state)
     interpreter = Interpreter(state)
     siemens = dialect.language == "sinumerik"
     for number, line in lines(text):
@@ -127,7 +134,7 @@ def _known_codes(dialect: Dialect) -> frozenset[int]:
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
 
-def _probes(words: SortedBlock) -> bool:
+def _is_probe(words: SortedBlock) -> bool:
     """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
     return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown or ())
 
@@ -187,7 +194,7 @@ class Interpreter:
         state = self.state
         self._reset()
         if block.percent is not None:
-            self._percent(block.percent)
+            self._run_percent(block.percent)
             return
         if block.call is not None:
             self._call(block)
@@ -216,10 +223,10 @@ class Interpreter:
                 return
         if without_value:
             block = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
-        words = self._sorted(block)
+        words = self._sort_words(block)
         words.letters.pop("N", None)
         if "O" in words.letters:
-            self._program_number(whole(words.letters.pop("O")))
+            self._program_number(whole_number(words.letters.pop("O")))
         self._blocks += 1
         if keeps_unknown:
             self._subprograms(words)
@@ -231,32 +238,32 @@ class Interpreter:
                 self._run_without_values(words, without_value)
                 return
             state.unknown_modes.add("feed")
-        self._carry_out(words)
+        self._execute_words(words)
 
-    def _carry_out(self, words: SortedBlock) -> None:
+    def _execute_words(self, words: SortedBlock) -> None:
         state, off_last = self.state, self.state.dialect.off_after_motion
-        self._settings(words)
+        self._run_settings(words)
         self._tool_words(words)
         if not state.keeps_unknown:
             run_outputs(state, words)
-        self._switches(words, off=False if off_last else None)
-        self._modes(words)
+        self._run_switches(words, off=False if off_last else None)
+        self._run_modes(words)
         if state.keeps_unknown:
-            self._act_or_keep(words)
+            self._execute_or_keep(words)
         else:
             self._offsets(words)
             self._motion(words)
             if words.letters:
                 raise BlockError(f"{next(iter(words.letters.values()))} has no meaning in this block")
         if off_last:
-            self._switches(words, off=True)
+            self._run_switches(words, off=True)
         self._stop(words.m.get("stop"))
         stops = [99] if self.returns else words.m.get("stop", [])
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
             raise BlockError(f"the program has more than {MAX_ROWS:,} moves")
 
-    def _sorted(self, block: Block) -> SortedBlock:
+    def _sort_words(self, block: Block) -> SortedBlock:
         keeps_unknown = self.state.keeps_unknown
         # G80 with G0 to G3 occurs in the safe start line of most posts, and is unambiguous.
         separate = self._separate or (keeps_unknown and any(w.letter == "G" and w.value == 80 for w in block.words))
@@ -273,7 +280,7 @@ class Interpreter:
             return
         raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
 
-    def _percent(self, rest: str) -> None:
+    def _run_percent(self, rest: str) -> None:
         if self._blocks or self._percents:
             self.ended = True
         elif rest and not self.state.keeps_unknown and self.state.dialect.percent != "title":
@@ -314,8 +321,8 @@ class Interpreter:
             elif word.value == _RESTORES_LATER:
                 self.restores = True
             elif word.value in (97, 98):
-                times = whole(letters.pop("L"), 9_999) if "L" in letters else 1
-                number = whole(letters.pop("P")) if "P" in letters else None
+                times = whole_number(letters.pop("L"), 9_999) if "L" in letters else 1
+                number = whole_number(letters.pop("P")) if "P" in letters else None
                 if word.value == 98:
                     self.call = (number, times)
                 else:
@@ -323,7 +330,7 @@ class Interpreter:
                     self.jumps |= number is None
                 unknown.remove(word)
             elif word.value in (99, 47):
-                self.label = whole(letters.pop("P")) if "P" in letters else None
+                self.label = whole_number(letters.pop("P")) if "P" in letters else None
                 self.returns = True
                 unknown.remove(word)
 
@@ -342,10 +349,10 @@ class Interpreter:
         g.pop("path", None)
         if g.get("non-modal") == 40:
             g.pop("non-modal")
-        self._settings(words)
+        self._run_settings(words)
         self._tool_words(words)
-        self._switches(words, off=None)
-        self._modes(words)
+        self._run_switches(words, off=None)
+        self._run_modes(words)
         self._choose_motion_or_keep(g)
         if state.cycle is not None:
             end_cycle(state)
@@ -367,23 +374,23 @@ class Interpreter:
         state.forget(cause)
         state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
-    def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
+    def _record_unclear(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
         self.unclear.append((reason, lost))
 
-    def _act_or_keep(self, words: SortedBlock) -> None:
+    def _execute_or_keep(self, words: SortedBlock) -> None:
         """Execute offsets and motion; if anything is unclear, one row FOREIGN replaces them."""
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
-        probing = state.feed_rate if named[2] and _probes(words) and state.feed_mode == 94 else 0.0
+        probing = state.feed_rate if named[2] and _is_probe(words) and state.feed_mode == 94 else 0.0
         try:
             self._unknown_words(words, named)
             self._offsets(words)
             self._motion(words)
         except UnclearBlock as problem:
-            self._keep(str(problem), _ALL if state.cycle is not None else named)
+            self._record_unclear(str(problem), _ALL if state.cycle is not None else named)
         if words.letters and not words.unknown and not self.unclear and not self.opaque:
-            self._keep(f"{next(iter(words.letters.values()))} has no meaning in this block", named)
+            self._record_unclear(f"{next(iter(words.letters.values()))} has no meaning in this block", named)
         if not self.unclear:
             return
         path.cut_back(rows, arcs)
@@ -402,9 +409,9 @@ class Interpreter:
         state = self.state
         for word in words.unknown or ():
             if word.letter == "M":
-                self._keep(f"{word} is not understood", named)
+                self._record_unclear(f"{word} is not understood", named)
                 if word.value == 61 and "Q" in words.letters:
-                    state.tool = whole(words.letters["Q"], 99_999)
+                    state.tool = whole_number(words.letters["Q"], 99_999)
                 self._feed_output(word, words.letters)
                 continue
             code = round(word.value * 10)
@@ -419,7 +426,7 @@ class Interpreter:
             state.shift += 1
             if any(named) or code not in NO_MOTION:
                 state.unknown_motion = str(word)
-            self._keep(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
+            self._record_unclear(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
 
     def _feed_output(self, word: Word, letters: dict[str, Word]) -> None:
         """Apply the analog output that reduces the feed of a torch; the block is kept in any case."""
@@ -427,11 +434,11 @@ class Interpreter:
         if state.dialect.torch is not None and word.value == 52:
             state.adaptive = "P" not in letters or letters["P"].value != 0.0
         elif word.value in (67, 68) and {"E", "Q"} <= letters.keys():
-            lower_feed(state, whole(letters["E"]), letters["Q"].value)
+            lower_feed(state, whole_number(letters["E"]), letters["Q"].value)
 
     # -- feed, speed, tool, spindle, coolant ---------------------------------------------------------------------------
 
-    def _settings(self, words: SortedBlock) -> None:
+    def _run_settings(self, words: SortedBlock) -> None:
         """Units, feed mode, F and S."""
         state, letters, g = self.state, words.letters, words.g
         unit_before, mode_before, feed = state.unit, state.feed_mode, letters.get("F")
@@ -457,7 +464,7 @@ class Interpreter:
             state.surface = g["speed"] == 960
             if state.surface:
                 letters.pop("D", None)
-                self._keep("constant surface speed (G96) is not understood", _NONE)
+                self._record_unclear("constant surface speed (G96) is not understood", _NONE)
 
     def _speed(self, word: Word, starts: bool) -> None:
         state = self.state
@@ -476,27 +483,27 @@ class Interpreter:
             if by_d and "T" in letters:
                 _split_tool(letters)
             if "tool change" in words.m and state.next_tool is None and "T" not in letters:
-                self._keep("M6 without a T before it", _NONE)
+                self._record_unclear("M6 without a T before it", _NONE)
                 state.tool = None
                 del words.m["tool change"]
         if "T" in letters:
-            state.next_tool = whole(letters.pop("T"), 99_999)
+            state.next_tool = whole_number(letters.pop("T"), 99_999)
         if "tool change" in words.m:
             if state.next_tool is None:
                 raise BlockError("M6 without a T before it")
             self._change_tool(state.next_tool)
         if state.dialect.length_offset == "edge" and "D" in letters:
-            self._edge(letters.pop("D"))
+            self._select_cutting_edge(letters.pop("D"))
         if by_d and "D" in letters:
-            state.offset_number = whole(letters.pop("D"), 99_999)
+            state.offset_number = whole_number(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
                 state.path.offset(state.offset_number, line=state.line)
         if state.keeps_unknown and by_d and state.offset_on and state.offset_number not in (None, state.length):
             state.length, state.path.position[2] = state.offset_number or 0, UNKNOWN
 
-    def _edge(self, word: Word) -> None:
+    def _select_cutting_edge(self, word: Word) -> None:
         """Select the lengths of the tool's first cutting edge (D1), or none (D0)."""
-        number = whole(word, 1)
+        number = whole_number(word, 1)
         if number and self.state.tool is None:
             raise BlockError(f"{word} before a tool was called")
         self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
@@ -510,12 +517,12 @@ class Interpreter:
         state.tool = number
         state.next_tool = None if state.dialect.changes_by_hand else number
 
-    def _switches(self, words: SortedBlock, off: bool | None) -> None:
+    def _run_switches(self, words: SortedBlock, off: bool | None) -> None:
         """All words, or only those that switch off (True) or on (False)."""
         state = self.state
         other = words.letters.get("$") if state.keeps_unknown else None
         if "spindle" in words.m and "speed" in state.unknown_modes and 5 not in words.m["spindle"]:
-            self._keep("its speed is not known", _NONE)
+            self._record_unclear("its speed is not known", _NONE)
             state.spindle = self._turning[words.m.pop("spindle")[0]]
             words.letters.pop("$", None)
         torch = state.dialect.torch
@@ -531,11 +538,11 @@ class Interpreter:
                 state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
             state.path.coolant(state.coolant, line=state.line)
         if other is not None and other.value not in (0.0, -1.0):
-            self._keep(f"{other}: another spindle is not understood", _NONE)
+            self._record_unclear(f"{other}: another spindle is not understood", _NONE)
 
     # -- modes ---------------------------------------------------------------------------------------------------------
 
-    def _modes(self, words: SortedBlock) -> None:
+    def _run_modes(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
         radius = path = None
         if state.call is None:  # with a called cycle, a block is only a place
@@ -582,7 +589,7 @@ class Interpreter:
         state, mode = self.state, code // 10
         word = letters.pop("D", None) if mode != 40 else None
         if not state.keeps_unknown:
-            register = 0.0 if mode == 40 else self._kerf(code, word)
+            register = 0.0 if mode == 40 else self._kerf_of_word(code, word)
         else:
             register = 0.0 if word is None else word.value
             if code in (411, 421):
@@ -591,14 +598,14 @@ class Interpreter:
             state.radius = mode
             state.path.radius(mode, register, line=state.line)
 
-    def _kerf(self, code: int, word: Word | None) -> float:
+    def _kerf_of_word(self, code: int, word: Word | None) -> float:
         """Return the D of leafcut's own programs: the kerf width, mm, or the register with half of it."""
         torch = self.state.dialect.torch
         if torch is None or not torch.compensation:
             raise BlockError("radius compensation (G41, G42) is not understood")
         if word is None:
             raise BlockError(f"G{code / 10:g} needs D")
-        return self.state.mm(word) if code in (411, 421) else float(whole(word, 9_999))
+        return self.state.mm(word) if code in (411, 421) else float(whole_number(word, 9_999))
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect
@@ -628,7 +635,7 @@ class Interpreter:
         if word.letter in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
             self.state.path.dwell(word.value, line=self.state.line)
         else:
-            self._keep(f"how long it dwells with {word} is not known", _NONE)
+            self._record_unclear(f"how long it dwells with {word} is not known", _NONE)
         return False
 
     # -- offsets -------------------------------------------------------------------------------------------------------
@@ -655,7 +662,7 @@ class Interpreter:
         elif length is not None:
             state.shift += 1
             letters.pop("H", None)
-            self._keep(f"G{length / 10:g} is not understood", (False, False, True))
+            self._record_unclear(f"G{length / 10:g} is not understood", (False, False, True))
         if "offset" in g and g["offset"] != 540 and not state.keeps_unknown:
             raise BlockError(f"G{g['offset'] / 10:g}: only the work offset G54 is understood")
         if "offset" in g:
@@ -664,7 +671,7 @@ class Interpreter:
     def _offset_number(self, letters: dict[str, Word]) -> int:
         state, stated_by = self.state, self.state.dialect.length_offset
         if "H" in letters and (stated_by == "H" or state.keeps_unknown):
-            return whole(letters.pop("H"), 99_999)
+            return whole_number(letters.pop("H"), 99_999)
         number = state.offset_number if stated_by == "D" else state.tool
         if number is None:
             reason = f"G43 without {stated_by or 'H'}, and no tool was called"

@@ -34,7 +34,7 @@ _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
 _AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
-class Undecided(Exception):
+class UndecidedJump(Exception):
     """The next line depends on a value that only the machine knows. `last` is the last line, from 0, whose execution
     is undecided, or None for the last line of the program; `again` is the first line that may be repeated, or None.
     """
@@ -44,19 +44,19 @@ class Undecided(Exception):
         self.last, self.again = last, again
 
 
-class Statement(NamedTuple):
+class JumpStatement(NamedTuple):
     """IF, WHILE, GOTO, DO or END, and the rest of its line."""
 
     keyword: str
     rest: str
 
 
-def statement_of(line: str) -> Statement | None:
+def statement_of(line: str) -> JumpStatement | None:
     """Return the statement of a line, or None for a line of words."""
     found = _STATEMENT.match(line)
     if found is None:
         return None
-    return Statement(found.group(1).upper(), split_line(line[found.end() :], nested=True)[0])
+    return JumpStatement(found.group(1).upper(), split_line(line[found.end() :], nested=True)[0])
 
 
 def board_command(line: str) -> str:
@@ -75,7 +75,7 @@ def has_statements(lines: Sequence[str]) -> bool:
     return any("[" in line or "GOTO" in line.upper() for line in lines) and any(map(_STATEMENT.match, lines))
 
 
-def compact(line: str) -> str:
+def code_without_spaces(line: str) -> str:
     """Return a line without comments and spaces; comments that cannot be parsed are kept."""
     try:
         return "".join(split_line(line, nested=True)[0].split())
@@ -93,13 +93,13 @@ class Jumps:
         self._goals: set[int] | None = None
         self._loops: dict[int, tuple[int, int]] | None = None
 
-    def is_goal(self, line: int) -> bool:
+    def is_jump_target(self, line: int) -> bool:
         """Return whether a line may be the target of a jump."""
         if self._goals is None:
-            self._goals = self._find_goals()
+            self._goals = self._find_targets()
         return line in self._goals
 
-    def named(self, line: int) -> str:
+    def line_number_text(self, line: int) -> str:
         """Return the number of a line, such as "N20", or ""."""
         found = _LABEL.match(self._lines[line])
         return "" if found is None else f"N{int(found.group(1))}"
@@ -122,7 +122,7 @@ class Jumps:
         behind = bisect_right(mine, line)
         return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
-    def obey(self, statement: Statement, line: int) -> tuple[int, str]:
+    def obey(self, statement: JumpStatement, line: int) -> tuple[int, str]:
         """Execute the statement on `line`; return the next line, and a block to be executed first. Raises Undecided if
         the next line is not known; BlockError if the statement is invalid.
         """
@@ -132,8 +132,8 @@ class Jumps:
         if keyword == "IF":
             return self._if(rest, line)
         if keyword == "END":
-            return self._begin_of(line), ""
-        number, end = self._loop_at(line)
+            return self._loop_start(line), ""
+        number, end = self._loop_from(line)
         if keyword == "DO":
             return line + 1, ""
         scanner = Scanner(rest, self._parameters)
@@ -144,33 +144,33 @@ class Jumps:
             raise self.undecided(line, end, again=line)
         return (line + 1 if condition else end + 1), ""
 
-    def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
+    def undecided(self, line: int, last: int, again: int | None = None) -> UndecidedJump:
         """Return the exception for text up to `last`; if that text may jump out, all following text is included."""
-        inside = [compact(self._lines[at]) for at in range(line, last + 1)]
-        goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
+        inside = [code_without_spaces(self._lines[at]) for at in range(line, last + 1)]
+        goals = [self._target_line(found, line) for text in inside for found in _GOAL.finditer(text)]
         away = any(goal is None or not line <= goal <= last + 1 for goal in goals)
         if away or any(map(_LEAVES.search, inside)):
-            return self.all_that_follows(line)
-        return Undecided(last, again)
+            return self.undecided_to_end(line)
+        return UndecidedJump(last, again)
 
-    def all_that_follows(self, line: int) -> Undecided:
+    def undecided_to_end(self, line: int) -> UndecidedJump:
         """Return the exception for all text from a line on, with the first target of its backward jumps."""
         goals = [
-            self._goal(found, at)
+            self._target_line(found, at)
             for at in range(len(self._lines))
-            for found in _GOAL.finditer(compact(self._lines[at]))
+            for found in _GOAL.finditer(code_without_spaces(self._lines[at]))
         ]
         back = [0 if goal is None else goal for goal in goals]
-        return Undecided(None, min((goal for goal in back if goal <= line), default=None))
+        return UndecidedJump(None, min((goal for goal in back if goal <= line), default=None))
 
-    def _goal(self, found: re.Match[str], line: int) -> int | None:
+    def _target_line(self, found: re.Match[str], line: int) -> int | None:
         return None if found.group(1) is None else self.label(int(found.group(1)), line)
 
     def _goto(self, rest: str, line: int) -> int:
         scanner = Scanner(rest, self._parameters)
         value = scanner.value()
         if math.isnan(value):
-            raise self.all_that_follows(line)
+            raise self.undecided_to_end(line)
         goal = self.label(round(value), line)
         if goal is None or not scanner.at_end():
             raise BlockError(f"GOTO {rest.strip()[:20]}: no such line in the program")
@@ -192,18 +192,18 @@ class Jumps:
         goal = self._goto(consequence, line)
         if goal > line:
             raise self.undecided(line, goal - 1)
-        raise Undecided(line, goal)
+        raise UndecidedJump(line, goal)
 
     # -- loops -------------------------------------------------------------------------------------------------------
 
-    def _loop_at(self, line: int) -> tuple[int, int]:
+    def _loop_from(self, line: int) -> tuple[int, int]:
         """Return the number of the loop that starts on a line, and the line of its END."""
         found = self._all_loops().get(line)
         if found is None:
             raise BlockError("a loop (WHILE … DO) without its END")
         return found
 
-    def _begin_of(self, line: int) -> int:
+    def _loop_start(self, line: int) -> int:
         found = self._all_loops().get(line)
         if found is None:
             raise BlockError("an END without its WHILE … DO before it")
@@ -216,7 +216,7 @@ class Jumps:
             opened: dict[int, list[int]] = {}
             for at in range(len(self._lines)):
                 statement = statement_of(self._lines[at])
-                number = None if statement is None else self._opened(statement)
+                number = None if statement is None else self._opened_loop(statement)
                 if number is not None:
                     opened.setdefault(number, []).append(at)
                 elif statement is not None and statement.keyword == "END":
@@ -227,7 +227,7 @@ class Jumps:
         return self._loops
 
     @staticmethod
-    def _opened(statement: Statement) -> int | None:
+    def _opened_loop(statement: JumpStatement) -> int | None:
         if statement.keyword == "DO":
             return _number_of(statement.rest)
         if statement.keyword != "WHILE":
@@ -235,13 +235,13 @@ class Jumps:
         found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", statement.rest, re.IGNORECASE)
         return int(found.group(1)) if found else None
 
-    def _find_goals(self) -> set[int]:
+    def _find_targets(self) -> set[int]:
         found: set[int] = set()
         anywhere = False
         for at, line in enumerate(self._lines):
             if not _MAY_JUMP.search(line):
                 continue
-            for goal in _GOAL.finditer(compact(line)):
+            for goal in _GOAL.finditer(code_without_spaces(line)):
                 if goal.group(1) is None:
                     anywhere = True
                 else:

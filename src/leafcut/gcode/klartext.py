@@ -109,17 +109,17 @@ class _Reader:
     def run(self, block: str, line: int) -> None:
         self.line = line
         if not self.name:
-            self._begin(block)
-        elif not self._end(block) and not _IGNORED.fullmatch(block):
-            self._work(block)
+            self._begin_program(block)
+        elif not self._end_program(block) and not _IGNORED.fullmatch(block):
+            self._run_block(block)
 
-    def _begin(self, block: str) -> None:
+    def _begin_program(self, block: str) -> None:
         begin = _BEGIN.fullmatch(block)
         if begin is None:
             raise BlockError("a program must start with BEGIN PGM, its name and MM")
         self.name = begin[1]
 
-    def _end(self, block: str) -> bool:
+    def _end_program(self, block: str) -> bool:
         """Return whether the block ends the program; refuse blocks after its end."""
         if self.ended:
             raise BlockError("the program continues after END PGM")
@@ -133,7 +133,7 @@ class _Reader:
             raise BlockError("the program continues after M30")
         return self.ended
 
-    def _work(self, block: str) -> None:
+    def _run_block(self, block: str) -> None:
         if block in _M_WORDS:
             self._switch(block)
         elif (tool := _TOOL.fullmatch(block)) is not None:
@@ -143,7 +143,7 @@ class _Reader:
         elif (dwell := _DWELL.fullmatch(block)) is not None:
             self._dwell(dwell)
         elif block.startswith("CYCL DEF 200 DRILLING\n"):
-            self._define(block.split("\n")[1:])
+            self._define_cycle(block.split("\n")[1:])
         elif (move := _LINE.fullmatch(block)) is not None:
             self._move(move)
         else:
@@ -179,7 +179,7 @@ class _Reader:
                 raise BlockError("a dwell cannot be negative")
             self.path.dwell(float(found[2]), line=self.line)
 
-    def _define(self, said: list[str]) -> None:
+    def _define_cycle(self, said: list[str]) -> None:
         found = [_Q.fullmatch(one) for one in said]
         names = [one[1] for one in found if one is not None]
         if names != list(CYCLE_200):

@@ -61,11 +61,11 @@ def other_language(text: str) -> str:
         lines = lines[:-1]
     code = [COMMENT.sub(" ", line).strip() for line in lines]
     for words, kind in (
-        (_heidenhain(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
-        (_heidenhain_iso(lines), "a program in Heidenhain's DIN/ISO ({})"),
-        (_siemens(lines), "a program in the language of Siemens ({}), not in plain G-code"),
-        (_print(lines, code), "a program for a 3D printer ({})"),
-        (_lathe(code, text), "a program for a lathe ({})"),
+        (_heidenhain_program(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
+        (_heidenhain_iso_program(lines), "a program in Heidenhain's DIN/ISO ({})"),
+        (_siemens_program(lines), "a program in the language of Siemens ({}), not in plain G-code"),
+        (_printer_program(lines, code), "a program for a 3D printer ({})"),
+        (_lathe_program(code, text), "a program for a lathe ({})"),
     ):
         if words:
             does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
@@ -74,37 +74,37 @@ def other_language(text: str) -> str:
     return ""
 
 
-def _heidenhain(lines: list[str]) -> str:
-    found = {" ".join(m.group(1).upper().split()) for m in _matches(_HEIDENHAIN, lines)}
+def _heidenhain_program(lines: list[str]) -> str:
+    found = {" ".join(m.group(1).upper().split()) for m in _matching_lines(_HEIDENHAIN, lines)}
     if found & {"BEGIN PGM", "END PGM"}:
         return "BEGIN PGM"
-    rapid = any(True for _ in _matches(_FMAX, lines))
+    rapid = any(True for _ in _matching_lines(_FMAX, lines))
     return sorted(found)[0] if len(found) > 1 or (found and rapid) else ""
 
 
-def _heidenhain_iso(lines: list[str]) -> str:
-    found = next(_matches(_HEIDENHAIN_ISO, lines), None)
+def _heidenhain_iso_program(lines: list[str]) -> str:
+    found = next(_matching_lines(_HEIDENHAIN_ISO, lines), None)
     return "" if found is None else "blocks that end in *"
 
 
-def _siemens(lines: list[str]) -> str:
-    head = next(_matches(_SIEMENS_HEAD, lines), None)
+def _siemens_program(lines: list[str]) -> str:
+    head = next(_matching_lines(_SIEMENS_HEAD, lines), None)
     if head is not None:
         return head.group().lstrip("; ")[:20]
-    found = next(_matches(_SIEMENS, lines), None)
+    found = next(_matching_lines(_SIEMENS, lines), None)
     return "" if found is None else found.group(1).upper().rstrip(" (")
 
 
-def _print(lines: list[str], code: list[str]) -> str:
-    prints = sum(1 for _ in _matches(_PRINTS, code))
-    heats = next(_matches(_HEATS, code), None)
-    sliced = next(_matches(_SLICER, lines), None)
+def _printer_program(lines: list[str], code: list[str]) -> str:
+    prints = sum(1 for _ in _matching_lines(_PRINTS, code))
+    heats = next(_matching_lines(_HEATS, code), None)
+    sliced = next(_matching_lines(_SLICER, lines), None)
     if prints < 2 or (heats is None and sliced is None):
         return ""
     return f"G1 with E, {heats.group(1).upper() if heats else 'layers'}"
 
 
-def _lathe(code: list[str], text: str) -> str:
+def _lathe_program(code: list[str], text: str) -> str:
     """Return the first lathe word and its line in a program that moves X and Z but not Y, without drilling cycles. G18
     counts only with arcs, as in a turned contour: a slot along X may also be milled in G18.
     """
@@ -130,5 +130,5 @@ def _lathe(code: list[str], text: str) -> str:
     return "" if _Y.search(COMMENT.sub(" ", text[_LOOKED_AT:])) else found
 
 
-def _matches(pattern: re.Pattern[str], lines: Iterable[str]) -> Iterator[re.Match[str]]:
+def _matching_lines(pattern: re.Pattern[str], lines: Iterable[str]) -> Iterator[re.Match[str]]:
     return (found for found in (pattern.match(line.lstrip()) for line in lines) if found is not None)

@@ -45,7 +45,7 @@ class Material:
 Choice = tuple[int, Material | None]
 
 
-def materials_of(lines: Sequence[str]) -> list[Choice]:
+def read_materials(lines: Sequence[str]) -> list[Choice]:
     """Return the materials that a program selects, in the order of its lines."""
     unit, table, choices = 1.0, dict[int, Material](), list[Choice]()
     for number, line in enumerate(lines, 1):
@@ -74,7 +74,7 @@ class MaterialFeeds:
     def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
         """`otherwise` is the feed of materials that the program does not define, mm/s."""
         self.word, self.words = word, dict[float, str]()
-        self._choices, self._otherwise = materials_of(lines), otherwise
+        self._choices, self._otherwise = read_materials(lines), otherwise
         self._starts = [line for line, _ in self._choices]
 
     def feed_at(self, line: int, unit: float) -> float:
@@ -105,7 +105,7 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
     motion (M62, M63, M67) are left out, since the machine does not stop for them.
     `clearance` is the height of travel moves above the sheet, mm.
     """
-    choices = materials_of(lines)
+    choices = read_materials(lines)
     starts = [line for line, _ in choices]
     unknown, switched, place = 0, 0, (math.nan, math.nan, clearance)
     rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]
@@ -124,7 +124,9 @@ def with_controller_moves(path: Toolpath, lines: Sequence[str], clearance: float
         material = choices[number - 1][1] if number else None
         unknown += material is None and row.value != 0.0 and row.ref == 0
         moves = (
-            [row] if material is None else list(_switching(row, material, place, clearance, _feed_after(path, index)))
+            [row]
+            if material is None
+            else list(_switching_moves(row, material, place, clearance, _feed_after(path, index)))
         )
         place = next((m.end for m in reversed(moves) if m.kind in MOTIONS), place)
         rows += moves
@@ -139,7 +141,7 @@ def _feed_after(path: Toolpath, index: int) -> float:
     return float(path.value[first]) if path.kind[first] in _CUTTING else 0.0
 
 
-def _switching(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
+def _switching_moves(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
     """Yield the moves of the controller where the program switches the torch; `feed` is that of the following cut."""
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from leafcut.gcode.expressions import spelled_words
+from leafcut.gcode.expressions import words_as_written
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import plain_block
 from leafcut.model.toolpath import Kind
@@ -51,10 +51,10 @@ class BlockWords:
 
 
 @dataclass(frozen=True, slots=True)
-class Reliance:
+class ModalUse:
     """The `GROUPS` that a range of blocks uses before stating them, and those that it states or uses."""
 
-    relies: frozenset[str]
+    inherited: frozenset[str]
     sets: frozenset[str]
 
 
@@ -70,7 +70,7 @@ class BlockReader:
         self._obeyed = {said.line for said in program.obeyed}
 
     @cached_property
-    def stated(self) -> dict[str, tuple[list[int], list[str]]]:
+    def blocks_by_letter(self) -> dict[str, tuple[list[int], list[str]]]:
         """For each letter, the blocks that state it, in order, and its text; cycle words count in cycles only."""
         found: dict[str, tuple[list[int], list[str]]] = {}
         for block in range(self.program.n_blocks):
@@ -86,7 +86,7 @@ class BlockReader:
         return found
 
     @cached_property
-    def first_stated(self) -> dict[str, int]:
+    def first_blocks_by_group(self) -> dict[str, int]:
         """The first block that states each group."""
         found: dict[str, int] = {}
         for block in range(self.program.n_blocks):
@@ -112,7 +112,7 @@ class BlockReader:
     def _read(self, block: int) -> BlockWords | None:
         line = self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")
         plain = plain_block(line)
-        words = spelled_words(line) if plain is None else plain.words
+        words = words_as_written(line) if plain is None else plain.words
         if words is None:
             return None
         states = {_STATED_BY.get(round(w.value * 10), "") for w in words if w.letter == "G"}
@@ -123,7 +123,7 @@ class BlockReader:
         outputs = not restores and {w.letter for w in words} <= {"M", "N"} | _OF_OUTPUTS
         return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
-    def reliance(self, begin: int, end: int) -> Reliance:
+    def modal_use(self, begin: int, end: int) -> ModalUse:
         """Return the modes that blocks begin … end - 1 inherit from earlier blocks, and those that they set."""
         relies: set[str] = set()
         sets: set[str] = set()
@@ -131,23 +131,23 @@ class BlockReader:
             words = self.words(block)
             if words is not None and words.empty and not self.kinds(block):
                 continue
-            if self._inert(block, words):
+            if self._has_no_effect(block, words):
                 continue
             if words is None or block in self.program.fixed or int(Kind.FOREIGN) in self.kinds(block):
-                return Reliance(frozenset(relies | (GROUPS - sets)), GROUPS)
-            used, stated = self._used(block, words)
+                return ModalUse(frozenset(relies | (GROUPS - sets)), GROUPS)
+            used, stated = self._used_and_stated(block, words)
             relies |= used - sets
             sets |= used | stated
             if len(sets) == len(GROUPS):
                 break
-        return Reliance(frozenset(relies), frozenset(sets))
+        return ModalUse(frozenset(relies), frozenset(sets))
 
-    def _inert(self, block: int, words: BlockWords | None) -> bool:
+    def _has_no_effect(self, block: int, words: BlockWords | None) -> bool:
         if int(self.program.line[block]) in self._obeyed:
             return words is None or words.empty
         return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
-    def _used(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
+    def _used_and_stated(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
         """Return the modes that a block uses without stating them, and those that it states."""
         kinds, stated = set(self.kinds(block)), set(words.states)
         after = self.program.modal(block + 1)
@@ -175,7 +175,7 @@ class BlockReader:
 HERE = "here"
 
 
-def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
+def next_position(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
     """Return the first position in X and Y in `blocks`; `HERE` if it depends on the position before them; None without
     a move. `clearance` is the height above which the tool may descend anywhere, mm.
     """
@@ -214,7 +214,7 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
     return HERE if stated or waits else None
 
 
-def height_matters(reader: BlockReader, blocks: Iterable[int]) -> bool:
+def depends_on_height(reader: BlockReader, blocks: Iterable[int]) -> bool:
     """Return whether the effect of `blocks` depends on the height of the tool before them."""
     program = reader.program
     drilled = False

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from leafcut.gcode.state import AXES, InterpreterState, named_axes, whole
+from leafcut.gcode.state import AXES, InterpreterState, named_axes, whole_number
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
@@ -96,7 +96,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
             raise BlockError(f"{word}: an arc takes a whole number of turns from 1 to {MAX_TURNS}")
     rise = end[normal] - begin[normal]
     length = math.hypot(
-        _sweep(begin, end, center, axes, clockwise, turns) * math.dist(_flat(begin, axes), _flat(center, axes)),
+        _sweep(begin, end, center, axes, clockwise, turns) * math.dist(_in_plane(begin, axes), _in_plane(center, axes)),
         0.0 if math.isnan(rise) else rise,
     )
     state.path.arc(
@@ -108,7 +108,7 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     )
 
 
-def _flat(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[float, float]:
+def _in_plane(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[float, float]:
     return point[axes[0]], point[axes[1]]
 
 
@@ -142,7 +142,7 @@ def _centre_of_radius(
     begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
     """Return the centre of an arc of given radius; a negative radius selects the arc of more than half a turn."""
-    (u0, v0), (u1, v1) = _flat(begin, axes), _flat(end, axes)
+    (u0, v0), (u1, v1) = _in_plane(begin, axes), _in_plane(end, axes)
     du, dv = u1 - u0, v1 - v0
     half = math.hypot(du, dv) / 2.0
     if half == 0.0:
@@ -162,7 +162,7 @@ def _sweep(
     begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
     """Return the angle of an arc, rad, always positive."""
-    (u0, v0), (u1, v1), (uc, vc) = _flat(begin, axes), _flat(end, axes), _flat(center, axes)
+    (u0, v0), (u1, v1), (uc, vc) = _in_plane(begin, axes), _in_plane(end, axes), _in_plane(center, axes)
     turn = math.atan2(v1 - vc, u1 - uc) - math.atan2(v0 - vc, u0 - uc)
     sweep = (-turn if clockwise else turn) % math.tau
     return (sweep if sweep > 1e-9 else math.tau) + math.tau * (turns - 1)
@@ -184,28 +184,28 @@ def run_origin(state: InterpreterState, code: int, letters: dict[str, Word]) -> 
     elif code in (_G92, _G52) and not any(named_axes(letters)):
         raise BlockError("G92 without an axis" if code == _G92 else "G52 without an axis")
     elif code == _G92:
-        _, values = _take_axes(letters)
+        _, values = _take_axis_words(letters)
         state.move_origin((False, False, False), {axis: state.mm(word) for axis, word in values.items()})
     elif code in (_G28_1, _G30_1):
         raise UnclearBlock(f"G{code / 10:g} stores the current position of the tool")
     elif code == _G10:
         _set_table(state, letters)
     else:
-        state.move_origin(_take_axes(letters)[0])
+        state.move_origin(_take_axis_words(letters)[0])
 
 
 def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
     """Run G10: L2 and L20 set a work offset; other tables are not supported."""
     if "L" not in letters:
         raise UnclearBlock("G10 without L is not understood")
-    table = whole(letters.pop("L"), 999)
+    table = whole_number(letters.pop("L"), 999)
     if table not in (2, 20):
         raise UnclearBlock(f"G10 L{table} is not understood")
     if "P" not in letters:
         raise BlockError(f"G10 L{table} needs P, the work offset that it sets")
-    number = whole(letters.pop("P"), 999)
+    number = whole_number(letters.pop("P"), 999)
     turned = letters.pop("R", None) is not None
-    named, values = _take_axes(letters)
+    named, values = _take_axis_words(letters)
     active = {540 + 10 * n: n + 1 for n in range(6)} | {590 + n: n + 6 for n in range(1, 4)}
     if number not in (0, active.get(state.frame)):
         # Not the active offset: nothing moves until it is selected, but the row must not be lost.
@@ -218,7 +218,7 @@ def _set_table(state: InterpreterState, letters: dict[str, Word]) -> None:
         state.move_origin(named)
 
 
-def _take_axes(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
+def _take_axis_words(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
     """Remove X, Y and Z from `letters`; return which are stated, and their words."""
     named = named_axes(letters)
     return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

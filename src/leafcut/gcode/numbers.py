@@ -51,7 +51,7 @@ class NumberFormat:
         """Format a length given in mm."""
         return format_number(mm / self.unit, self.decimals, self.point)
 
-    def said(self, mm: float) -> float:
+    def rounded(self, mm: float) -> float:
         """Return a length rounded to the resolution of the program, mm."""
         return float(self.length(mm)) * self.unit
 

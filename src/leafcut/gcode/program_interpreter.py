@@ -18,16 +18,16 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.active_comments import ControllerSetting, controller_settings, is_active_comment, shown_comments
 from leafcut.gcode.block_description import (
     RangeDigests,
-    describe,
+    describe_block,
     may_read_parameters,
     significant_text,
     subprogram_digest,
 )
 from leafcut.gcode.control_flow import Control, Flow, control_of
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
+from leafcut.gcode.expressions import BlockReading, ProgramParameters, read_block, words_as_written
 from leafcut.gcode.interpreter import Interpreter
-from leafcut.gcode.jumps import Statement, Undecided, board_command, has_statements, is_output, statement_of
+from leafcut.gcode.jumps import JumpStatement, UndecidedJump, board_command, has_statements, is_output, statement_of
 from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.motion import check_radii
 from leafcut.gcode.program import Lines, Modal, Program
@@ -44,7 +44,7 @@ from leafcut.gcode.words import (
     without_word,
     words_of,
 )
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import STILL, Arc, Kind
 from leafcut.units import MM_PER_UNIT, SECONDS_PER_MINUTE
 
@@ -76,7 +76,7 @@ def interpret_program(
     file: str = "program",
     *,
     units: str | None = None,
-    on_progress: Heartbeat = unseen,
+    on_progress: Heartbeat = ignore_heartbeat,
     material_feed: float | None = None,
 ) -> Program:
     """Return the motions and states of a program of any CAM, block by block.
@@ -105,7 +105,7 @@ def interpret_program(
     return _ProgramReader(text, state, file, on_progress, material_feed).program()
 
 
-def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
+def split_lines(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     """Split a text into lines with their line ends, as its controller does."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
@@ -123,14 +123,14 @@ def _first_line(lines: tuple[str, ...]) -> int:
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
     words = False
     for line in lines[:percent]:
-        readable = _readable(line)
+        readable = _is_readable(line)
         if readable:
             return 0
         words |= readable is None
-    return percent if words and any(_readable(line) for line in lines[percent + 1 :]) else 0
+    return percent if words and any(_is_readable(line) for line in lines[percent + 1 :]) else 0
 
 
-def _readable(line: str) -> bool | None:
+def _is_readable(line: str) -> bool | None:
     try:
         body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
         if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
@@ -193,7 +193,7 @@ class _BlockRecord:
         elif before and after == 0:
             self.calls.append((self._called, len(self.line)))
 
-    def current_of(self, motion: int, feed: float, speed: float) -> int:
+    def number_of_state(self, motion: int, feed: float, speed: float) -> int:
         """Return the number of the state that equals the last state except for motion, feed and speed."""
         number = self._plain.get((motion, feed, speed))
         if number is None:
@@ -211,7 +211,7 @@ class _BlockRecord:
             np.array(self.first + array("i", [len(path)]), dtype=np.int32),
             np.array(self.before + array("i", [self.current]), dtype=np.int32),
             tuple(Modal(*values) for values in self._numbers),
-            self._fixed(),
+            self._fixed_blocks(),
             last_line,
             self.obeyed,
             self.said,
@@ -221,7 +221,7 @@ class _BlockRecord:
             calls=tuple(self.calls),
         )
 
-    def _fixed(self) -> dict[int, str]:
+    def _fixed_blocks(self) -> dict[int, str]:
         """Return the reasons of fixed blocks: all blocks after a setting that turns cuts into pierces are fixed."""
         start = next((setting.line for setting in self.obeyed if setting.pierces_only), None)
         if start is None:
@@ -235,7 +235,7 @@ class _ProgramReader:
         self, text: str, state: InterpreterState, file: str, on_progress: Heartbeat, material_feed: float | None
     ) -> None:
         self.file, self.on_progress = file, on_progress
-        self.lines = lines_of(text, state.dialect, file)
+        self.lines = split_lines(text, state.dialect, file)
         self.state = state
         torch = state.dialect.torch
         self.feeds: MaterialFeeds | None = None
@@ -261,16 +261,16 @@ class _ProgramReader:
         at = self._title
         while at < n and not self.ended:
             self.on_progress(at / n)
-            if self.state.takes_plain_lines and not flow.looped(at):
+            if self.state.takes_plain_lines and not flow.is_repeated(at):
                 at = self._run_plain_lines(at)
                 if at == n:
                     break
-            at = self._step(at)
+            at = self._run_line(at)
         if flow.calls and not self.ended:
             start = flow.calls[-1].start
             raise ReadError(self.file, "the subprogram that starts here has no end (M99)", start + 1)
         for block, line in enumerate(self.record.line):
-            if flow.jumps.is_goal(line - 1):
+            if flow.jumps.is_jump_target(line - 1):
                 self.record.fixed.setdefault(block, _GOAL)
         self._fix_repeated_blocks()
         last = at if self.ended and not flow.calls else n
@@ -279,7 +279,7 @@ class _ProgramReader:
         return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _run_plain_lines(self, start: int) -> int:
-        """Execute plain lines from `start` (from 0) on; return the first line that `_step` must execute."""
+        """Execute plain lines from `start` (from 0) on; return the first line that `_run_line` must execute."""
         state, record, lines = self.state, self.record, self.lines
         path, arcs, feed = state.path, state.path.arcs, state.feed_rate
         unit, motion = state.unit or 1.0, state.motion or 0
@@ -333,7 +333,7 @@ class _ProgramReader:
                 state.motion, state.feed_rate = motion, feed = code, feed_now
                 if f is not None:
                     state.feed = float(f)
-                record.current = record.current_of(code, state.feed, state.rpm)
+                record.current = record.number_of_state(code, state.feed, state.rpm)
         return len(lines)
 
     def _check_after_percent(self, last: int) -> None:
@@ -357,13 +357,13 @@ class _ProgramReader:
             if self.record.line[block] > again:
                 self.record.fixed.setdefault(block, _AGAIN)
 
-    def _step(self, at: int) -> int:
+    def _run_line(self, at: int) -> int:
         """Execute the line `at` (from 0); return the next line, or the number of lines at the end."""
         line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
             return at + 1
         try:
-            self.flow.count(at)
+            self.flow.count_repeated_block(at)
             statement = statement_of(line)
             if statement is not None:
                 return self._state(statement, at)
@@ -372,12 +372,12 @@ class _ProgramReader:
                 return self._command(command, at)
             control = control_of(line) if "o" in line or "O" in line else None
             return self._words(line, at) if control is None else self._obey(control, at)
-        except Undecided as unknown:
-            return self._keep(at, unknown)
+        except UndecidedJump as unknown:
+            return self._keep_undecided_lines(at, unknown)
         except BlockError as problem:
             raise ReadError(self.file, str(problem), at + 1) from None
 
-    def _keep(self, at: int, unknown: Undecided) -> int:
+    def _keep_undecided_lines(self, at: int, unknown: UndecidedJump) -> int:
         """Fix the lines from `at` on whose execution is undecided; return the next line."""
         if unknown.last is None:
             done = set(self.record.line)
@@ -410,7 +410,7 @@ class _ProgramReader:
         fagor = self.state.dialect.cycle_words == "fagor"
         return body not in ("", "%") or any(map(is_active_comment, comments)) or (fagor and bool(comments))
 
-    def _state(self, statement: Statement, at: int) -> int:
+    def _state(self, statement: JumpStatement, at: int) -> int:
         self.state.line = at + 1
         after, consequence = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
@@ -424,7 +424,7 @@ class _ProgramReader:
     def _note_jump(self, at: int, after: int) -> None:
         if after <= at:
             self.flow.go_back(at, after)
-            self.flow.count(at)
+            self.flow.count_repeated_block(at)
 
     def _obey(self, control: Control, at: int) -> int:
         self.state.line, depth = at + 1, len(self.flow.calls)
@@ -453,7 +453,7 @@ class _ProgramReader:
 
     def _words(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow
-        rows, shift, looped, depth = len(state.path), state.shift, flow.looped(at), len(flow.calls)
+        rows, shift, looped, depth = len(state.path), state.shift, flow.is_repeated(at), len(flow.calls)
         if is_output(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
@@ -466,8 +466,8 @@ class _ProgramReader:
         runner.begins = bool(flow.calls) and flow.calls[-1].start == at
         runner.run(block)
         if runner.jumps:
-            raise Undecided(None, 0)
-        after = self._next(at)
+            raise UndecidedJump(None, 0)
+        after = self._next_line(at)
         if reading.unknown or runner.opaque:
             self.record.describe(self._full_text(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
@@ -478,11 +478,13 @@ class _ProgramReader:
         if besides:
             self.record.describe(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
         for key, value in settings:
-            self.parameters.put(key, value)
+            self.parameters.set_parameter(key, value)
         if runner.opaque or of_machine:
             self.parameters.forget()
             runner.forget_all(runner.opaque or "a parameter of the machine")
-        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else self._computed(reading, line))
+        reason = runner.reason or (
+            _LOOPED if looped else _DIRECTS if runner.call else self._computed_reason(reading, line)
+        )
         if runner.opaque or of_machine:
             reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"
         elif not reason and "(" in line and has_nested_comment(line):
@@ -495,7 +497,7 @@ class _ProgramReader:
         self.ended |= runner.ended
         return after
 
-    def _read_block(self, line: str, number: int) -> Reading:
+    def _read_block(self, line: str, number: int) -> BlockReading:
         """Parse the block of a line; its feed may come from the controller's material table."""
         feeds = self.feeds
         rest = None if feeds is None else without_word(line, feeds.word)
@@ -508,12 +510,12 @@ class _ProgramReader:
         words = (*reading.block.words, Word("F", feed, f"{feed:.6f}"))
         return reading._replace(block=replace(reading.block, words=words))
 
-    def _computed(self, reading: Reading, line: str) -> str:
+    def _computed_reason(self, reading: BlockReading, line: str) -> str:
         """Return the reason to keep a block with parameters; "" if no parameter can change."""
-        stays = reading.computed and (reading.settings or self.parameters.asked or spelled_words(line) is None)
+        stays = reading.computed and (reading.settings or self.parameters.asked or words_as_written(line) is None)
         return _COMPUTED if stays else ""
 
-    def _next(self, at: int) -> int:
+    def _next_line(self, at: int) -> int:
         """Return the line after a block, which may call or end a subprogram."""
         runner, flow, after = self.runner, self.flow, at + 1
         if runner.restores:
@@ -564,7 +566,7 @@ class _ProgramReader:
     def _significant_text(self, at: int) -> str:
         """Return the significant text of a line, with its number if it may be the target of a jump."""
         text = significant_text(self.lines[at], self.state.dialect)
-        return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
+        return self.flow.jumps.line_number_text(at) + text if self.flow.jumps.is_jump_target(at) else text
 
     def _full_text(self, at: int) -> str:
         """Return the description of a line with unknown effects: its text and all parameters set before it."""
@@ -578,4 +580,4 @@ class _ProgramReader:
         obeyed = shown_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)
         called = self._subprograms if unknown else ""
-        self.record.describe(describe(block, obeyed, self.parameters.digest() if read else None, called, dialect))
+        self.record.describe(describe_block(block, obeyed, self.parameters.digest() if read else None, called, dialect))

@@ -47,9 +47,9 @@ class ReversibleCut:
     places: tuple[tuple[str | None, str | None], ...]
 
 
-def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
+def find_reversible_cut(program: Program, begin: int, end: int) -> ReversibleCut | None:
     """Return a range of blocks as a reversible cut; None if a block is not plain or Z is not constant."""
-    return _CutReader(program, begin, end).stroke()
+    return _CutReader(program, begin, end).read_cut()
 
 
 class _CutReader:
@@ -57,9 +57,9 @@ class _CutReader:
         self.program, self.begin, self.end = program, begin, end
         self.path = program.path
 
-    def stroke(self) -> ReversibleCut | None:
+    def read_cut(self) -> ReversibleCut | None:
         low, high = int(self.program.first[self.begin]), int(self.program.first[self.end])
-        cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._stands(row)]
+        cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._is_standstill(row)]
         if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
             return None
         body, tail = int(self.program.row_block[cuts[0]]), int(self.program.row_block[cuts[-1]]) + 1
@@ -68,13 +68,20 @@ class _CutReader:
             return None
         found = [self._row(block, blocks[block - self.begin]) for block in range(body, tail)]
         rows = [row for row in found if row is not None]
-        if None in found or len(cuts) != len(rows) or not self._steady(body, tail) or not self._level(rows):
+        if (
+            None in found
+            or len(cuts) != len(rows)
+            or not self._has_constant_modes(body, tail)
+            or not self._is_level(rows)
+        ):
             return None
         entry, leave = self._before(rows[0]), self._after(rows[-1])
         aside = ((range(self.begin, body), entry), (range(tail, self.end), leave))
-        if not all(self._is_aside(b, blocks[b - self.begin], at) for part, at in aside for b in part):
+        if not all(self._is_plain_lead_block(b, blocks[b - self.begin], at) for part, at in aside for b in part):
             return None
-        if not self._at_once(low, rows[0], down=True) or not self._at_once(rows[-1] + 1, high, down=False):
+        if not self._is_adjacent_to_cut(low, rows[0], down=True) or not self._is_adjacent_to_cut(
+            rows[-1] + 1, high, down=False
+        ):
             return None
         places = self._places(blocks, body, tail, rows)
         if places is None or not self._centres(blocks, body, rows):
@@ -101,7 +108,7 @@ class _CutReader:
         cuts = len(rows) == 1 and self.path.kind[rows[0]] in _CUTS
         return rows[0] if plain and once and cuts else None
 
-    def _steady(self, body: int, tail: int) -> bool:
+    def _has_constant_modes(self, body: int, tail: int) -> bool:
         """Return whether only feeds and motions change in the cut, and all coordinates are absolute."""
         modals = [self.program.modal(block + 1) for block in range(body, tail)]
         first = modals[0]
@@ -110,21 +117,21 @@ class _CutReader:
             alike and not first.incremental and first.plane == 17 and first.radius == 40 and first.feed_mode in (94, 95)
         )
 
-    def _level(self, rows: list[int]) -> bool:
+    def _is_level(self, rows: list[int]) -> bool:
         """Return whether the cut has constant Z, and no arc has more than one turn."""
         z = np.concatenate([self.path.before[rows, 2], self.path.end[rows, 2]])
         level = bool(np.isnan(z).all() or np.ptp(z) < _TOLERANCE)
         arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
         return level and all(self.path.arcs[int(self.path.ref[row])].turns == 1 for row in arcs)
 
-    def _is_aside(self, block: int, words: Block, at: tuple[float, float]) -> bool:
+    def _is_plain_lead_block(self, block: int, words: Block, at: tuple[float, float]) -> bool:
         """Return whether a block of the lead or tail is plain, and moves to `at` if it moves in X or Y."""
         rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
         letters = {word.letter for word in words.words}
         if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
             codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
             # A dwell at the start or the end of the cut.
-            return letters <= _DWELL_LETTERS and codes == [40] and self._near(self._before(rows.start), at)
+            return letters <= _DWELL_LETTERS and codes == [40] and self._is_near(self._before(rows.start), at)
         plain = _LETTERS.issuperset(letters) and all(
             round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
             for word in words.words
@@ -136,13 +143,13 @@ class _CutReader:
             return False
         moves = [row for row in rows if self.path.kind[row] != Kind.SPINDLE]
         if not letters & {"X", "Y"}:
-            return all(self._stands(row) for row in moves)
+            return all(self._is_standstill(row) for row in moves)
         return all(
-            self._near(self._after(row), at) and (self.path.kind[row] == Kind.RAPID or self._stands(row))
+            self._is_near(self._after(row), at) and (self.path.kind[row] == Kind.RAPID or self._is_standstill(row))
             for row in moves
         )
 
-    def _at_once(self, low: int, high: int, *, down: bool) -> bool:
+    def _is_adjacent_to_cut(self, low: int, high: int, *, down: bool) -> bool:
         """Return whether the feed moves of the lead or retract are adjacent to the cut."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
@@ -188,8 +195,8 @@ class _CutReader:
     def _after(self, row: int) -> tuple[float, float]:
         return float(self.path.end[row, 0]), float(self.path.end[row, 1])
 
-    def _near(self, one: tuple[float, float], other: tuple[float, float]) -> bool:
+    def _is_near(self, one: tuple[float, float], other: tuple[float, float]) -> bool:
         return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
 
-    def _stands(self, row: int) -> bool:
-        return self._near(self._before(row), self._after(row))
+    def _is_standstill(self, row: int) -> bool:
+        return self._is_near(self._before(row), self._after(row))

@@ -324,7 +324,7 @@ def named_axes(letters: dict[str, Word]) -> tuple[bool, bool, bool]:
     return (AXES[0] in letters, AXES[1] in letters, AXES[2] in letters)
 
 
-def whole(word: Word, most: int = 99_999_999) -> int:
+def whole_number(word: Word, most: int = 99_999_999) -> int:
     """Return the whole number of a word."""
     if not 0 <= word.value <= most or word.value != int(word.value):
         raise BlockError(f"{word} must be a whole number from 0 to {most}")

@@ -98,14 +98,14 @@ def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
 
 def tool_width(program: Program, block: int) -> float:
     """Return the tool diameter, mm, from the last comment about the tool of a block, or 0."""
-    return _described(program, block)[0]
+    return _described_diameter(program, block)[0]
 
 
 def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
     """Return the tool of a block from its comments; None without a diameter, or without the angle of a V-bit. Mills
     are flat by default. A comment up to line `since` counts only if it names the tool.
     """
-    width, comment = _described(program, block, since)
+    width, comment = _described_diameter(program, block, since)
     if not width:
         return None
     number = program.modal(block).tool or 0
@@ -122,7 +122,7 @@ def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | Non
     return Tool(number, width, kind, point_angle=math.pi, corner_radius=0.0 if kind is ToolKind.BALL_MILL else radius)
 
 
-def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
+def _described_diameter(program: Program, block: int, since: int = 0) -> tuple[float, str]:
     # In a subprogram the line of its call counts: the last tool change in the text may belong to a later call.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)
@@ -178,7 +178,7 @@ def narrowest_tool(program: Program) -> float:
         if begin < 0 or not _ABOUT_TOOL.search(text, begin):
             continue
         for match in _WIDTH.finditer(text, begin):
-            if not match[1] and _is_other(text, match):
+            if not match[1] and _is_other_size(text, match):
                 continue
             if "size" in match[0].lower() and _BEFORE_OTHER.search(text[begin : match.start()]):
                 continue
@@ -187,7 +187,7 @@ def narrowest_tool(program: Program) -> float:
     return min(widths)
 
 
-def _is_other(text: str, match: re.Match[str]) -> bool:
+def _is_other_size(text: str, match: re.Match[str]) -> bool:
     """Return whether a number is not a width but stock to leave, a depth or a step-over."""
     number = 3 if match[3] else 5
     if number == 3 and _BEFORE_OTHER.search(match[0][: match.start(3) - match.start()]):

@@ -13,7 +13,7 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
-from leafcut.gcode.state import InterpreterState, whole
+from leafcut.gcode.state import InterpreterState, whole_number
 from leafcut.gcode.word_groups import SortedBlock
 from leafcut.gcode.words import Block, BlockError, Word, tokenise, without_word
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Arc, Kind, Motion, Toolpath
@@ -29,19 +29,19 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
     """Execute M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
-        state.adaptive = whole(letters.pop("P")) != 0 if "P" in letters else True
+        state.adaptive = whole_number(letters.pop("P")) != 0 if "P" in letters else True
     if "material" in words.m:
-        state.material = whole(_needed(letters, "P", 190))
+        state.material = whole_number(_required_word(letters, "P", 190))
         if state.material_feeds is not None and state.material not in state.material_feeds:
             raise BlockError(f"M190 P{state.material} selects a material of the controller whose feed is not known")
     for code in words.m.get("output", ())[:1]:
         if code == 66:
             _take_wait(letters)
         elif code >= 67:
-            number, percent = whole(_needed(letters, "E", code)), _needed(letters, "Q", code).value
+            number, percent = whole_number(_required_word(letters, "E", code)), _required_word(letters, "Q", code).value
             lower_feed(state, number, percent)
         else:
-            _switch(state, whole(_needed(letters, "P", code)), code in (62, 64))
+            _switch_output(state, whole_number(_required_word(letters, "P", code)), code in (62, 64))
 
 
 def material_block(state: InterpreterState, line: str, number: int) -> Block:
@@ -66,28 +66,28 @@ def material_block(state: InterpreterState, line: str, number: int) -> Block:
     return replace(block, words=(*block.words, Word("F", feed, word[1:])))
 
 
-def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
+def _required_word(letters: dict[str, Word], letter: str, code: int) -> Word:
     if letter not in letters:
         raise BlockError(f"M{code} needs {letter}")
     return letters.pop(letter)
 
 
-def leave_outputs(state: InterpreterState) -> None:
+def set_outputs_after_abort(state: InterpreterState) -> None:
     """Set the outputs as an aborted program may leave them: feed reduced, arc off, height held."""
     torch = state.dialect.torch
     if torch is None:
         return
     state.override = LEAST_PERCENT / 100.0
     if torch.arc_output is not None:
-        _switch(state, torch.arc_output, True)
+        _switch_output(state, torch.arc_output, True)
     if torch.height_output is not None:
-        _switch(state, torch.height_output, True)
+        _switch_output(state, torch.height_output, True)
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
     """Remove the `$` word and return the spindle number; 0 without it, and for -1 (all spindles)."""
     word = letters.pop("$", None)
-    return 0 if word is None or word.value == -1.0 else whole(word, 7)
+    return 0 if word is None or word.value == -1.0 else whole_number(word, 7)
 
 
 def _take_wait(letters: dict[str, Word]) -> None:
@@ -105,7 +105,7 @@ def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
 
 
-def _switch(state: InterpreterState, number: int, high: bool) -> None:
+def _switch_output(state: InterpreterState, number: int, high: bool) -> None:
     torch = state.dialect.torch
     if torch is None:
         return
@@ -130,7 +130,7 @@ def set_speed(state: InterpreterState, rpm: float) -> None:
         state.path.spindle(state.spindle * rpm, line=state.line, number=SPEED_ALONE)
 
 
-def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
+def convert_for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     """Convert a cutting toolpath to the form that its controller accepts; unchanged for a dialect without a torch.
 
     Probing, Z moves and waits are left out if the controller performs them. If the arc cannot be off during a move, the
@@ -146,7 +146,7 @@ def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     before = path.before
     for number, motion in enumerate(path):
         writer.write(motion, before[number])
-    if not dialect.states_z:
+    if not dialect.has_z_words:
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
     return _with_arcs(rows, arcs)
 
@@ -174,7 +174,7 @@ class _TorchWriter:
                 self.keep(row)
         elif kind is Kind.DWELL and self.piercing and not torch.waits:
             self.piercing = False
-        elif kind in (Kind.PROBE, Kind.SHIFT) and not self.dialect.states_z:
+        elif kind in (Kind.PROBE, Kind.SHIFT) and not self.dialect.has_z_words:
             return
         elif kind is Kind.RADIUS:
             by_register = row.ref != 40 and torch.compensation == "G41"
@@ -183,18 +183,18 @@ class _TorchWriter:
             if 640 in self.dialect.g_codes:
                 # G64 has no tolerance on Fanuc.
                 self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
-        elif kind in MOTIONS and not self.dialect.states_z:
-            self._go(row, before)
+        elif kind in MOTIONS and not self.dialect.has_z_words:
+            self._write_move(row, before)
         else:
             # Another tool has a different offset.
             self.displaced |= kind is Kind.TOOL
             self.keep(row)
         self.piercing &= kind not in MOTIONS
 
-    def _go(self, row: Motion, before: np.ndarray) -> None:
+    def _write_move(self, row: Motion, before: np.ndarray) -> None:
         """Forward a move without its Z; moves along Z only are left out."""
         x, y, _ = row.end
-        if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _same((x, y), before):
+        if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _is_same_place((x, y), before):
             self.keep(row._replace(end=(x, y, math.nan)))
             self.displaced = False
 
@@ -216,7 +216,7 @@ class _TorchWriter:
         self.keep(row if torch.power else row._replace(value=1.0))
 
     def _darken(self, row: Motion) -> None:
-        if self.torch.darkens:
+        if self.torch.can_switch_off_along_path:
             self.keep(row)
         elif row.value:
             raise PostError(f"{self.dialect.name} cannot move on with the torch off; leave out the micro-joints")
@@ -224,5 +224,5 @@ class _TorchWriter:
             self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
 
 
-def _same(place: tuple[float, float], before: np.ndarray) -> bool:
+def _is_same_place(place: tuple[float, float], before: np.ndarray) -> bool:
     return all(a == b or math.isnan(a) for a, b in zip(place, before.tolist(), strict=False))

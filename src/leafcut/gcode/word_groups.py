@@ -91,38 +91,38 @@ def sort_words(
         else:
             result.letters[letter] = word
     if not separate_cycles and "motion" in result.g and "cycle" in result.g:
-        _conflict("G", result.g["motion"] / 10, result.g["cycle"] / 10)
+        _refuse_conflict("G", result.g["motion"] / 10, result.g["cycle"] / 10)
     return result
 
 
 def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = round(word.value * 10)
     if code not in known or abs(word.value * 10 - code) > 1e-6:
-        _set_aside(result, word)
+        _add_unknown_word(result, word)
         return
     group = GROUP_OF[code]
     before = result.g.setdefault(group, code)
     if before != code:
-        _conflict("G", before / 10, code / 10)
+        _refuse_conflict("G", before / 10, code / 10)
 
 
 def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = int(word.value)
     if code not in known or code != word.value:
-        _set_aside(result, word)
+        _add_unknown_word(result, word)
         return
     codes = result.m.setdefault(M_GROUP_OF[code], [])
     # Mist and flood may be on together; all other codes of a group exclude each other.
     if codes and {*codes, code} - {7, 8} and code not in codes:
-        _conflict("M", codes[0], code)
+        _refuse_conflict("M", codes[0], code)
     codes.append(code)
 
 
-def _set_aside(result: SortedBlock, word: Word) -> None:
+def _add_unknown_word(result: SortedBlock, word: Word) -> None:
     if result.unknown is None:
         raise BlockError(f"{word} is not understood")
     result.unknown.append(word)
 
 
-def _conflict(letter: str, one: float, other: float) -> None:
+def _refuse_conflict(letter: str, one: float, other: float) -> None:
     raise BlockError(f"{letter}{one:g} and {letter}{other:g} exclude each other in one block")

@@ -22,7 +22,7 @@ _IN_PARENTHESES = re.compile(r"\([^()]*\)")
 _SHORT_NUMBER = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 
 
-def _plain_line(coordinate: str) -> re.Pattern[str]:
+def _plain_line_pattern(coordinate: str) -> re.Pattern[str]:
     """Return the pattern of a plain line; its groups are G, X, Y, Z, I, J, and S, F, S (S may follow F)."""
     letters = [(letter, coordinate) for letter in "XYZIJ"] + [(letter, _SHORT_NUMBER) for letter in "SFS"]
     words = "".join(rf"(?:[{letter}{letter.lower()}][ \t]*+{number}[ \t]*+)?+" for letter, number in letters)
@@ -31,9 +31,9 @@ def _plain_line(coordinate: str) -> re.Pattern[str]:
 
 
 #: A plain line, the most common kind: G0 to G3, coordinates, feed and speed, such as `G1X12.5Y3.F600`.
-PLAIN_LINE = _plain_line(_SHORT_NUMBER)
+PLAIN_LINE = _plain_line_pattern(_SHORT_NUMBER)
 #: The same for controllers that require a decimal point in a coordinate.
-PLAIN_LINE_WITH_POINTS = _plain_line(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
+PLAIN_LINE_WITH_POINTS = _plain_line_pattern(r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))")
 
 
 class BlockError(LeafcutError):
@@ -104,7 +104,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")
     body, comments = line, tuple[str, ...]()
     if "(" in line or ")" in line or ";" in line:
-        body, comments = _without_comments(_flattened(line) if nested else line)
+        body, comments = _without_comments(_flatten_comments(line) if nested else line)
     return body.strip(), comments
 
 
@@ -112,7 +112,7 @@ def without_word(line: str, word: str) -> str | None:
     """Return a line without a word of its controller, or None if the word is empty or only in comments."""
     at = line.find(word) if word else -1
     while at >= 0:
-        before = _IN_PARENTHESES.sub("", _flattened(line[:at]))
+        before = _IN_PARENTHESES.sub("", _flatten_comments(line[:at]))
         if "(" not in before and ";" not in before:
             return f"{line[:at]} {line[at + len(word) :]}"
         at = line.find(word, at + 1)
@@ -121,10 +121,10 @@ def without_word(line: str, word: str) -> str | None:
 
 def has_nested_comment(line: str) -> bool:
     """Return whether a comment contains another."""
-    return _flattened(line) != line
+    return _flatten_comments(line) != line
 
 
-def _flattened(line: str) -> str:
+def _flatten_comments(line: str) -> str:
     """Replace the parentheses inside comments by spaces, up to a semicolon outside comments."""
     if line.count("(") < 2:
         return line
@@ -192,12 +192,12 @@ def refuse_rest(body: str, position: int) -> NoReturn:
     if first in "#[]=<>*":
         raise BlockError(f"'{first}': parameters and expressions are not understood")
     if first.isascii() and first.isalpha():
-        raise BlockError(f"'{_shown(rest)}' is a letter without a number")
+        raise BlockError(f"'{_printable_start(rest)}' is a letter without a number")
     if first in "0123456789.+-":
-        raise BlockError(f"'{_shown(rest)}' is a number without a letter")
+        raise BlockError(f"'{_printable_start(rest)}' is a number without a letter")
     raise BlockError(f"unexpected character {first!a}")
 
 
-def _shown(text: str) -> str:
+def _printable_start(text: str) -> str:
     """Return the start of a text, safe to show in one line."""
     return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

@@ -102,7 +102,7 @@ def _divide(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
     for block in range(0, n, _BLOCK):
         starts = np.arange(block, min(block + _BLOCK, n))
         window_rows = starts[:, None] + np.arange(window)
-        fees = _fees(padded[window_rows] - padded[starts][:, None], padded_weights[window_rows], share)
+        fees = _piece_costs(padded[window_rows] - padded[starts][:, None], padded_weights[window_rows], share)
         for row, start in enumerate(starts.tolist()):
             stop = min(start + window, n)
             total = cost[start] + fees[row, : stop - start]
@@ -121,18 +121,20 @@ def _merge(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
     k = 1
     while k < len(cuts):
         a, b, c = cuts[k - 1], cuts[k], cuts[k + 1] if k + 1 < len(cuts) else len(points)
-        if _fee(points, weights, a, c) <= _fee(points, weights, a, b) + _fee(points, weights, b, c):
+        if _piece_cost(points, weights, a, c) <= _piece_cost(points, weights, a, b) + _piece_cost(
+            points, weights, b, c
+        ):
             del cuts[k]
         else:
             k += 1
     return cuts
 
 
-def _fee(points: Points, weights: Floats, first: int, beyond: int) -> float:
-    return float(_fees(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
+def _piece_cost(points: Points, weights: Floats, first: int, beyond: int) -> float:
+    return float(_piece_costs(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
 
 
-def _fees(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
+def _piece_costs(points: Floats, weights: Floats, share: float = 1.0) -> Floats:
     """Return the costs of pieces of 1, 2, 3 … points, for every row of float64[rows, points, 2]."""
     m = moments(points, weights)
     total = np.cumsum(weights, axis=1)

@@ -20,7 +20,7 @@ LARGEST_RADIUS = 5000.0
 FLAT = 0.002
 
 
-def cleaned(path: Polyline) -> Polyline | None:
+def cleaned_path(path: Polyline) -> Polyline | None:
     """Return a path without segments of length 0 and without arcs beyond a half circle; None if no segment is left.
 
     An arc with a radius above `LARGEST_RADIUS` becomes lines within `FLAT` of it. A circle drawn as a single arc with

@@ -27,7 +27,7 @@ class Conflict(NamedTuple):
     place: Point
 
 
-def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
+def find_conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     """Return the pairs of polygons whose edges come within `same` mm of each other, and the kind of conflict.
 
     ``overlap``: neither lies inside the other and they share more than an edge. ``touch``: edges or corners meet, from
@@ -92,20 +92,20 @@ def _conflict_point(a: Any, b: Any, kind: str) -> Point:
     return (float(point.x), float(point.y))
 
 
-def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def nesting_depths(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return for each polygon the number of polygons around it, and the index of the innermost of these or -1.
 
-    The polygons must not overlap or be equal (`conflicts`).
+    The polygons must not overlap or be equal (`find_conflicts`).
 
     Raises
     ------
     PlanError
         The nesting is deeper than in any valid sheet.
     """
-    return enclosing(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
+    return enclosing_polygons(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
 
 
-def enclosing(
+def enclosing_polygons(
     points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return for each point the number of polygons around it, and the index of the smallest of these or -1.

@@ -29,7 +29,7 @@ Spend = Callable[[int], None]
 ROUND = 1e-3
 
 
-def no_limit(_: int) -> None:
+def allow_any_number(_: int) -> None:
     """Allow any number of points."""
 
 
@@ -109,7 +109,7 @@ def bezier_points(control: Floats, tolerance: float) -> Points:
 
 
 def ellipse_path(
-    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = no_limit
+    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
     """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
 
@@ -134,7 +134,7 @@ def ellipse_path(
     t = start + sweep * np.linspace(0.0, 1.0, count + 1)
     points: Points = np.array(center) + np.outer(np.cos(t), u) + np.outer(np.sin(t), v)
     if not is_circle:
-        return fitted(points, tolerance, closed, spend)
+        return fit_arcs_to_curve(points, tolerance, closed, spend)
     bulges = np.full(count + 1, math.copysign(math.tan(0.25 * abs(sweep) / count), cross * sweep))
     rows = np.column_stack([points, bulges])
     if closed:
@@ -143,7 +143,7 @@ def ellipse_path(
     return Polyline(rows)
 
 
-def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = no_limit) -> Polyline:
+def fit_arcs_to_curve(points: Points, tolerance: float, closed: bool, spend: Spend = allow_any_number) -> Polyline:
     """Return arcs through points that lie within a quarter of `tolerance` of a curve.
 
     A closed curve repeats its first point at the end.

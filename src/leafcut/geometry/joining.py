@@ -65,7 +65,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
         lengths[first // 2] > 2.0 * tolerance
     )
     first, second, gaps, same_path = first[allowed], second[allowed], gaps[allowed], same_path[allowed]
-    mate = _mates(chosen, first, second, gaps, same_path)
+    mate = _partners_of_ends(chosen, first, second, gaps, same_path)
     result.branches = _branches(ends, mate, first, second, gaps)
     for walk, loop in _chains(mate):
         gaps_closed: list[tuple[Point, float]] = []
@@ -75,7 +75,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     return result
 
 
-def _mates(
+def _partners_of_ends(
     paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], same_path: NDArray[np.bool_]
 ) -> Indices:
     """Return the partner of each end, or -1. The nearest pairs are joined first, ties in drawing order."""

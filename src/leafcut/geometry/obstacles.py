@@ -92,18 +92,18 @@ class ObstacleMap:
             tuple[Point, Point, float], list[tuple[frozenset[int], frozenset[int], list[Point] | None]]
         ] = {}
 
-    def crossed(self, a: Point, b: Point) -> frozenset[int]:
+    def polygons_crossed(self, a: Point, b: Point) -> frozenset[int]:
         """Return the polygons, without walls, that a straight move crosses, standing or not."""
         if (a, b) not in self._crossed:
             hit = self._inner.query(shapely.LineString([a, b]), predicate="intersects")
             self._crossed[a, b] = frozenset(self._numbers[k] for k in hit.tolist()) - self._walls
         return self._crossed[a, b]
 
-    def met(self, a: Point, b: Point, radius: float) -> frozenset[int]:
+    def polygons_approached(self, a: Point, b: Point, radius: float) -> frozenset[int]:
         """Return the polygons, standing or not, that a straight move crosses or approaches within a radius."""
         if (a, b, radius) not in self._met:
-            _, near = self._approached(np.array([[a, b]]), np.array([[True, True]]), radius)
-            self._met[a, b, radius] = self.crossed(a, b) | {self._numbers[k] for k in near.tolist()}
+            _, near = self._approaching_pairs(np.array([[a, b]]), np.array([[True, True]]), radius)
+            self._met[a, b, radius] = self.polygons_crossed(a, b) | {self._numbers[k] for k in near.tolist()}
         return self._met[a, b, radius]
 
     def path_around(self, a: Point, b: Point, standing: set[int], radius: float) -> list[Point] | None:
@@ -122,13 +122,16 @@ class ObstacleMap:
 
     def _find_path(self, a: Point, b: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point] | None:
         """Return the corners of a path or None, and add the polygons that influence it to `seen`."""
-        met = self.met(a, b, radius) if radius > 0.0 else self.crossed(a, b)
+        met = self.polygons_approached(a, b, radius) if radius > 0.0 else self.polygons_crossed(a, b)
         seen |= met
         apart = math.dist(a, b) > (ENCLOSING + 1.0) * radius > 0.0
         if apart and any(self._is_enclosed(end, standing, radius, seen) for end in (a, b)):
             return None
         blocking = set(met & standing)
-        away = [*self._steps_away(a, standing, radius, seen), *self._steps_away(b, standing, radius, seen)]
+        away = [
+            *self._clear_points_nearby(a, standing, radius, seen),
+            *self._clear_points_nearby(b, standing, radius, seen),
+        ]
         ends: list[_Nodes] = [((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
         for _ in range(MOST_ROUNDS):
             nodes = [*ends, *((n, self._passing_corners(n, radius)) for n in sorted(blocking))]
@@ -156,7 +159,7 @@ class ObstacleMap:
     def _numbers_near(self, point: Any, distance: float) -> list[int]:
         return [self._numbers[k] for k in self._whole.query(point, predicate="dwithin", distance=distance).tolist()]
 
-    def _steps_away(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
+    def _clear_points_nearby(self, place: Point, standing: set[int], radius: float, seen: set[int]) -> list[Point]:
         """Return, for each standing polygon within the radius, the nearest clear point straight away from it."""
         point, away = shapely.Point(place), list[Point]()
         for number in self._numbers_near(point, radius) if radius > 0.0 else ():
@@ -168,7 +171,7 @@ class ObstacleMap:
                 away.append((float(x + out * (place[0] - x)), float(y + out * (place[1] - y))))
         return away
 
-    def _approached(
+    def _approaching_pairs(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return pairs (line, polygon) where a line comes within `radius` mm of a polygon.
@@ -233,7 +236,7 @@ class ObstacleMap:
         at, what = self._inner.query(shapely.linestrings(lines[some]), predicate="intersects")
         of, wall = self._inner_walls.query(shapely.linestrings(lines[others]), predicate="intersects")
         at, what = np.concatenate([some[at], others[of]]), np.concatenate([what, wall + len(self._whole)])
-        near, by = self._approached(lines, ends, radius)
+        near, by = self._approaching_pairs(lines, ends, radius)
         which, parts = np.concatenate([at, near]), np.concatenate([what, by])
         order = np.argsort(which, kind="stable")
         return which[order], parts[order]

@@ -25,22 +25,22 @@ SAME = 0.01
 _FULL = 2.0 * np.pi
 
 
-class Uncovered(NamedTuple):
+class PathsWithoutOverlaps(NamedTuple):
     """Remaining paths, each with the index of its source path, and the positions of the removed pieces."""
 
     paths: list[tuple[Polyline, int]]
     removed: list[Point]
 
 
-def without_overlaps(paths: Sequence[Polyline]) -> Uncovered:
+def without_overlaps(paths: Sequence[Polyline]) -> PathsWithoutOverlaps:
     """Return open paths with every repeated line and arc kept once; O(n log n).
 
     Closed paths and open paths without overlap are unchanged; the others are returned in pieces.
     """
     table = _segments(paths)
-    cuts = _cuts(table)
+    cuts = _split_positions(table)
     if not cuts:
-        return Uncovered([(p, i) for i, p in enumerate(paths)], [])
+        return PathsWithoutOverlaps([(p, i) for i, p in enumerate(paths)], [])
     broken = {int(table.path[k]) for k in cuts}
     pieces: list[tuple[Polyline, int]] = []
     for k in np.flatnonzero(np.isin(table.path, sorted(broken))).tolist():
@@ -54,7 +54,7 @@ def without_overlaps(paths: Sequence[Polyline]) -> Uncovered:
     dropped = {k for k in repeated if k not in restored}
     kept = [piece for k, piece in enumerate(pieces) if k not in dropped]
     removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(dropped)]
-    return Uncovered(sorted([*unbroken, *kept], key=lambda pair: pair[1]), removed)
+    return PathsWithoutOverlaps(sorted([*unbroken, *kept], key=lambda pair: pair[1]), removed)
 
 
 class _Segments(NamedTuple):
@@ -86,7 +86,7 @@ def _segments(paths: Sequence[Polyline]) -> _Segments:
     return _Segments(a, b, bulge, length, center, np.hypot(*(a - center).T), path)
 
 
-def _cuts(table: _Segments) -> dict[int, list[float]]:
+def _split_positions(table: _Segments) -> dict[int, list[float]]:
     """Return for each overlapping segment the positions at which to split it, mm from its start, in order."""
     positions: dict[int, list[float]] = {}
     for first, second in (_line_pairs(table), _arc_pairs(table)):

@@ -37,11 +37,11 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     return shapely.geometry.polygon.orient(shape)
 
 
-def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
+def shrink(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     """Return a polygon shrunk by a distance, mm; each point of the result is at least that far from the old edge."""
     fine = FINE * tolerance
     # A buffer's arcs are chords, which come closer to the edge by the height of a chord.
-    return shape.buffer(-(distance + fine), quad_segs=quarter(distance, fine))
+    return shape.buffer(-(distance + fine), quad_segs=chords_per_quarter(distance, fine))
 
 
 def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
@@ -50,11 +50,13 @@ def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     Where the shape is as wide as the tool, within the tolerance, the result is a strip along the centre line, half a
     tolerance wide on either side. There the tool touches both walls.
     """
-    centres = shrunk(shape, distance, tolerance)
+    centres = shrink(shape, distance, tolerance)
     slack = 0.5 * tolerance
-    slim = shrunk(shape, distance - slack, tolerance)
+    slim = shrink(shape, distance - slack, tolerance)
     slots = [
-        part for part in polygons(slim.difference(centres.buffer(2.0 * tolerance))) if _span(part) > LONG * distance
+        part
+        for part in polygons(slim.difference(centres.buffer(2.0 * tolerance)))
+        if _box_diagonal(part) > LONG * distance
     ]
     if not slots:
         return centres
@@ -62,17 +64,17 @@ def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     return shapely.union_all([centres, *(slim.intersection(slot.buffer(3.0 * tolerance)) for slot in slots)])
 
 
-def _span(shape: Any) -> float:
+def _box_diagonal(shape: Any) -> float:
     x0, y0, x1, y1 = shape.bounds
     return math.hypot(x1 - x0, y1 - y0)
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
     """Return the area swept by a disc whose centre visits a shape (lines or polygons), within the chord error."""
-    return shape.buffer(radius, quad_segs=quarter(radius, FINE * tolerance))
+    return shape.buffer(radius, quad_segs=chords_per_quarter(radius, FINE * tolerance))
 
 
-def quarter(radius: float, fine: float) -> int:
+def chords_per_quarter(radius: float, fine: float) -> int:
     """Return the number of chords per quarter circle for a chord error of `fine` mm."""
     step = 2.0 * math.acos(max(1.0 - fine / max(radius, fine), 0.0))
     return min(max(math.ceil(0.5 * math.pi / step), 4), 256)

@@ -28,7 +28,7 @@ WIDEST_PROPOSED_JOIN = 0.5
 
 
 @dataclass
-class Tidy(Joining):
+class TidiedOutlines(Joining):
     """Outlines joined from strokes, branches, and the positions of removed duplicates."""
 
     doubles: list[Point] = field(default_factory=list)
@@ -55,7 +55,7 @@ def join_advice(number: int, paths: Sequence[Polyline]) -> str:
     return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {remedy})"
 
 
-def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
+def tidy_outlines(strokes: Sequence[Polyline], tolerance: float) -> TidiedOutlines:
     """Return strokes joined to outlines; strokes that do not close are joined again without duplicates.
 
     Raises
@@ -71,7 +71,7 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
     used = {i for joined in sound for i in joined.members}
     remaining = [i for i in range(len(strokes)) if i not in used]
     if not remaining:
-        return Tidy(first.paths)
+        return TidiedOutlines(first.paths)
     covered = _lie_on_outlines([strokes[i] for i in remaining], [joined.path for joined in sound])
     covered_strokes = [i for i, c in zip(remaining, covered, strict=True) if c]
     loose = [i for i, c in zip(remaining, covered, strict=True) if not c]
@@ -83,7 +83,7 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
     doubles = [strokes[i].point_at(0.5 * strokes[i].length) for i in covered_strokes] + unique.removed
     open_ones = any(not joined.path.closed for joined in rejoined_paths)
     branches = sorted({*first.branches, *rejoined.branches}) if open_ones else rejoined.branches
-    return Tidy(sorted([*sound, *rejoined_paths], key=lambda joined: min(joined.members)), branches, doubles)
+    return TidiedOutlines(sorted([*sound, *rejoined_paths], key=lambda joined: min(joined.members)), branches, doubles)
 
 
 def _source_strokes(joined: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:

@@ -11,7 +11,7 @@ from leafcut.geometry.obstacles import shortest_path
 _TOUCH = 1e-9
 
 
-def widened(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
+def widen_zones(zones: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
     """Return rectangles (float64[k, 4]: x0, y0, x1, y1) grown on all sides by `distance` mm, a number or float64[k]."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     result: NDArray[np.float64] = table + np.multiply.outer(
@@ -56,7 +56,7 @@ def path_around_zones(
 
     The path turns slightly outside the corners of the rectangles. `dogleg` is as in `touches_any_zone`.
     """
-    wide = widened(zones, PASSING)
+    wide = widen_zones(zones, PASSING)
     places = np.concatenate([[a, b], wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])
 
     def edges(node: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

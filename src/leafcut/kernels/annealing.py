@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
-from leafcut.kernels.layers import Clusters, choose_between, ring_length
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
 from leafcut.kernels.random import below, uniform
 
 #: Entries of `AntPath.costs`.
@@ -60,7 +60,7 @@ class AntPath(NamedTuple):
 
 
 @part
-def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
+def remove_piece(layers: Clusters, walk: AntPath, c: int, length: int, count: int, states: NDArray, k: int) -> int:
     """Remove a piece of the path that contains cluster c; return the number of removed clusters. Changes: place (only
     marked; `close_path` closes the path), out, states[k].
     """
@@ -129,7 +129,7 @@ def find_gap(
 
 
 @part
-def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
+def insert_cluster(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, states: NDArray, k: int) -> None:
     """Insert cluster c at the cheapest of `count` positions of the path. Changes: trial, place, dirty, states[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
     gap, node = find_gap(layers, walk, c, count, blink, states, k)
@@ -146,33 +146,33 @@ def put_back(layers: Clusters, walk: AntPath, c: int, count: int, blink: float, 
 
 
 @part
-def forget(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
+def remove_neighbours(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> int:
     """Remove a few neighbouring clusters in pieces of the path; return the number. Changes: place, out, states[k]."""
     n_clusters = len(walk.trial)
     target = 1 + below(states, k, MOST)
     centre = below(states, k, n_clusters)
-    count = take_piece(layers, walk, centre, 1 + below(states, k, min(LONGEST, target)), 0, states, k)
+    count = remove_piece(layers, walk, centre, 1 + below(states, k, min(LONGEST, target)), 0, states, k)
     for i in range(layers.near.shape[1]):
         if count >= target:
             break
         c = layers.near[centre, i]
         if walk.place[c] >= 0 and uniform(states, k) >= SPARED:
-            count = take_piece(layers, walk, c, 1 + below(states, k, min(LONGEST, target - count)), count, states, k)
+            count = remove_piece(layers, walk, c, 1 + below(states, k, min(LONGEST, target - count)), count, states, k)
     return count
 
 
 @part
-def find_places(layers: Clusters, walk: AntPath, count: int, n_removed: int, states: NDArray, k: int) -> None:
+def reinsert_clusters(layers: Clusters, walk: AntPath, count: int, n_removed: int, states: NDArray, k: int) -> None:
     """Reinsert the removed clusters in random order. Changes: trial, place, dirty, out, states[k]."""
     for i in range(n_removed - 1, 0, -1):
         j = below(states, k, i + 1)
         walk.out[i], walk.out[j] = walk.out[j], walk.out[i]
     for i in range(n_removed):
-        put_back(layers, walk, walk.out[i], count + i, BLINK, states, k)
+        insert_cluster(layers, walk, walk.out[i], count + i, BLINK, states, k)
 
 
 @part
-def spread_dirty(walk: AntPath) -> None:
+def mark_neighbours(walk: AntPath) -> None:
     """Mark the neighbours of marked positions, `REACH` times. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
@@ -206,7 +206,7 @@ def choose_dirty(layers: Clusters, walk: AntPath, states: NDArray, k: int) -> No
         while at < end and dirty[at if at < m else at - m] == 1:
             at += 1
         shift = m if first >= m else 0
-        choose_between(layers, walk.trial, first - shift, at - 1 - shift, walk.sums, walk.links)
+        choose_nodes_between(layers, walk.trial, first - shift, at - 1 - shift, walk.sums, walk.links)
 
 
 @part
@@ -239,9 +239,9 @@ def anneal(
     costs[PATH] = ring_length(layers, walk.path)
     for _ in range(steps):
         begin_trial(layers, walk)
-        n_removed = forget(layers, walk, states, k)
-        find_places(layers, walk, close_path(layers, walk), n_removed, states, k)
-        spread_dirty(walk)
+        n_removed = remove_neighbours(layers, walk, states, k)
+        reinsert_clusters(layers, walk, close_path(layers, walk), n_removed, states, k)
+        mark_neighbours(walk)
         choose_dirty(layers, walk, states, k)
         length = ring_length(layers, walk.trial)
         if length < costs[PATH] - heat * math.log(1.0 - uniform(states, k)):

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, NONE, kernel, part
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import Tour, improve_queued, push
+from leafcut.kernels.lin_kernighan import Tour, improve_queued, push_to_queue
 from leafcut.kernels.random import below
 
 # Columns of `Assembly.trail`.
@@ -99,7 +99,7 @@ def _fill_unused(a: Assembly) -> int:
 
 
 @part
-def _step(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
+def _follow_random_edge(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
     """Follow a random unused edge of a kind (0: A, 1: B) from u; return its other end. Changes: trail, states[k]."""
     first = 2 * kind
     slot = first + (below(states, k, 2) if trail[u, LEFT + kind] == 2 else 0)
@@ -114,7 +114,7 @@ def _step(trail: NDArray, u: int, kind: int, states: NDArray, k: int) -> int:
 
 
 @part
-def _some_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
+def _random_unused_node(a: Assembly, nodes: int, states: NDArray, k: int) -> int:
     """Move a random node with an unused edge to the end of ORDER; return the number of nodes left, 0 if none. Changes:
     row ORDER of lists, states[k].
     """
@@ -139,12 +139,12 @@ def find_cycles(a: Assembly, states: NDArray, k: int) -> int:
     length = 0  # edges in the walk
     while True:
         if length == 0:
-            nodes = _some_node(a, nodes, states, k)
+            nodes = _random_unused_node(a, nodes, states, k)
             if nodes == 0:
                 return count
             walk[0] = a.lists[ORDER, nodes - 1]
             a.trail[walk[0], SEEN] = 0
-        v = _step(a.trail, walk[length], length & 1, states, k)
+        v = _follow_random_edge(a.trail, walk[length], length & 1, states, k)
         length += 1
         since = a.trail[v, SEEN + (length & 1)]
         if since < 0:
@@ -175,7 +175,7 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
 
 
 @part
-def undo(a: Assembly, entries: int) -> None:
+def undo_changes(a: Assembly, entries: int) -> None:
     """Undo the changes in the log, last first. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
@@ -197,7 +197,7 @@ def sort_few(values: NDArray, count: int) -> None:
 
 
 @part
-def piece_at(cut: NDArray, count: int, place: int) -> int:
+def piece_of_position(cut: NDArray, count: int, place: int) -> int:
     """Return the piece that contains a position: piece s ends at cut[s]; piece 0 continues after the last cut."""
     low, high = 0, count
     while low < high:
@@ -240,7 +240,7 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, start: int, stop: 
 @part
 def _piece_end(a: Assembly, place: NDArray, count: int, v: int, removed: int) -> int:
     """Return the end of a piece that v is, cut off from `removed`: 2 s at the start of piece s, otherwise 2 s + 1."""
-    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
+    return 2 * piece_of_position(a.pieces[CUT], count, place[v]) + (0 if _is_successor(place, removed, v) else 1)
 
 
 @part
@@ -297,7 +297,7 @@ def _join(
                 removed = travel(cost, u, v)
                 for c in range(min(JOINS, candidates.shape[1])):
                     w = candidates[u, c]
-                    if w < 0 or subtour[piece_at(cut, count, place[w])] == small:
+                    if w < 0 or subtour[piece_of_position(cut, count, place[w])] == small:
                         continue
                     for side in range(2):
                         x = a.links[w, side]
@@ -310,7 +310,7 @@ def _join(
     entries = _relink(a, entries, bv, bu, bx)
     entries = _relink(a, entries, bw, bx, bu)
     entries = _relink(a, entries, bx, bw, bv)
-    return best, int(subtour[piece_at(cut, count, place[bw])])
+    return best, int(subtour[piece_of_position(cut, count, place[bw])])
 
 
 @part
@@ -371,7 +371,7 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
 
 
 @part
-def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
+def apply_child(tour: Tour, a: Assembly, entries: int) -> bool:
     """Update `node` and `place` from the child's links: keep the longest piece of A, and write the others after it.
 
     Return whether the links are one tour and the buffer is large enough; if not, `node` and `place` are unchanged.
@@ -393,7 +393,7 @@ def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
     filled = 0
     while filled < n - longest_length:
         w = a.links[v, 1] if a.links[v, 0] == previous else a.links[v, 0]
-        s = piece_at(cut, count, place[w])
+        s = piece_of_position(cut, count, place[w])
         if s == longest:
             return False
         length = length_of_piece(cut, count, s, n)
@@ -463,12 +463,12 @@ def assemble(
             if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_edges(a, cycle):
                 continue
             gain, entries = try_cycle(cost, tour.node, tour.place, a, candidates, lengths, cycle)
-            if gain > EPSILON and rewrite(tour, a, entries):
+            if gain > EPSILON and apply_child(tour, a, entries):
                 gains[pair] += gain
                 for e in range(entries):
-                    push(tour, a.log[e, 0])
+                    push_to_queue(tour, a.log[e, 0])
             else:
-                undo(a, entries)
+                undo_changes(a, entries)
         gains[pair] += improve_queued(cost, tour, candidates, lengths, breadth, n * n)
         for i in range(n):
             own[pair, i] = tour.node[i]

@@ -37,7 +37,7 @@ def band_at(bands: Bands, y: float) -> int:
 
 
 @part
-def from_left(bands: Bands, band: int, x: float) -> int:
+def first_right_of(bands: Bands, band: int, x: float) -> int:
     """Return the first point of a band at or right of x, or the start of the next band."""
     low, high = bands.first[band], bands.first[band + 1]
     while low < high:
@@ -62,7 +62,7 @@ def distance_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by:
 
 
 @kernel
-def near_places(
+def points_near_segments(
     points: Bands, limit: NDArray, max_limit: float, start: NDArray, end: NDArray, count: NDArray, rows: NDArray
 ) -> int:
     """Count the points within their distance limit of each segment of a path, and list them if there is space.
@@ -82,7 +82,7 @@ def near_places(
         ax, ay, bx, by = start[i, 0], start[i, 1], end[i, 0], end[i, 1]
         first = total
         for band in range(band_at(points, min(ay, by) - max_limit), band_at(points, max(ay, by) + max_limit) + 1):
-            at = from_left(points, band, min(ax, bx) - max_limit)
+            at = first_right_of(points, band, min(ax, bx) - max_limit)
             while at < points.first[band + 1] and points.x[at] <= max(ax, bx) + max_limit:
                 if distance_to_segment(points.x[at], points.y[at], ax, ay, bx, by) <= limit[points.row[at]]:
                     if total < len(rows):

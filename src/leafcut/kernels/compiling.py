@@ -66,7 +66,7 @@ def compile_seconds() -> float:
 
 
 @contextmanager
-def announced(on_start: Callable[[str], None]) -> Iterator[Compilations]:
+def announced_compilations(on_start: Callable[[str], None]) -> Iterator[Compilations]:
     """Count the compilations in the block; `on_start` receives a message for the user when the first starts."""
     compilations = Compilations(on_start)
     listeners.append(compilations.note)

@@ -11,7 +11,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.candidates import cheapest_unvisited
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove
-from leafcut.kernels.pheromone import wear
+from leafcut.kernels.pheromone import wear_edge
 from leafcut.kernels.random import below, uniform
 
 
@@ -206,7 +206,7 @@ def _decay_edge(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     """Apply the local decay to the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(edges.candidates.shape[1]):
         if edges.candidates[a, c] == b:
-            wear(
+            wear_edge(
                 edges.pheromone, edges.nearness, edges.weights, decay.pheromone_weight, decay.rate, decay.initial, a, c,
             )  # fmt: skip
 

@@ -22,7 +22,7 @@ from leafcut.kernels.lin_kernighan import (
     is_one_tour,
     keep_or_undo,
     make_move,
-    push,
+    push_to_queue,
     reverse,
 )
 from leafcut.kernels.random import below
@@ -237,7 +237,7 @@ def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
     if not is_one_tour(tour.place, move, TWO) or not make_move(tour, TWO):
         return 0.0
     for i in range(4):
-        push(tour, move[ENDS, i])
+        push_to_queue(tour, move[ENDS, i])
     return added
 
 

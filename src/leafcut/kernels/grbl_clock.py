@@ -93,7 +93,7 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 
 
 @part
-def _spend(board: Board, seconds: float) -> None:
+def _spend_time(board: Board, seconds: float) -> None:
     """Let the main program work for a time; it is slower while the motors run."""
     board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
@@ -181,7 +181,7 @@ def _cut_segment(board: Board) -> None:
 
 
 @part
-def _fill(board: Board) -> None:
+def _prepare_segments(board: Board) -> None:
     """Prepare segments while there is space; detect that the motors have run out of them."""
     state, count = board.state, board.counts
     while count[RUNNING]:
@@ -192,7 +192,7 @@ def _fill(board: Board) -> None:
             starts_block = not count[BEGUN] or count[CHANGED]
             count[CHANGED] = 0
             _cut_segment(board)
-            _spend(board, CUT_S + LOAD_S if starts_block else CUT_S)
+            _spend_time(board, CUT_S + LOAD_S if starts_block else CUT_S)
         else:
             break
 
@@ -206,17 +206,17 @@ def _start(board: Board) -> None:
         board.state[ENDS] = board.state[NOW] + SEGMENTS * CUT_S * board.pace
         if count[MADE] == 0:
             board.state[BEGAN] = board.state[ENDS]
-        _fill(board)
+        _prepare_segments(board)
 
 
 @part
 def _run_until(board: Board, until: float) -> None:
     state, count = board.state, board.counts
-    _fill(board)
+    _prepare_segments(board)
     while count[RUNNING] and state[NOW] < until:
         next_event = _next_free_segment(board) if count[DONE] < count[PLANNED] else state[ENDS] + 1e-9
         state[NOW] = max(state[NOW], min(next_event, until))
-        _fill(board)
+        _prepare_segments(board)
     state[NOW] = max(state[NOW], until)
 
 
@@ -227,7 +227,7 @@ def _wait_until_at_rest(board: Board) -> None:
         _start(board)
         if count[RUNNING] and count[DONE] < count[PLANNED]:
             state[NOW] = max(state[NOW], _next_free_segment(board))
-        _fill(board)
+        _prepare_segments(board)
     if count[RUNNING]:
         state[NOW] = max(state[NOW], state[ENDS]) + board.lock_s
         count[RUNNING] = 0
@@ -236,16 +236,16 @@ def _wait_until_at_rest(board: Board) -> None:
 @part
 def _wait_for_free_block(board: Board) -> None:
     state, count = board.state, board.counts
-    _fill(board)
+    _prepare_segments(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:
         _start(board)
         if count[RUNNING] and count[PLANNED] - count[DONE] >= BLOCKS:
             state[NOW] = max(state[NOW], _next_free_segment(board))
-        _fill(board)
+        _prepare_segments(board)
 
 
 @part
-def _plan(board: Board) -> int:
+def _plan_blocks(board: Board) -> int:
     """Replan after a block was added; return the number of blocks visited.
 
     A backward pass from the last block, which ends at rest, to the first that may change, and a forward pass.
@@ -345,7 +345,7 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
         seconds += AXIS_S if unit[1, axis] != 0.0 else 0.0
         unit[0, axis] = unit[1, axis]
     count[PLANNED] += 1
-    _spend(board, seconds + PLAN_S * _plan(board))
+    _spend_time(board, seconds + PLAN_S * _plan_blocks(board))
 
 
 @kernel
@@ -405,8 +405,8 @@ def grbl_clock(
             if state[NOW] < sent:
                 _start(board)
                 _run_until(board, sent)
-            _fill(board)
-            _spend(board, LINE_S + words[i] * WORD_S + size[i] * BYTE_S)
+            _prepare_segments(board)
+            _spend_time(board, LINE_S + words[i] * WORD_S + size[i] * BYTE_S)
         if stops[i]:
             _wait_until_at_rest(board)
             state[NOW] += wait[i]
@@ -427,6 +427,6 @@ def grbl_clock(
                         )
                 _wait_for_free_block(board)
                 _add_block(board, point, feed[k], limits, deviation, i)
-                _spend(board, CHORD_S if chords[k] > 1 else 0.0)
+                _spend_time(board, CHORD_S if chords[k] > 1 else 0.0)
         answered[line] = state[NOW]
     _wait_until_at_rest(board)

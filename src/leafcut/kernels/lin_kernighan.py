@@ -85,7 +85,7 @@ class Tour(NamedTuple):
 
 
 @part
-def push(work: Any, v: int) -> None:
+def push_to_queue(work: Any, v: int) -> None:
     """Append a node to the queue of a `Tour` or a `Route`, unless it is there. Changes: queue, queued, counts."""
     if work.queued[v] == 0:
         work.queued[v] = 1
@@ -96,7 +96,7 @@ def push(work: Any, v: int) -> None:
 
 
 @part
-def pop(work: Any) -> int:
+def pop_from_queue(work: Any) -> int:
     """Remove the first node from the queue of a `Tour` or a `Route`. Changes: queued, counts."""
     first = work.counts[0]
     v = work.queue[first]
@@ -107,14 +107,14 @@ def pop(work: Any) -> int:
 
 
 @part
-def after(node: NDArray, place: NDArray, v: int) -> int:
+def successor(node: NDArray, place: NDArray, v: int) -> int:
     """Return the successor of v."""
     at = place[v] + 1
     return int(node[at if at < len(node) else 0])
 
 
 @part
-def before(node: NDArray, place: NDArray, v: int) -> int:
+def predecessor(node: NDArray, place: NDArray, v: int) -> int:
     """Return the predecessor of v."""
     return int(node[place[v] - 1])
 
@@ -148,7 +148,7 @@ def reverse(node: NDArray, place: NDArray, first: int, last: int) -> int:
 
 
 @part
-def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
+def sort_removed_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by position, starting directly after the first removed edge.
 
     Even ranks then start a piece of the tour and odd ranks end one; a piece of one node has both, the start first.
@@ -180,7 +180,7 @@ def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
 
 
 @part
-def next_piece(move: NDArray, rank: int, k: int) -> int:
+def next_entered_piece(move: NDArray, rank: int, k: int) -> int:
     """Return the rank at which the new tour enters the next piece, after entering one at `rank`.
 
     It leaves the piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
@@ -196,11 +196,11 @@ def next_piece(move: NDArray, rank: int, k: int) -> int:
 @part
 def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
     """Return whether the move yields a single tour. Changes: rows ORDER, RANK, KEY of move."""
-    sort_ends(place, move, k)
+    sort_removed_ends(place, move, k)
     rank, pieces = 0, 0
     while True:
         pieces += 1
-        rank = next_piece(move, rank, k)
+        rank = next_entered_piece(move, rank, k)
         if rank == 0:
             return pieces == k
 
@@ -226,7 +226,7 @@ def make_move(tour: Tour, k: int) -> bool:
         tour.counts[3] = 1 if logged else 0
         return False
     # Copy the pieces in the order in which the new tour visits them after the longest piece.
-    rank = next_piece(move, 2 * longest, k)
+    rank = next_entered_piece(move, 2 * longest, k)
     filled = 0
     while rank != 2 * longest:
         index = place[move[ENDS, move[ORDER, rank]]]
@@ -242,7 +242,7 @@ def make_move(tour: Tour, k: int) -> bool:
                 index = n - 1
             tour.buffer[filled] = node[index]
             filled += 1
-        rank = next_piece(move, rank, k)
+        rank = next_entered_piece(move, rank, k)
     position = place[move[ENDS, move[ORDER, 2 * longest + 1]]]
     entry = tour.counts[2]
     for i in range(filled):
@@ -261,7 +261,7 @@ def make_move(tour: Tour, k: int) -> bool:
 
 
 @part
-def take_back(tour: Tour) -> None:
+def undo_log(tour: Tour) -> None:
     """Undo all entries of the log, last first, and empty it. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
         at, v = tour.log[entry, 0], tour.log[entry, 1]
@@ -300,7 +300,7 @@ def edge_and_return(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> t
 
 
 @part
-def beside(node: NDArray, at: int) -> tuple[int, int]:
+def neighbours_of_position(node: NDArray, at: int) -> tuple[int, int]:
     """Return the successor and the predecessor of a position."""
     return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
 
@@ -315,7 +315,7 @@ def steps_between(at: int, start: int, direction: int, n: int) -> int:
 @part
 def store_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
     """Prepare a move of k edges for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
-    sort_ends(place, move, k)
+    sort_removed_ends(place, move, k)
     gain[0] = gained
     return k
 
@@ -354,7 +354,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
-        t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
+        t1 = successor(node, place, t0) if direction == 0 else predecessor(node, place, t0)
         start = place[t1]
         g0 = travel(cost, t0, t1)
         ends[0], ends[1] = t0, t1
@@ -364,7 +364,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             if t2 < 0 or g1 <= EPSILON:
                 break
             at2 = place[t2]
-            ahead1, behind1 = beside(node, at2)
+            ahead1, behind1 = neighbours_of_position(node, at2)
             if _is_either(ahead1, behind1, t1):
                 continue  # an edge of the tour: neither direction is useful
             r2 = steps_between(at2, start, direction, n)
@@ -390,7 +390,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                     if t4 < 0 or g2 <= EPSILON:
                         break
                     at4 = place[t4]
-                    ahead2, behind2 = beside(node, at4)
+                    ahead2, behind2 = neighbours_of_position(node, at4)
                     if _is_either(ahead2, behind2, t3):
                         continue
                     r4 = steps_between(at4, start, direction, n)
@@ -418,7 +418,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                             if t6 < 0 or g3 <= EPSILON:
                                 break
                             at6 = place[t6]
-                            ahead3, behind3 = beside(node, at6)
+                            ahead3, behind3 = neighbours_of_position(node, at6)
                             if _is_either(ahead3, behind3, t5):
                                 continue
                             r6 = steps_between(at6, start, direction, n)
@@ -450,7 +450,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     if t8 < 0 or g4 <= EPSILON:
                                         break
                                     at8 = place[t8]
-                                    ahead4, behind4 = beside(node, at8)
+                                    ahead4, behind4 = neighbours_of_position(node, at8)
                                     if _is_either(ahead4, behind4, t7):
                                         continue
                                     r8 = steps_between(at8, start, direction, n)
@@ -493,7 +493,7 @@ def improve_queued(
     total = 0.0
     examined = 0
     while tour.counts[1] > 0 and tour.counts[3] == 0 and examined < max_nodes:
-        v = pop(tour)
+        v = pop_from_queue(tour)
         examined += 1
         while True:
             k = find_move(cost, tour.node, tour.place, tour.move, tour.gain, candidates, lengths, breadth, v)
@@ -501,13 +501,13 @@ def improve_queued(
                 break
             if not make_move(tour, k):
                 if tour.counts[3] == 1:
-                    push(tour, v)
+                    push_to_queue(tour, v)
                 else:
                     tour.queued[v] = WAITING
                 break
             total += tour.gain[0]
             for i in range(2 * k):
-                push(tour, tour.move[ENDS, i])
+                push_to_queue(tour, tour.move[ENDS, i])
     return total
 
 
@@ -517,8 +517,8 @@ def keep_or_undo(tour: Tour, gained: float) -> float:
     if tour.counts[3] == 0 and gained >= -EPSILON:
         return gained
     while tour.counts[1] > 0:
-        pop(tour)
-    take_back(tour)
+        pop_from_queue(tour)
+    undo_log(tour)
     return 0.0
 
 
@@ -541,7 +541,7 @@ def segment_kick(cost: CostModel, tour: Tour, states: NDArray, k: int) -> float:
     if not is_one_tour(tour.place, move, THREE) or not make_move(tour, THREE):
         return 0.0
     for i in range(6):
-        push(tour, move[ENDS, i])
+        push_to_queue(tour, move[ENDS, i])
     return added - removed
 
 

@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import ENDS, Tour, after, before, pop, push, reverse, steps_between
+from leafcut.kernels.lin_kernighan import (
+    ENDS,
+    Tour,
+    pop_from_queue,
+    predecessor,
+    push_to_queue,
+    reverse,
+    steps_between,
+    successor,
+)
 
 #: Maximum length of a run moved by Or-opt (Or 1976).
 LONGEST_SEGMENT = 3
@@ -19,7 +28,7 @@ LONGEST_SEGMENT = 3
 @part
 def beside(node: NDArray, place: NDArray, v: int, forward: bool) -> int:
     """Return the node after (or before) v."""
-    return after(node, place, v) if forward else before(node, place, v)
+    return successor(node, place, v) if forward else predecessor(node, place, v)
 
 
 @part
@@ -126,7 +135,7 @@ def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) ->
     """
     moves = 0
     while tour.counts[1] > 0 and moves < max_moves:
-        a = pop(tour)
+        a = pop_from_queue(tour)
         touched = 0
         if two_opt_move(cost, tour.node, tour.place, candidates, a, tour.move[ENDS]):
             touched = 4
@@ -135,5 +144,5 @@ def improve(cost: CostModel, tour: Tour, candidates: NDArray, max_moves: int) ->
         if touched > 0:
             moves += 1
         for k in range(touched):
-            push(tour, tour.move[ENDS, k])
+            push_to_queue(tour, tour.move[ENDS, k])
     return moves

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, NONE, kernel, part
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import Tour, after, before, push, reverse
+from leafcut.kernels.lin_kernighan import Tour, predecessor, push_to_queue, reverse, successor
 
 
 @part
@@ -27,13 +27,13 @@ def _step(tour: Tour, fixed: int, moving: int, target: int) -> int:
     The new end, next to `fixed`, is the node before `target`. Return the number of positions. Changes: node, place.
     """
     node, place = tour.node, tour.place
-    if after(node, place, fixed) == moving:
-        return reverse(node, place, place[moving], place[before(node, place, target)])
-    return reverse(node, place, place[after(node, place, target)], place[moving])
+    if successor(node, place, fixed) == moving:
+        return reverse(node, place, place[moving], place[predecessor(node, place, target)])
+    return reverse(node, place, place[successor(node, place, target)], place[moving])
 
 
 @part
-def _walk(
+def _walk_end(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, joined_to: NDArray, steps: NDArray,
     fixed: int, moving: int, places: int,
 ) -> tuple[float, int]:  # fmt: skip
@@ -42,13 +42,13 @@ def _walk(
     """
     open_length, best, kept, count = travel(cost, fixed, moving), 0.0, 0, 0
     while count < len(steps) and places > 0:
-        forward = after(tour.node, tour.place, fixed) == moving
+        forward = successor(tour.node, tour.place, fixed) == moving
         shortest, target, gain = math.inf, NONE, 0.0
         for c in range(candidates.shape[1]):
             x = candidates[moving, c]
             if x < 0:
                 break
-            y = before(tour.node, tour.place, x) if forward else after(tour.node, tour.place, x)
+            y = predecessor(tour.node, tour.place, x) if forward else successor(tour.node, tour.place, x)
             if x == fixed or y in (moving, fixed) or joined_to[x] == y or joined_to[y] == x:
                 continue
             gain_here = open_length - lengths[moving, c] + travel(cost, y, x)
@@ -56,7 +56,7 @@ def _walk(
                 shortest, target, gain = travel(cost, fixed, y) - gain_here, x, gain_here
         if target < 0:
             break
-        end = before(tour.node, tour.place, target) if forward else after(tour.node, tour.place, target)
+        end = predecessor(tour.node, tour.place, target) if forward else successor(tour.node, tour.place, target)
         places -= _step(tour, fixed, moving, target)
         joined_to[moving] = target
         steps[count, 0], steps[count, 1] = moving, target
@@ -69,16 +69,16 @@ def _walk(
             places -= _step(tour, fixed, moving, steps[k, 1])
             moving = steps[k, 0]
         else:
-            push(tour, steps[k, 0])
-            push(tour, steps[k, 1])
+            push_to_queue(tour, steps[k, 0])
+            push_to_queue(tour, steps[k, 1])
     if kept > 0:
-        push(tour, fixed)
-        push(tour, moving)
+        push_to_queue(tour, fixed)
+        push_to_queue(tour, moving)
     return best, places
 
 
 @kernel
-def bring_home(
+def shorten_by_walking(
     cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, joined_to: NDArray,
     steps: NDArray, places: int,
 ) -> float:  # fmt: skip
@@ -100,7 +100,7 @@ def bring_home(
         for end in range(2):
             fixed, moving = edges[e, end], edges[e, 1 - end]
             node, place = tour.node, tour.place
-            if places > 0 and (after(node, place, fixed) == moving or before(node, place, fixed) == moving):
-                gain, places = _walk(cost, tour, candidates, lengths, joined_to, steps, fixed, moving, places)
+            if places > 0 and (successor(node, place, fixed) == moving or predecessor(node, place, fixed) == moving):
+                gain, places = _walk_end(cost, tour, candidates, lengths, joined_to, steps, fixed, moving, places)
                 total += gain
     return total

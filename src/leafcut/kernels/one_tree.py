@@ -79,7 +79,7 @@ class TreeScratch(NamedTuple):
 
 
 @part
-def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
+def _insert_in_heap(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
     """Insert a node into the heap at `hole` or above. Changes: heap, place."""
     while hole > 0:
         up = (hole - 1) // WAYS
@@ -94,7 +94,7 @@ def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> 
 
 
 @part
-def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
+def _replace_heap_top(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
     """Replace the top of the heap by a node. Changes: heap, place."""
     hole = 0
     while WAYS * hole + 1 < size:
@@ -130,7 +130,7 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
         place[i] = DONE
         size -= 1
         if size > 0:
-            _sink(heap, place, key, size, heap[size])
+            _replace_heap_top(heap, place, key, size, heap[size])
         for e in range(begin[i], begin[i + 1]):
             j = near[e]
             if place[j] == DONE:
@@ -142,7 +142,7 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) ->
                 if place[j] == OUTSIDE:
                     place[j] = size
                     size += 1
-                _rise(heap, place, key, place[j], j)
+                _insert_in_heap(heap, place, key, place[j], j)
     return total
 
 
@@ -220,7 +220,7 @@ def join_sets(
 
 
 @part
-def shifts(sets: Sets, n: int, excess: NDArray) -> float:
+def penalty_direction(sets: Sets, n: int, excess: NDArray) -> float:
     """Convert the excess of nodes to the direction of their penalties; return the inner product of the two.
 
     Every set moves by its excess times its width, together with its nodes.
@@ -274,7 +274,7 @@ def climb(
             best_value = value
             for i in range(n):
                 best[i] = penalty[i]
-        product = shifts(sets, n, work.excess)
+        product = penalty_direction(sets, n, work.excess)
         if not (product > 0.0 and upper > value):
             break
         share = 1.0 - step / steps

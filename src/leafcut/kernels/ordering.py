@@ -7,13 +7,13 @@ import math
 from numpy.typing import NDArray
 
 from leafcut.kernels import NONE, kernel, part
-from leafcut.kernels.layers import Clusters, choose_between, ring_length
-from leafcut.kernels.pheromone import wear
+from leafcut.kernels.cluster_paths import Clusters, choose_nodes_between, ring_length
+from leafcut.kernels.pheromone import wear_edge
 from leafcut.kernels.random import below, uniform
 
 
 @part
-def draw_next(
+def choose_next_cluster(
     weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, states: NDArray, k: int
 ) -> int:
     """Return the next cluster: the best with `greedy_probability`, otherwise drawn by weight. Changes: states[k].
@@ -58,7 +58,7 @@ def draw_next(
 
 
 @kernel
-def lay_order(
+def construct_order(
     layers: Clusters,
     pheromone: NDArray,
     nearness: NDArray,
@@ -86,14 +86,14 @@ def lay_order(
         c = (
             m - 1
             if at == 0 and layers.anchored[0] == 1
-            else draw_next(weights, nearness, missing, last, greedy_probability, states, k)
+            else choose_next_cluster(weights, nearness, missing, last, greedy_probability, states, k)
         )
         order[at] = c
         missing[c] = -1
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
             missing[layers.after[e]] -= 1
         if local_rate > 0.0 and last >= 0:
-            wear(pheromone, nearness, weights, pheromone_weight, local_rate, initial, last, c)
+            wear_edge(pheromone, nearness, weights, pheromone_weight, local_rate, initial, last, c)
         last = c
 
 
@@ -102,7 +102,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
     """Choose the best node of every cluster of an order int32[m]; return the length of the ring.
 
     Exact: the ring is cut at its smallest cluster, whose nodes are all tried.
-    Changes: path, trial int32[m]; sums and links as in `choose_between`.
+    Changes: path, trial int32[m]; sums and links as in `choose_nodes_between`.
     """
     m, cut = len(order), 0
     for at in range(m):
@@ -116,7 +116,7 @@ def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, 
         trial[cut] = v
         if m > 1:
             first = cut + 1 if cut + 1 < m else 0
-            choose_between(layers, trial, first, first + m - 2, sums, links)
+            choose_nodes_between(layers, trial, first, first + m - 2, sums, links)
         length = ring_length(layers, trial)
         if length < best:
             best = length

@@ -66,7 +66,7 @@ def deposit(
 
 
 @part
-def wear(
+def wear_edge(
     pheromone: NDArray,
     nearness: NDArray,
     weights: NDArray,
@@ -86,7 +86,7 @@ def wear(
 
 
 @kernel
-def branching(candidates: NDArray, pheromone: NDArray, share: float) -> float:
+def branching_factor(candidates: NDArray, pheromone: NDArray, share: float) -> float:
     """Return the mean number of edges per node with a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
     τ_min and τ_max are the smallest and the largest trail of that node; λ is `share`. The value falls from the length

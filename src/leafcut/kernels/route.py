@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import push
+from leafcut.kernels.lin_kernighan import push_to_queue
 
 #: log2 of the number of positions that share one entry of `Route.shift`.
 BLOCK = 8
@@ -114,7 +114,7 @@ class Rules(NamedTuple):
 
 
 @part
-def leg(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
+def leg_cost(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
     """Return the cost of travel from node u to node v; with s = -1, from v to u."""
     if s > 0:
         return travel(cost, route.leave[u], route.enter[v])
@@ -129,7 +129,7 @@ def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
     for at in range(low, min(high + 2, n)):
         if at > 0:
             u, v = node[at - 1], node[at]
-            value += leg(cost, route, v, u, 1) - leg(cost, route, u, v, 1)
+            value += leg_cost(cost, route, v, u, 1) - leg_cost(cost, route, u, v, 1)
         if at <= high:
             bias[at] = value - shift[at >> BLOCK]
     if high + 1 < n:
@@ -142,7 +142,7 @@ def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
 
 
 @kernel
-def begin_bias(cost: CostModel, route: Route) -> None:
+def recompute_bias(cost: CostModel, route: Route) -> None:
     """Recompute bias, because incremental changes accumulate rounding errors. Changes: bias, shift."""
     if route.flags[TWISTED] == 1:
         route.shift[:] = 0.0
@@ -217,8 +217,8 @@ def make_exchange(cost: CostModel, route: Route) -> bool:
         set_bias(cost, route, p + 1, r)
     middle = p + (r - q if move[SWAPPED] == 1 else q - p)
     for cut in (p, middle, r):
-        push(route, node[cut])
-        push(route, node[cut + 1 if cut + 1 < n else 0])
+        push_to_queue(route, node[cut])
+        push_to_queue(route, node[cut + 1 if cut + 1 < n else 0])
     return True
 
 
@@ -247,9 +247,9 @@ def take_option(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -
     route.enter[v], route.leave[v] = row, row + rules.beyond[0]
     if route.flags[TWISTED] == 1:
         set_bias(cost, route, at, at)
-    push(route, v)
-    push(route, route.node[at - 1])
-    push(route, route.node[at + 1 if at + 1 < len(route.node) else 0])
+    push_to_queue(route, v)
+    push_to_queue(route, route.node[at - 1])
+    push_to_queue(route, route.node[at + 1 if at + 1 < len(route.node) else 0])
     return True
 
 
@@ -274,7 +274,7 @@ def choose_option(cost: CostModel, route: Route, rules: Rules, v: int, min_gain:
 
 
 @part
-def take_back(cost: CostModel, route: Route, rules: Rules) -> None:
+def undo_exchanges(cost: CostModel, route: Route, rules: Rules) -> None:
     """Undo the log, last entry first, and empty it. Changes: node, place, enter, leave, bias, shift, counts."""
     top, log = route.counts[2], route.log
     while top > 0:
@@ -296,7 +296,7 @@ def take_back(cost: CostModel, route: Route, rules: Rules) -> None:
 
 
 @kernel
-def lay_route(
+def build_cheapest_path(
     cost: CostModel, route: Route, rules: Rules, open_nodes: NDArray, open_index: NDArray, missing: NDArray
 ) -> None:
     """Build a path from the node at position 0, always to the cheapest node whose predecessors are all on the path.
@@ -320,7 +320,7 @@ def lay_route(
             if best < 0:
                 best_d = math.inf
                 for f in range(count):
-                    d = leg(cost, route, last, open_nodes[f], 1)
+                    d = leg_cost(cost, route, last, open_nodes[f], 1)
                     if d < best_d:
                         best, best_d = open_nodes[f], d
             count -= 1

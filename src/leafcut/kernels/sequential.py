@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import constant, kernel, part
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.lin_kernighan import pop, push
+from leafcut.kernels.lin_kernighan import pop_from_queue, push_to_queue
 from leafcut.kernels.random import below, uniform
 from leafcut.kernels.route import (
     BLOCK,
@@ -36,13 +36,13 @@ from leafcut.kernels.route import (
     R,
     Route,
     Rules,
-    begin_bias,
     choose_option,
     keeps_order,
-    leg,
+    leg_cost,
     make_exchange,
-    take_back,
+    recompute_bias,
     take_option,
+    undo_exchanges,
     visit_cost,
 )
 
@@ -63,7 +63,7 @@ YES, NO = constant(True), constant(False)
 
 
 @part
-def coordinate(route: Route, v: int, s: int) -> int:
+def coordinate_of(route: Route, v: int, s: int) -> int:
     """Return the distance of node v from the anchor in direction s, 0 … n - 1."""
     at = route.place[v]
     return int(at if s > 0 or at == 0 else len(route.place) - at)
@@ -79,7 +79,7 @@ def node_at(route: Route, x: int, s: int) -> int:
 
 
 @part
-def turning(route: Route, s: int, x: int, y: int) -> float:
+def reversal_cost(route: Route, s: int, x: int, y: int) -> float:
     """Return the cost of reversing the piece of coordinates x … y, within it."""
     if route.flags[TWISTED] == 0:
         return 0.0
@@ -93,7 +93,7 @@ def new_edge_cost(cost: CostModel, route: Route, rules: Rules, listed: float, u:
     """Return the cost of travel from u to v: the listed cost if nodes have a single option."""
     if len(rules.way) <= len(route.node):
         return listed
-    return leg(cost, route, u, v, s)
+    return leg_cost(cost, route, u, v, s)
 
 
 @part
@@ -132,39 +132,43 @@ def cut_before(
     exchange, which is in `move`, or 0. Changes: move.
     """
     n = len(route.node)
-    xc = coordinate(route, c, s)
+    xc = coordinate_of(route, c, s)
     cut = (xc if xc > 0 else n) - 1
     t3 = node_at(route, cut, s)
-    gain += leg(cost, route, t3, c, s)
+    gain += leg_cost(cost, route, t3, c, s)
     span = cut - x0 if cut > x0 else cut - x0 + n
     for k in range(min(breadth, lists.near.shape[1])):  # A C B D, with its cuts in each of three roles
         e = lists.near[t3, k]
         if e < 0 or gain - lists.near_cost[t3, k] <= min_gain:
             break
-        xe = coordinate(route, e, s)
+        xe = coordinate_of(route, e, s)
         last = (xe if xe > 0 else n) - 1
         if (last - x0 if last >= x0 else last - x0 + n) <= span:
             continue
         u = node_at(route, last, s)
-        total = gain - new_edge_cost(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg(cost, route, u, e, s)
-        total -= leg(cost, route, u, t1, s)
+        total = (
+            gain - new_edge_cost(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg_cost(cost, route, u, e, s)
+        )
+        total -= leg_cost(cost, route, u, t1, s)
         if total > min_gain:
             x, z = min(x0, cut, last), max(x0, cut, last)
             if record_exchange(route, rules, s, x, x0 + cut + last - x - z, z, YES, NO, NO):
                 return total
     if cut <= x0:
         return 0.0
-    inside = turning(route, s, x0 + 1, cut)
+    inside = reversal_cost(route, s, x0 + 1, cut)
     for k in range(min(breadth, lists.back.shape[1])):  # A C B' D
         e = lists.back[t3, k]
         if e < 0 or gain - lists.back_cost[t3, k] <= min_gain:
             break
-        xe = coordinate(route, e, s)
+        xe = coordinate_of(route, e, s)
         if xe < xc or xc == 0:
             continue
         f = node_at(route, xe + 1, s)
-        total = gain - new_edge_cost(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
-        total -= leg(cost, route, t1, f, s) + inside
+        total = (
+            gain - new_edge_cost(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg_cost(cost, route, e, f, s)
+        )
+        total -= leg_cost(cost, route, t1, f, s) + inside
         if total > min_gain and record_exchange(route, rules, s, x0, cut, xe, YES, YES, NO):
             return total
     return 0.0
@@ -178,34 +182,38 @@ def cut_after(
     """As `cut_before`, for the node at xc > x0 + 1: the edge that led on from it is removed."""
     n = len(route.node)
     d = node_at(route, xc + 1, s)
-    gain += leg(cost, route, node_at(route, xc, s), d, s)
-    inside = turning(route, s, x0 + 1, xc)
-    total = gain - leg(cost, route, t1, d, s) - inside  # A B' D
+    gain += leg_cost(cost, route, node_at(route, xc, s), d, s)
+    inside = reversal_cost(route, s, x0 + 1, xc)
+    total = gain - leg_cost(cost, route, t1, d, s) - inside  # A B' D
     if total > min_gain and record_exchange(route, rules, s, x0, xc, xc, NO, YES, NO):
         return total
     for k in range(min(breadth, lists.back.shape[1])):  # A C' B D
         e = lists.back[d, k]
         if e < 0 or gain - lists.back_cost[d, k] <= min_gain:
             break
-        xe = coordinate(route, e, s)
+        xe = coordinate_of(route, e, s)
         if xe <= x0 or xe >= xc:
             continue
         h = node_at(route, xe + 1, s)
-        total = gain - new_edge_cost(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
-        total -= leg(cost, route, h, t1, s) + turning(route, s, xe + 1, xc)
+        total = (
+            gain - new_edge_cost(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg_cost(cost, route, e, h, s)
+        )
+        total -= leg_cost(cost, route, h, t1, s) + reversal_cost(route, s, xe + 1, xc)
         if total > min_gain and record_exchange(route, rules, s, x0, xe, xc, YES, NO, YES):
             return total
     for k in range(min(breadth, lists.near.shape[1]) if xc + 1 < n else 0):  # A B' C' D
         f = lists.near[d, k]
         if f < 0 or gain - lists.near_cost[d, k] <= min_gain:
             break
-        xf = coordinate(route, f, s)
+        xf = coordinate_of(route, f, s)
         last = (xf if xf > 0 else n) - 1
         if last <= xc:
             continue
         e = node_at(route, last, s)
-        total = gain - new_edge_cost(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
-        total -= leg(cost, route, t1, e, s) + inside + turning(route, s, xc + 1, last)
+        total = (
+            gain - new_edge_cost(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg_cost(cost, route, e, f, s)
+        )
+        total -= leg_cost(cost, route, t1, e, s) + inside + reversal_cost(route, s, xc + 1, last)
         if total > min_gain and record_exchange(route, rules, s, x0, xc, last, NO, YES, YES):
             return total
     return 0.0
@@ -226,9 +234,9 @@ def find_exchange(
 
     Changes: move.
     """
-    x0 = coordinate(route, t0, s)
+    x0 = coordinate_of(route, t0, s)
     t1 = node_at(route, x0 + 1, s)
-    current = leg(cost, route, t0, t1, s)
+    current = leg_cost(cost, route, t0, t1, s)
     for k in range(min(breadth[0], lists.near.shape[1])):
         c = lists.near[t0, k]
         if c < 0 or current - lists.near_cost[t0, k] <= min_gain:
@@ -241,7 +249,7 @@ def find_exchange(
         )  # fmt: skip
         if gained > 0.0:
             return gained
-        xc = coordinate(route, c, s)
+        xc = coordinate_of(route, c, s)
         if xc > x0:
             gained = cut_after(
                 cost, route, rules, lists, breadth[1], min_gain, s, x0, t1, xc, gain
@@ -260,7 +268,7 @@ def improve_route(
     """
     total = 0.0
     while route.counts[1] > 0 and route.counts[3] == 0 and max_searches > 0:
-        v = pop(route)
+        v = pop_from_queue(route)
         while True:
             max_searches -= 1
             gain = choose_option(cost, route, rules, v, min_gain)
@@ -275,7 +283,7 @@ def improve_route(
             if gain <= 0.0 or max_searches <= 0:
                 break
         if gain > 0.0:
-            push(route, v)
+            push_to_queue(route, v)
     return total
 
 
@@ -298,8 +306,8 @@ def swap_pieces(cost: CostModel, route: Route, rules: Rules, states: NDArray, k:
         move[P], move[Q], move[R], move[SWAPPED], move[TURNED_B], move[TURNED_C] = p, q, r, 1, 0, 0
         a, b, c, d, e = node[p], node[p + 1], node[q], node[q + 1], node[r]
         f = node[r + 1 if r + 1 < n else 0]
-        added = leg(cost, route, a, d, 1) + leg(cost, route, e, b, 1) + leg(cost, route, c, f, 1)
-        added -= leg(cost, route, a, b, 1) + leg(cost, route, c, d, 1) + leg(cost, route, e, f, 1)
+        added = leg_cost(cost, route, a, d, 1) + leg_cost(cost, route, e, b, 1) + leg_cost(cost, route, c, f, 1)
+        added -= leg_cost(cost, route, a, b, 1) + leg_cost(cost, route, c, d, 1) + leg_cost(cost, route, e, f, 1)
         return added if make_exchange(cost, route) else 0.0
     return 0.0
 
@@ -347,7 +355,7 @@ def kick_route(
     Changes: route, states[k].
     """
     total = 0.0
-    begin_bias(cost, route)
+    recompute_bias(cost, route)
     for _ in range(kicks):
         route.counts[2], route.counts[3] = 0, 0
         times = 1 + below(states, k, MOST_AT_ONCE) if heat > 0.0 else 1
@@ -356,8 +364,8 @@ def kick_route(
         allowed = heat * math.log(1.0 - uniform(states, k)) if heat > 0.0 else -min_gain
         if route.counts[3] == 1 or route.counts[1] > 0 or gained < allowed:
             while route.counts[1] > 0:
-                pop(route)
-            take_back(cost, route, rules)
+                pop_from_queue(route)
+            undo_exchanges(cost, route, rules)
         else:
             total += gained
     return total

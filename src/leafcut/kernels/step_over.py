@@ -8,7 +8,7 @@ from typing import NamedTuple
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
-from leafcut.kernels.bands import Bands, band_at, from_left
+from leafcut.kernels.bands import Bands, band_at, first_right_of
 
 #: Radius of the search around the centre of a disc, in reaches, with a margin for rounding.
 HALF = 0.5 + 1e-9
@@ -26,7 +26,7 @@ def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach:
     """Return the smallest radius of the discs through a point of the bands that touch the tangent at (x, y)."""
     smallest, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        index = from_left(bands, band, middle_x - half)
+        index = first_right_of(bands, band, middle_x - half)
         while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
             dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny
@@ -46,7 +46,7 @@ def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reac
     highest, result = 0.0, -1
     middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
     for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
-        index = from_left(bands, band, middle_x - half)
+        index = first_right_of(bands, band, middle_x - half)
         while index < bands.first[band + 1] and bands.x[index] <= middle_x + half:
             dx, dy = bands.x[index] - x, bands.y[index] - y
             height = dx * nx + dy * ny

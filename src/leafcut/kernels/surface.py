@@ -85,7 +85,7 @@ def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heigh
 
 
 @kernel
-def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
+def maximum_within_reach(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
     """Set every cell to the maximum of the cells within reach.
 
     ======= ============= ====================================================================
@@ -146,7 +146,7 @@ def heights_at(triangles: NDArray, first: NDArray, x: NDArray, y: NDArray, top: 
 
 
 def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
-    """Return the `reach` of `raise_around` for a radius, mm: cells with any point within the radius of ours."""
+    """Return the `reach` of `maximum_within_reach` for a radius, mm: cells with any point within the radius of ours."""
     d = math.floor(radius / cell) + 1
     gap = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
     half_width = np.sqrt(np.maximum(radius**2 - gap**2, 0.0))

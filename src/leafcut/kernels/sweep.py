@@ -48,7 +48,7 @@ class CellRows(NamedTuple):
 
 
 @part
-def surface(shape: ToolShape, r: float) -> float:
+def tool_surface_height(shape: ToolShape, r: float) -> float:
     """Return the height of a tool's surface above its tip, mm, at the distance r ≤ radius from its axis."""
     if r <= shape.flat:
         return 0.0
@@ -187,11 +187,13 @@ def lowest_height(
     bound_limit  above this height, any lower bound of the result may be returned, mm
     """
     if length <= 0.0:
-        return surface(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
+        return tool_surface_height(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
     w = min(max(0.0, -along), length - along)
     if grade != 0.0:
         # Lower bound: the tip at its lowest, the point at its nearest.
-        bound = min(0.0, grade * length) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
+        bound = min(0.0, grade * length) + tool_surface_height(
+            shape, min(math.sqrt(d * d + w * w) + margin, shape.radius)
+        )
         if bound >= bound_limit:
             return bound
         edge = shape.radius - margin
@@ -201,11 +203,11 @@ def lowest_height(
         else:
             w = min(lowest_offset(shape, abs(d), -grade, -along, min(max_offset, length - along)), max_offset)
         w = min(max(w, -along), length - along)
-    return grade * (along + w) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
+    return grade * (along + w) + tool_surface_height(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
 
 
 @part
-def standing_over(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
+def material_over_tool(rows: CellRows, shape: ToolShape, move: NDArray, margin: float) -> float:
     """Return the maximum height of material over a tool that is wider by a margin all round, along its path, mm.
 
     Negative: below the tool; −∞: no material under it in these rows. On a sloped move, every point counts as passed at
@@ -232,12 +234,12 @@ def standing_over(rows: CellRows, shape: ToolShape, move: NDArray, margin: float
             along, d = x * ux + y * uy, y * ux - x * uy
             beyond = max(-along, along - length, 0.0)
             distance = math.sqrt(d * d + beyond * beyond)
-            highest = max(highest, h - surface(shape, min(max(distance - margin, 0.0), shape.radius)))
+            highest = max(highest, h - tool_surface_height(shape, min(max(distance - margin, 0.0), shape.radius)))
     return highest
 
 
 @part
-def met_by_body(
+def body_depth(
     rows: CellRows, radius: float, body: ToolShape, above: float, move: NDArray, film: float
 ) -> tuple[float, float]:
     """Return the maximum depth of a part above the flutes in the material during a move, and the number of cells.
@@ -304,7 +306,7 @@ def meet_bodies(
         if min(move[2], move[5]) + above >= top:
             continue
         body = ToolShape(bodies[b, 0], bodies[b, 1], bodies[b, 2], bodies[b, 3], bodies[b, 4], bodies[b, 5])
-        deepest, cells = met_by_body(rows, shape.radius, body, above, move, film)
+        deepest, cells = body_depth(rows, shape.radius, body, above, move, film)
         column = 6 if bodies[b, 7] == 0.0 else 7
         result[column] = max(result[column], deepest)
         if column == 6 and body.radius - rows.cell <= shape.radius:
@@ -352,7 +354,7 @@ def sweep(
         result[k, 3], result[k, 4], result[k, 5] = math.inf, -math.inf, -math.inf
         result[k, 6], result[k, 7], result[k, 8] = 0.0, 0.0, 0.0
         if margin >= 0.0:
-            result[k, 5] = standing_over(rows, shape, moves[i], margin)
+            result[k, 5] = material_over_tool(rows, shape, moves[i], margin)
         if len(bodies):
             meet_bodies(rows, shape, moves[i], film, top, bodies, result[k])
         xa, ya, za = moves[i, 0] - rows.x, moves[i, 1] - rows.y, moves[i, 2]

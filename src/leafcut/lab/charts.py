@@ -169,7 +169,7 @@ def _costs_at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]
     return costs
 
 
-def reached(curve: Course, target: float) -> float | None:
+def time_to_reach(curve: Course, target: float) -> float | None:
     """Return the time at which a run reached the target cost, or None."""
     return next((x for x, y in curve if y <= target), None)
 

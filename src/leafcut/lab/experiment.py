@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import api
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, name_suggestion
 from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -21,7 +21,7 @@ from leafcut.model.study import Study
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
 from leafcut.options.condition import Conditions
 from leafcut.processes import registry
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 #: Maximum number of runs per algorithm, and maximum number of points per curve.
 MAX_RUNS, MAX_POINTS = 1000, 300
@@ -88,7 +88,7 @@ def check_experiment(algorithms: Sequence[str], runs: int) -> None:
         raise OptionError("choose at least one algorithm to compare")
     for name in algorithms:
         if name not in COMPARED:
-            raise OptionError(f"unknown algorithm '{name}'{nearest(name, COMPARED)}")
+            raise OptionError(f"unknown algorithm '{name}'{name_suggestion(name, COMPARED)}")
     if not 1 <= runs <= MAX_RUNS:
         raise OptionError(f"runs of each algorithm: {runs} is out of range; choose 1 to {MAX_RUNS}")
 
@@ -117,7 +117,7 @@ def run_experiment(
     """
     check_experiment(algorithms, runs)
     cancel_event = cancelled or threading.Event()
-    first = collect({"seed": (options or {}).get("seed")}).of(SolveOptions).seed
+    first = collect_settings({"seed": (options or {}).get("seed")}).of(SolveOptions).seed
     repetitions: list[Repetition] = []
     best: Solution | None = None
     stopped = False

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, nearest
+from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, name_suggestion
 from leafcut.files.schemas import EXPERIMENT
 from leafcut.files.whole_files import parse_toml, toml_bytes
 from leafcut.lab.description import (
@@ -31,7 +31,7 @@ from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.job import machine_of
-from leafcut.processes.settings import collect, placed_in, why_unused
+from leafcut.processes.settings import collect_settings, resolve_files, why_unused
 
 #: Experiments that come with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
@@ -66,18 +66,22 @@ def load(name: str | Path) -> Description:
         except OSError as problem:
             raise ReadError(path, f"cannot be read ({problem.strerror})") from None
         try:
-            return described(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
+            return experiment_of_toml(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
         except OptionError as problem:  # the error is in the file, not on the command line
             raise DataError(str(problem)) from None
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
-        raise OptionError(f"unknown experiment '{name}'{nearest(str(name), shipped_names())}; or give a TOML file")
-    return replace(described(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None), shipped=True)
+        raise OptionError(
+            f"unknown experiment '{name}'{name_suggestion(str(name), shipped_names())}; or give a TOML file"
+        )
+    return replace(
+        experiment_of_toml(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None), shipped=True
+    )
 
 
-def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
+def experiment_of_toml(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
     """Return the experiment that parsed TOML describes. File names in it are relative to `folder`.
 
     If `folder` is None, they name files that are included with leafcut.
@@ -96,7 +100,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     command = table.text("command", OPTIMIZE)
     commands = [SOLVE, OPTIMIZE, "nest", *(process.command for process in registry.processes())]
     if command not in commands:
-        raise table.wrong(f"unknown command '{command}'{nearest(command, commands)}")
+        raise table.wrong(f"unknown command '{command}'{name_suggestion(command, commands)}")
     factors = tuple(_factor(entry, folder) for entry in table.tables("factor"))
     description = Description(
         name=name,
@@ -107,13 +111,13 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
         factors=factors,
         responses=tuple(_response(entry) for entry in table.tables("response")),
         seeds=_seeds(table),
-        options=_placed(folder, table.table("options")),
+        options=_resolve_files(folder, table.table("options")),
         analyses=(),
         source=table.text("source", ""),
         notes=tuple(table.texts("notes")),
         new_process=table.flag("new_process"),
         cores=table.text("cores", ""),
-        short=_short(table.table("reduced"), folder),
+        short=_resolve_short_form(table.table("reduced"), folder),
     )
     if not description.responses:
         raise table.wrong('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
@@ -131,7 +135,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     )
     _check_options(description)
     if description.short:
-        in_short(description)
+        short_form(description)
     return description
 
 
@@ -141,16 +145,20 @@ def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
     if not re.match(r"[a-z]+:", source):
         source = str(folder / source)
     facts = {name: table.as_number(f"facts.{name}", value) for name, value in table.table("facts").items()}
-    return LabInstance(table.text("name", Path(source).stem), source, _placed(folder, table.table("options")), facts)
+    return LabInstance(
+        table.text("name", Path(source).stem), source, _resolve_files(folder, table.table("options")), facts
+    )
 
 
 def _factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
-    named_levels = [Level(name, _placed(folder, options), None) for name, options in table.dicts("level").items()]
+    named_levels = [
+        Level(name, _resolve_files(folder, options), None) for name, options in table.dicts("level").items()
+    ]
     if bool(option) != bool(levels) or bool(levels) == bool(named_levels) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
-    simple = [Level(value_text(value), _placed(folder, {option: value}), number_of(value)) for value in levels]
+    simple = [Level(value_text(value), _resolve_files(folder, {option: value}), number_of(value)) for value in levels]
     all_levels = tuple(named_levels or simple)
     if len({level.name for level in all_levels}) < len(all_levels):
         raise table.wrong("two levels are the same")
@@ -181,7 +189,7 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     }
     for kind_of_name, (word, words) in known.items():
         if word not in words:
-            raise table.wrong(f"unknown {kind_of_name.split()[0]} '{word}'{nearest(word, words)}")
+            raise table.wrong(f"unknown {kind_of_name.split()[0]} '{word}'{name_suggestion(word, words)}")
     if not 0.0 < alpha < 0.5:
         raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
     needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "trend": 1, "projection": 1}.get(kind)
@@ -193,13 +201,16 @@ def _analysis(table: DescriptionTable, description: Description) -> Analysis:
     without = tuple(table.texts("without"))
     for item in without:
         if item not in [instance.name for instance in description.instances]:
-            raise table.wrong(f"unknown instance '{item}'{nearest(item, [i.name for i in description.instances])}")
+            raise table.wrong(
+                f"unknown instance '{item}'{name_suggestion(item, [i.name for i in description.instances])}"
+            )
     if kind == "pareto" and len(description.responses) < 2:
         raise table.wrong("'pareto' needs two responses")
     against = table.text("against", "")
     if against and (against == response or against not in [item.name for item in description.responses]):
         raise table.wrong(
-            f"against '{against}': name another response{nearest(against, [r.name for r in description.responses])}"
+            f"against '{against}': name another response"
+            f"{name_suggestion(against, [r.name for r in description.responses])}"
         )
     boards = table.content.get("boards", [])
     if not isinstance(boards, list) or any(type(count) is not int or count < 1 for count in boards):
@@ -217,7 +228,7 @@ def _fact(table: DescriptionTable, description: Description) -> str:
     if fact and (table.text("kind") != "compare" or table.text("base", "")):
         raise table.wrong("fact: a comparison takes it, in place of a base")
     if fact and fact not in known:
-        raise table.wrong(f"unknown fact '{fact}'{nearest(fact, known)}")
+        raise table.wrong(f"unknown fact '{fact}'{name_suggestion(fact, known)}")
     return fact
 
 
@@ -232,29 +243,29 @@ def _seeds(table: DescriptionTable) -> tuple[int, ...]:
     return tuple(listed)
 
 
-def _chosen(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
+def _items_by_name(items: Sequence[Any], names: Sequence[str], table: DescriptionTable, kind: str) -> tuple[Any, ...]:
     """Return the items with the given names, or all items if no name is given."""
     known = [item.name for item in items]
     for name in names:
         if name not in known:
-            raise table.wrong(f"{kind}: unknown '{name}'{nearest(name, known)}")
+            raise table.wrong(f"{kind}: unknown '{name}'{name_suggestion(name, known)}")
     return tuple(item for item in items if not names or item.name in names)
 
 
-def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+def _resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options with their file names resolved relative to `folder`.
 
     Options that cannot be resolved are kept; they are refused later, with the name of their run.
     """
     try:
-        return placed_in(folder, options)
+        return resolve_files(folder, options)
     except OptionError:
         return dict(options)
 
 
-def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _resolve_short_form(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     tables = {name: table[name] for name in ("options", "instance_options") if isinstance(table.get(name), dict)}
-    return {**table, **{name: _placed(folder, options) for name, options in tables.items()}}
+    return {**table, **{name: _resolve_files(folder, options) for name, options in tables.items()}}
 
 
 def _check_options(description: Description) -> None:
@@ -266,7 +277,7 @@ def _check_options(description: Description) -> None:
             break
         seen.add(shape)
         try:
-            settings = collect(run.options)
+            settings = collect_settings(run.options)
             if description.command != SOLVE:
                 machine_of(settings)
             for name in run.options:
@@ -283,7 +294,7 @@ def _work(command: str) -> Work | None:
     return next((work for work in registry.works() if work.command == command), None)
 
 
-def in_short(description: Description) -> Description:
+def short_form(description: Description) -> Description:
     """Return the short form of an experiment (fewer inputs, levels and seeds, less work per run).
 
     Raise `OptionError` if the experiment has no short form.
@@ -297,10 +308,11 @@ def in_short(description: Description) -> Description:
         reduced=True,
         options={**description.options, **table.table("options")},
         seeds=_seeds(table) if "seeds" in description.short else description.seeds,
-        instances=_chosen(description.instances, names, table, "instances"),
+        instances=_items_by_name(description.instances, names, table, "instances"),
         factors=tuple(
             replace(
-                factor, levels=_chosen(factor.levels, [*map(value_text, values)], table, f"levels of {factor.name}")
+                factor,
+                levels=_items_by_name(factor.levels, [*map(value_text, values)], table, f"levels of {factor.name}"),
             )
             if (values := table.table("levels").get(factor.name))
             else factor
@@ -317,7 +329,8 @@ def in_short(description: Description) -> Description:
         )
     for unknown in set(table.table("levels")) - {factor.name for factor in description.factors}:
         raise table.wrong(
-            f"levels of '{unknown}', which is no factor{nearest(unknown, [f.name for f in description.factors])}"
+            f"levels of '{unknown}', which is no factor"
+            f"{name_suggestion(unknown, [f.name for f in description.factors])}"
         )
     table.check({"options", "seeds", "instances", "levels", "instance_options"})
     _check_options(reduced_description)

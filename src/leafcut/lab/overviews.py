@@ -9,7 +9,7 @@ from statistics import fmean
 
 from leafcut.lab import charts
 from leafcut.lab.description import Response
-from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, variant_name
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, number_or_dash, variant_name
 from leafcut.lab.statistics import interval
 from leafcut.lab.store import Row
 
@@ -34,7 +34,7 @@ def overview(results: Results) -> ReportBlock:
             continue
         row = [*cell, str(runs), str(results.missing(runs))]
         for response in description.responses:
-            row += _spread(by_measure[response.name].get(cell, []), response)
+            row += _spread_cells(by_measure[response.name].get(cell, []), response)
         rows.append(tuple(row))
     sentences = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
     return ReportBlock("All runs", sentences, (Table(tuple(columns), tuple(rows), 1 + len(description.factors)),))
@@ -71,9 +71,9 @@ def searches(results: Results) -> ReportBlock | None:
             variant: [[(point[1], point[2]) for point in row.curve] for row in rows]
             for variant, rows in variants.items()
         }
-        target, percent = _target(timed)
+        target, percent = _common_target(timed)
         times = {
-            variant: [charts.reached(curve, target) for curve in timed_curves]
+            variant: [charts.time_to_reach(curve, target) for curve in timed_curves]
             for variant, timed_curves in timed.items()
         }
         sentences = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
@@ -81,7 +81,7 @@ def searches(results: Results) -> ReportBlock | None:
     return ReportBlock("How the searches went", (), (), tuple(drawn))
 
 
-def _target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:
+def _common_target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:
     ends = sorted(curve[-1][1] for curves in variants.values() for curve in curves)
     for percent in _TARGETS:
         target = ends[0] * (1.0 + percent / 100.0)
@@ -90,7 +90,7 @@ def _target(variants: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> 
     return ends[-1], 100.0 * (ends[-1] / ends[0] - 1.0)
 
 
-def _spread(values: Sequence[float], response: Response) -> list[str]:
+def _spread_cells(values: Sequence[float], response: Response) -> list[str]:
     if not values:
         return ["–"] * 5
     low, high = interval(values)
@@ -98,4 +98,4 @@ def _spread(values: Sequence[float], response: Response) -> list[str]:
     mean = fmean(values)
     deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1)) if len(values) > 1 else None
     half = number((high - low) / 2.0) if len(values) > 1 else "–"
-    return [number(mean), half, or_dash(deviation), number(best(values)), number(worst(values))]
+    return [number(mean), half, number_or_dash(deviation), number(best(values)), number(worst(values))]

@@ -11,8 +11,8 @@ from typing import Any
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, count_of
+from leafcut.lab.analysis_blocks import analysis_blocks
 from leafcut.lab.description import Description
-from leafcut.lab.judging import judged
 from leafcut.lab.overviews import overview, searches
 from leafcut.lab.published import Runs, command_options, published_blocks, words
 from leafcut.lab.published import circumstances as own_circumstances
@@ -46,7 +46,7 @@ def write_page(
         language="en",
         of=description,
         done=len(results.finished),
-        state=_state(description, results, rows, n_runs, n_left_out),
+        state=_state_sentences(description, results, rows, n_runs, n_left_out),
         measured=bool(measured),
         blocks=[*measured, *published_blocks(runs, "en", command_options(description.reduced))],
         failed=[
@@ -54,7 +54,7 @@ def write_page(
             for row in rows
             if row.failed
         ],
-        circumstances=circumstances(results.rows),
+        circumstances=run_circumstances(results.rows),
     )
 
 
@@ -134,10 +134,12 @@ def _blocks(results: Results) -> list[ReportBlock]:
     if not results.rows:
         return []
     search_charts = searches(results)
-    return [*judged(results), *([search_charts] if search_charts else []), overview(results)]
+    return [*analysis_blocks(results), *([search_charts] if search_charts else []), overview(results)]
 
 
-def _state(description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int) -> list[str]:
+def _state_sentences(
+    description: Description, results: Results, rows: Sequence[Row], n_runs: int, n_left_out: int
+) -> list[str]:
     sentences = [f"{len(results.finished)} of {count_of(n_runs, 'run')} done"]
     if n_left_out:
         sentences.append(f"{count_of(n_left_out, 'run')} left out, as this machine has fewer cores")
@@ -149,7 +151,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], n_ru
     return sentences
 
 
-def circumstances(rows: Sequence[Row]) -> list[str]:
+def run_circumstances(rows: Sequence[Row]) -> list[str]:
     """Return sentences on the machines, versions and dates of the runs."""
     if not rows:
         return []

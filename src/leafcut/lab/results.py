@@ -120,7 +120,7 @@ def number(value: float) -> str:
     return f"{value:,.{min(max(places, 0), 7)}f}"
 
 
-def or_dash(value: float | None) -> str:
+def number_or_dash(value: float | None) -> str:
     """Return a number as text, or a dash for None."""
     return "–" if value is None else number(value)
 

@@ -92,7 +92,7 @@ Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
 @dataclass(frozen=True)
-class Ran:
+class RunSummary:
     """Summary of a call of `run`.
 
     `runs` fit this machine and `finished` of them are stored; `done` were executed by this call. `left_out` runs
@@ -115,7 +115,7 @@ def run(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
     mixed: bool = False,
-) -> Ran:
+) -> RunSummary:
     """Execute the runs of an experiment that are not stored yet, and repeat failed runs.
 
     The seeds form rounds. The order within a round is random, so that a drift of the machine affects all levels
@@ -141,7 +141,7 @@ def run(
     if not plans:
         raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
     rows = {row.key: row for row in store.rows(description.key) if not row.failed}
-    inputs = {instance.name: _input(description.command, instance) for instance in description.instances}
+    inputs = {instance.name: _input_and_hash(description.command, instance) for instance in description.instances}
     todo = [
         (plan, task)
         for plan in in_random_order(plans, description.key)
@@ -168,7 +168,9 @@ def run(
         if answer.failed:
             failed.append(f"{plan.label}: {answer.failed}")
         report_progress(done)
-    return Ran(len(plans), len(stored_keys) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
+    return RunSummary(
+        len(plans), len(stored_keys) + done - len(failed), done, tuple(failed), left_out, done < len(todo)
+    )
 
 
 def in_random_order(plans: Iterable[RunPlan], name: str) -> list[RunPlan]:
@@ -192,7 +194,7 @@ def rows_of(description: Description, store: Store) -> list[Row]:
         An input cannot be read.
     """
     by_key = {row.key: row for row in store.rows(description.key)}
-    inputs = {instance.name: _input(description.command, instance) for instance in description.instances}
+    inputs = {instance.name: _input_and_hash(description.command, instance) for instance in description.instances}
     keys = [task_of(description, plan, inputs).key for plan in description.runs()]
     return [by_key[key] for key in keys if key in by_key]
 
@@ -208,16 +210,16 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
     responses = {response.name: (response.path, response.scale) for response in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
     # A file named by an option is identified by its content, not by its path.
-    options = {name: _by_content(value) for name, value in plan.options.items()}
+    options = {name: _hash_of_file(value) for name, value in plan.options.items()}
     content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
     key = key_of(description.key, description.command, content)
     return RunTask(key, description.command, source, dict(plan.options), responses, description.new_process)
 
 
-def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
+def execute_run(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Execute a run; an error is returned in the answer."""
-    started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
+    started, load = datetime.now(UTC).isoformat(timespec="seconds"), _load_average()
     environment = Answer(began=started, load=load, versions=_versions(), machine=_machine())
     study = _study_for(task)
     try:
@@ -226,13 +228,13 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, study, cancelled)
     except LeafcutError as problem:
-        figures = _figures({SEARCH: _search_figures(study)}, task)
+        figures = _response_values({SEARCH: _search_figures(study)}, task)
         return replace(environment, failed=str(problem), responses=figures, curve=_search_curve(study))
     answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor, SEARCH: _search_figures(study)}
-    return replace(environment, responses=_figures(answer, task), curve=curve)
+    return replace(environment, responses=_response_values(answer, task), curve=curve)
 
 
-def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
+def executor_performer(executor: WatchedExecutor, ended: threading.Event) -> Performer:
     """Return a performer that executes each run once on an executor.
 
     A run fails if the workers that execute it die repeatedly.
@@ -249,7 +251,7 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
         )
 
     def performs(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:
-        for task, answer in run_tasks(executor, perform, tasks, ended=ended.is_set):
+        for task, answer in run_tasks(executor, execute_run, tasks, ended=ended.is_set):
             yield task, answer if isinstance(answer, Answer) else Answer(failed=f"{type(answer).__name__}: {answer}")
 
     return performs
@@ -258,7 +260,7 @@ def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
 def _run_in_process(tasks: Iterable[RunTask], cancel_event: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
     """Execute tasks one after the other. A cancelled task yields no answer."""
     for task in tasks:
-        answer = perform(task, cancel_event)
+        answer = execute_run(task, cancel_event)
         if cancel_event.is_set():
             return
         yield task, answer
@@ -370,7 +372,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
     return answer
 
 
-def _figures(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
+def _response_values(answer: Mapping[str, Any], task: RunTask) -> dict[str, float | None]:
     """Return the responses of an answer.
 
     A response is a sum of figures, each the first that exists of several paths.
@@ -399,7 +401,7 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
     return float(value) * scale if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
+def _input_and_hash(command: str, instance: LabInstance) -> tuple[str | Source, str]:
     """Return the input of an instance and its hash (of the content, or of the name if there is no file)."""
     if command == "nest":  # a list of drawings, which the command reads itself
         from leafcut.files.whole_files import check_is_there
@@ -412,7 +414,7 @@ def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
     return source, hashlib.sha256(source.data or instance.input.encode()).hexdigest()
 
 
-def _by_content(value: Any) -> Any:
+def _hash_of_file(value: Any) -> Any:
     """Return the hash of a file's content if the value is an absolute path of a file, else the value."""
     if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
         return value
@@ -439,7 +441,7 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _load() -> float | None:
+def _load_average() -> float | None:
     return round(os.getloadavg()[0] / _cores(), 2) if hasattr(os, "getloadavg") else None
 
 

@@ -116,7 +116,7 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankComparison:
     """Rank comparison of treatments over blocks. Every treatment occurs in each block.
 
     Attributes
@@ -163,7 +163,7 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     from scipy import stats
     from statsmodels.formula.api import ols
 
-    values = _checked(groups)
+    values = _checked_groups(groups)
     counts = {name: len(sample) for name, sample in values.items()}
     if np.ptp(np.concatenate(list(values.values()))) == 0.0:
         raise OptionError("all figures are equal; no analysis is possible")
@@ -198,7 +198,7 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
     )
 
 
-def crossed(
+def two_way(
     rows: Sequence[tuple[str, str, float]], names: tuple[str, str], blocks: Sequence[str] = ()
 ) -> tuple[Effect, ...]:
     """Return the two-way analysis of variance with interaction and residual (type II sums of squares).
@@ -255,7 +255,7 @@ def crossed(
     return tuple(effects)
 
 
-def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
+def compare_ranks(treatments: Groups, alpha: float = 0.05) -> RankComparison:
     """Return a rank comparison. The figures of all treatments must belong to the same blocks, in the same order.
 
     Friedman's test compares all treatments. Wilcoxon's signed-rank test with Holm's correction compares pairs
@@ -285,7 +285,7 @@ def ranked(treatments: Groups, alpha: float = 0.05) -> Ranked:
         _signed_ranks(a, b, x, y, alpha)
         for (a, x), (b, y) in itertools.combinations(zip(treatments, table, strict=True), 2)
     ]
-    return Ranked(blocks, dict(zip(treatments, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
+    return RankComparison(blocks, dict(zip(treatments, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
 
 
 def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
@@ -332,7 +332,7 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
     ]  # fmt: skip
 
 
-def _checked(groups: Groups) -> dict[str, NDArray[np.float64]]:
+def _checked_groups(groups: Groups) -> dict[str, NDArray[np.float64]]:
     values = {name: np.asarray(sample, dtype=np.float64) for name, sample in groups.items()}
     if len(values) < 2:
         raise OptionError("an analysis of variance needs two groups or more")

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from leafcut.errors import LeafcutError, ReadError, shown
+from leafcut.errors import LeafcutError, ReadError, printable
 from leafcut.files.schemas import RESULTS, check_schema
 from leafcut.files.whole_files import OutputError
 
@@ -140,7 +140,9 @@ class Store:
             else:
                 check_schema(RESULTS, schema, str(self.path))
                 if (check_result := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
-                    raise ReadError(self.path, f"damaged results ({shown(check_result, 120)}); give another --results")
+                    raise ReadError(
+                        self.path, f"damaged results ({printable(check_result, 120)}); give another --results"
+                    )
             if not self._read_only:
                 self._data.execute("commit")
 
@@ -182,7 +184,7 @@ class Store:
             raise self._line(problem) from None
 
     def _line(self, problem: Exception) -> LeafcutError:
-        words = shown(str(problem), 120)
+        words = printable(str(problem), 120)
         if isinstance(problem, OSError):
             return OutputError(f"{self.path}: cannot be opened ({problem.strerror})")
         if not isinstance(problem, sqlite3.OperationalError):

@@ -1,16 +1,20 @@
-"""An experiment as JSON and CSV."""
+"""An experiment as JSON and CSV, with the spread of its results."""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from leafcut.lab.experiment import Experiment, Repetition
-from leafcut.lab.spread import Spread
 from leafcut.model.study import Iteration
+
+#: Distance from the quartiles beyond which a value is an outlier, in interquartile ranges (Tukey 1977).
+WHISKER = 1.5
 
 
 def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
@@ -23,7 +27,7 @@ def experiment_as_json(experiment: Experiment) -> dict[str, Any]:
         "lower_bound": experiment.lower_bound,
         "stopped_early": experiment.stopped,
         "algorithms": [_summary(name, experiment.runs_of(name)) for name in experiment.algorithms],
-        "runs": [_plain(run) for run in experiment.repetitions],
+        "runs": [_run_as_json(run) for run in experiment.repetitions],
     }
 
 
@@ -37,8 +41,8 @@ def curves_as_json(experiment: Experiment) -> list[dict[str, Any]]:
 
 def runs_as_csv(experiment: Experiment) -> str:
     """Return the runs as CSV, one row per run."""
-    rows = [list(_plain(run).values()) for run in experiment.repetitions]
-    return _csv(_plain(experiment.repetitions[0]), rows)
+    rows = [list(_run_as_json(run).values()) for run in experiment.repetitions]
+    return _csv(_run_as_json(experiment.repetitions[0]), rows)
 
 
 def summary_as_csv(experiment: Experiment) -> str:
@@ -59,7 +63,7 @@ def iterations_as_csv(rows: Sequence[Iteration]) -> str:
     return _csv(Iteration._fields, rows)
 
 
-def _plain(run: Repetition) -> dict[str, Any]:
+def _run_as_json(run: Repetition) -> dict[str, Any]:
     return {
         "algorithm": run.algorithm,
         "seed": run.seed,
@@ -91,3 +95,53 @@ def _csv(head: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
     writer.writerow(head)
     writer.writerows(rows)
     return text.getvalue()
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Statistics of a sample in which smaller is better.
+
+    Attributes
+    ----------
+    deviation
+        Sample standard deviation (n - 1); None for a single number.
+    lower, median, upper
+        Quartiles, linearly interpolated (NumPy's `linear`, Python's `inclusive`).
+    low, high
+        Smallest and largest number that is not an outlier.
+    outliers
+        Numbers more than `WHISKER` interquartile ranges outside the quartiles.
+    """
+
+    count: int
+    best: float
+    mean: float
+    deviation: float | None
+    worst: float
+    lower: float
+    median: float
+    upper: float
+    low: float
+    high: float
+    outliers: tuple[float, ...]
+
+    @classmethod
+    def of(cls, numbers: Iterable[float]) -> Spread:
+        """Return the statistics of one or more numbers."""
+        values = np.sort(np.fromiter(numbers, dtype=np.float64))
+        lower, median, upper = (float(q) for q in np.percentile(values, (25, 50, 75)))
+        reach = WHISKER * (upper - lower)
+        inside = (values >= lower - reach) & (values <= upper + reach)
+        return cls(
+            count=len(values),
+            best=float(values[0]),
+            mean=float(values.mean()),
+            deviation=float(values.std(ddof=1)) if len(values) > 1 else None,
+            worst=float(values[-1]),
+            lower=lower,
+            median=median,
+            upper=upper,
+            low=float(values[inside][0]),
+            high=float(values[inside][-1]),
+            outliers=tuple(values[~inside].tolist()),
+        )

@@ -18,10 +18,10 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from leafcut._version import __version__
-from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.errors import LeafcutError, OptionError, count_of, name_suggestion
 from leafcut.files.schemas import OPTIONS
 from leafcut.lab.description import OPTIMIZE, SOLVE, Analysis, Description, Factor, LabInstance, Level, Response
-from leafcut.lab.own_part import responses_of
+from leafcut.lab.own_experiment import responses_of
 from leafcut.lab.results import ReportBlock, Table, number
 from leafcut.lab.running import Performer, rows_of, run
 from leafcut.lab.store import Row, Store
@@ -45,7 +45,7 @@ _FRESH = 10_001
 
 
 @dataclass(frozen=True)
-class Range:
+class SearchRange:
     """The search range of a parameter.
 
     `log`: sample uniformly in the logarithm. `paced`: larger values mean more work per iteration.
@@ -60,21 +60,21 @@ class Range:
 
 
 _ANTS = (
-    Range("n_ants", 4, 128, log=True, whole=True, paced=True),
-    Range("pheromone_weight", 0.25, 4.0, log=True),
-    Range("heuristic_weight", 0.5, 8.0, log=True),
-    Range("evaporation_rate", 0.01, 0.9, log=True),
-    Range("candidates", 5, 40, log=True, whole=True),
+    SearchRange("n_ants", 4, 128, log=True, whole=True, paced=True),
+    SearchRange("pheromone_weight", 0.25, 4.0, log=True),
+    SearchRange("heuristic_weight", 0.5, 8.0, log=True),
+    SearchRange("evaporation_rate", 0.01, 0.9, log=True),
+    SearchRange("candidates", 5, 40, log=True, whole=True),
 )
 _FIREFLIES = (
-    Range("n_fireflies", 4, 64, log=True, whole=True, paced=True),
-    Range("attractiveness", 1.0, 80.0, log=True, paced=True),
-    Range("absorption", 1e-4, 1.0, log=True),
+    SearchRange("n_fireflies", 4, 64, log=True, whole=True, paced=True),
+    SearchRange("attractiveness", 1.0, 80.0, log=True, paced=True),
+    SearchRange("absorption", 1e-4, 1.0, log=True),
 )
 #: Search ranges per algorithm: parameters that the authors leave open, around the values that they tested.
-RANGES: Mapping[str, tuple[Range, ...]] = {
+RANGES: Mapping[str, tuple[SearchRange, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
-    "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99)),
+    "acs": (*_ANTS, SearchRange("greedy_probability", 0.0, 0.99)),
     "firefly": _FIREFLIES,
 }
 
@@ -104,7 +104,7 @@ class TuningTask:
 
     def __post_init__(self) -> None:
         if self.algorithm not in RANGES:
-            raise OptionError(f"--algorithm: cannot tune '{self.algorithm}'{nearest(self.algorithm, RANGES)}")
+            raise OptionError(f"--algorithm: cannot tune '{self.algorithm}'{name_suggestion(self.algorithm, RANGES)}")
         for flag, value, limit in (("--trials", self.trials, MAX_TRIALS), ("--seeds", self.seeds, MAX_SEEDS)):
             if not 1 <= value <= limit:
                 raise OptionError(f"{flag}: choose 1 to {limit:,}")
@@ -123,7 +123,7 @@ class TuningTask:
                 raise OptionError(f"{flag_name(name)}: is sought or set by the search; leave it out of the options")
 
     @property
-    def ranges(self) -> tuple[Range, ...]:
+    def ranges(self) -> tuple[SearchRange, ...]:
         """The ranges to search. Without a time limit, parameters that change the work per iteration are excluded."""
         timed = self.options.get("time_limit") is not None
         return tuple(range_ for range_ in RANGES[self.algorithm] if timed or not range_.paced)
@@ -153,7 +153,7 @@ class TrialResult:
 
 
 @dataclass(frozen=True)
-class Tuned:
+class TuningResult:
     """Result of a tuning.
 
     Attributes
@@ -203,7 +203,7 @@ def tune(
     progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
     mixed: bool = False,
-) -> Tuned:
+) -> TuningResult:
     """Search parameters on some inputs and evaluate the best set on the others. Stored runs are not repeated.
 
     `performer`, `progress`, `cancelled` and `mixed` are as in `lab.running.run`.
@@ -220,7 +220,7 @@ def tune(
     cancel_event = cancelled or threading.Event()
 
     def runs_of(description: Description, share: float, width: float) -> list[Row]:
-        on_progress = None if progress is None else _within(progress, share, width)
+        on_progress = None if progress is None else _scaled_progress(progress, share, width)
         run(description, store, performer=performer, progress=on_progress, cancelled=cancel_event, mixed=mixed)
         return rows_of(description, store)
 
@@ -252,7 +252,9 @@ def tune(
         ),
     )
     rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not cancel_event.is_set() else []
-    return Tuned(task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not cancel_event.is_set())
+    return TuningResult(
+        task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not cancel_event.is_set()
+    )
 
 
 def _search(
@@ -266,14 +268,14 @@ def _search(
         if cancel_event.is_set():
             return
         trial = study.ask()
-        cost = evaluate({range_.name: _drawn(trial, range_) for range_ in task.ranges})
+        cost = evaluate({range_.name: _sample(trial, range_) for range_ in task.ranges})
         if cost is None:
             study.tell(trial, state=optuna.trial.TrialState.FAIL)
         else:
             study.tell(trial, cost)
 
 
-def _drawn(trial: Trial, range_: Range) -> float | int:
+def _sample(trial: Trial, range_: SearchRange) -> float | int:
     """Return a value drawn from the range, rounded to three significant digits so that it is readable as a setting."""
     if range_.whole:
         return int(trial.suggest_int(range_.name, int(range_.low), int(range_.high), log=range_.log))
@@ -323,12 +325,12 @@ def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
     return fmean(tuned / default for default, tuned in means) - 1.0 if means else None
 
 
-def search_block(tuned: Tuned) -> ReportBlock:
+def search_block(tuned: TuningResult) -> ReportBlock:
     """Return the report section of the search: the best set, the cost of the trials, and a table of all trials."""
     from leafcut.lab import charts
 
     task = tuned.task
-    usual = {range_.name: _usual(range_.name) for range_ in task.ranges}
+    usual = {range_.name: _default_text(range_.name) for range_ in task.ranges}
     parameter_table = Table(
         ("Parameter", "Option", "Default", "Tuned", "Sought in"),
         tuple(
@@ -360,7 +362,7 @@ def search_block(tuned: Tuned) -> ReportBlock:
     return ReportBlock("The search", (f"In short: {tuned.words()}.",), (parameter_table, trial_table), drawn)
 
 
-def options_text(tuned: Tuned) -> str:
+def options_text(tuned: TuningResult) -> str:
     """Return the best set as text of an ``--options`` file, with its measured gain as a comment."""
     lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
@@ -371,7 +373,7 @@ def options_text(tuned: Tuned) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _usual(name: str) -> str:
+def _default_text(name: str) -> str:
     spec, group = group_of(name).specs()[name], group_of(name)()
     value = getattr(group, name)
     return spec.default_words if value is None else f"{value:g}"
@@ -383,7 +385,7 @@ def _names(inputs: Sequence[str]) -> list[str]:
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
-def _within(progress: OnProgress, share: float, width: float) -> OnProgress:
+def _scaled_progress(progress: OnProgress, share: float, width: float) -> OnProgress:
 
     def tell(now: Progress) -> None:
         progress(replace(now, share=min(share + width * now.share, 1.0)))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.kernels.bands import Bands, near_places
+from leafcut.kernels.bands import Bands, points_near_segments
 
 
-def bands_of(points: Floats, side: float) -> Bands:
+def sort_into_bands(points: Floats, side: float) -> Bands:
     """Return points, float64[n, 2], in bands of height `side`, mm. The bands are higher if there would be more bands
     than points.
     """
@@ -21,7 +21,7 @@ def bands_of(points: Floats, side: float) -> Bands:
     return Bands(x[order], y[order], order, first, low, side)
 
 
-def pieces_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
+def segments_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> tuple[Indices, Indices]:
     """Return the pairs (segment, point) in which the segment is within the limit of the point.
 
     The pairs are sorted by segment. `start` and `end` are float64[m, 2], `points` is float64[n, 2], and `limits` is
@@ -30,7 +30,7 @@ def pieces_near(start: Floats, end: Floats, points: Floats, limits: Floats) -> t
     count, rows = np.zeros(len(start), np.int64), np.zeros(0, np.int64)
     if len(start) and len(points):
         limit = float(limits.max())
-        bands = bands_of(points, 0.5 * limit)
-        while (total := near_places(bands, limits, limit, start, end, count, rows)) > len(rows):
+        bands = sort_into_bands(points, 0.5 * limit)
+        while (total := points_near_segments(bands, limits, limit, start, end, count, rows)) > len(rows):
             rows = np.zeros(total, np.int64)
     return np.repeat(np.arange(len(start)), count), rows

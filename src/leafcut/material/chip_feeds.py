@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
 
 
-def chip_at(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
+def chip_thickness(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
     """Return the maximum chip thickness per revolution at every point, mm, for feeds in mm/s and speeds in rpm.
 
     The tool counts as a tool with a single tooth: h = f sin φ / n, where φ is the angle of the maximum thickness
@@ -33,7 +33,7 @@ def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> 
     return np.asarray(engaged.width * depth * np.asarray(feed))
 
 
-def power_at(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
+def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
     """Return the cutting power at every point, W, for feeds in mm/s; 0 without a cut or a power limit.
 
     The mean chip is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is the mean
@@ -56,7 +56,7 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
     chip_limit = np.full(len(engaged.width), limits.feed)
     feed = np.minimum(chip_limit / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
-        power = power_at(engaged, feed, limits)
+        power = cutting_power(engaged, feed, limits)
         overloaded = power > limits.power
         feed[overloaded] *= feed_ratio(limits.material, limits.power / power[overloaded])
     return np.asarray(feed)
@@ -118,7 +118,7 @@ def _within_power(limits: FeedLimits, feed: float, power: float) -> float:
     return float(feed * feed_ratio(limits.material, limits.power / power))
 
 
-def least_around(values: Floats, length: Floats, reach: float) -> Floats:
+def minimum_around(values: Floats, length: Floats, reach: float) -> Floats:
     """Return the minimum of the values within a distance before and after each segment of a path; lengths are in mm.
 
     A feed is reduced before and after the position that requires it.

@@ -16,7 +16,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.material.height_field import HeightField
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Body, BodyPart, Cutter
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 
 if TYPE_CHECKING:
     from leafcut.kernels.sweep import CellRows, ToolShape
@@ -79,7 +79,7 @@ def cut(
     moves: StraightMoves,
     cutters: Mapping[int, Cutter],
     threads: int = 1,
-    check_cancelled: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
     *,
     margin: float | None = None,
     surrounding_height: float | None = None,
@@ -118,8 +118,8 @@ def cut(
     inset = np.where(moves.rapid, RAPID_INSET * field.cell, 0.0)
     wider = -1.0 if margin is None else margin
     lowered_heights = np.empty((0, 0), dtype=np.float32) if lowered is None else lowered.heights
-    shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
-    body_rows = {number: _part_rows(parts) for number, parts in (bodies or {}).items()}
+    shapes = {number: ToolShape(*_shape_of_cutter(cutter)) for number, cutter in cutters.items()}
+    body_rows = {number: _body_part_rows(parts) for number, parts in (bodies or {}).items()}
     no_body, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
     strips = [
         CellRows(field.heights, lowered_heights, first, last, field.x, field.y, field.cell)
@@ -201,7 +201,7 @@ def _sweep_strip(
     return selected, result
 
 
-def _part_rows(parts: Sequence[BodyPart]) -> Floats:
+def _body_part_rows(parts: Sequence[BodyPart]) -> Floats:
     rows = [
         (
             part.radius,
@@ -236,7 +236,7 @@ def _shank_collides(
     return colliding
 
 
-def _shape(cutter: Cutter) -> tuple[float, ...]:
+def _shape_of_cutter(cutter: Cutter) -> tuple[float, ...]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope)
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 from leafcut.kernels.engagement import EdgePath, ToolEdge, engaged_edges
-from leafcut.material.bands import bands_of
-from leafcut.material.tool_steps import ToolWay
+from leafcut.material.bands import sort_into_bands
+from leafcut.material.tool_steps import ToolSteps
 from leafcut.model.pocket import PocketRules
 
 #: Smallest engagement that is not a rounding error, rad.
@@ -53,7 +53,7 @@ def slot(diameter: float) -> Engaged:
     return Engaged(np.array([math.pi]), np.array([diameter]), np.ones(1))
 
 
-def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
+def engagement(path: ToolSteps, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
     """Return the engagement at every point of a path.
 
     The result is exact at the points, except for the effect of the tolerance t on the width of material: an angle φ is
@@ -72,7 +72,7 @@ def engagement(path: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | Non
         low, high = np.zeros((2, 2 * n + 2))
         # All earlier points count, including those without engagement. Otherwise the films that they removed would
         # count as material for later points, and would add up.
-        engaged_edges(bands_of(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
+        engaged_edges(sort_into_bands(path.xy, rules.radius), points, tool, low, high, angle, width, nearest)
     if entry is not None:
         angle[entry] = width[entry] = 0.0
     return Engaged(angle, rules.radius * width, np.where(angle > 0.0, np.cos(nearest), 0.0))

@@ -16,7 +16,7 @@ from leafcut.material.cutting_force import feed_ratio, mean_chip, milling_power,
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool
 from leafcut.model.cutter import Cutter
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
 from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
@@ -83,30 +83,30 @@ class Loads:
         return chip
 
     @cached_property
-    def upright(self) -> NDArray[np.bool_]:
+    def is_vertical(self) -> NDArray[np.bool_]:
         """Mask of the segments that go straight up or down."""
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
     @cached_property
     def mills(self) -> NDArray[np.bool_]:
         """Mask of the segments that cut without descending."""
-        mills: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & ~self._descends
+        mills: NDArray[np.bool_] = self._is_cutting_feed & ~self.is_vertical & ~self._descends
         return mills
 
     @cached_property
     def sinks(self) -> NDArray[np.bool_]:
         """Mask of the segments that cut on a sloped descent, which are ramps and helices."""
-        sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.upright & self._descends
+        sinks: NDArray[np.bool_] = self._is_cutting_feed & ~self.is_vertical & self._descends
         return sinks
 
     @cached_property
     def plunges(self) -> NDArray[np.bool_]:
         """Mask of the segments that plunge straight into material."""
-        plunges: NDArray[np.bool_] = self._is_cutting_feed & self.upright & self._descends
+        plunges: NDArray[np.bool_] = self._is_cutting_feed & self.is_vertical & self._descends
         return plunges
 
     @cached_property
-    def down(self) -> Floats:
+    def descent_speed(self) -> Floats:
         """Downward speed of each segment, mm/s; 0 if it does not descend."""
         ends = self.moves.ends
         drop = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
@@ -146,16 +146,20 @@ class Loads:
         turns = self.rpm > 0
         mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
         teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
-        across = np.sqrt(np.maximum(self.feed**2 - self.down**2, 0.0))
+        across = np.sqrt(np.maximum(self.feed**2 - self.descent_speed**2, 0.0))
         chip = mean_chip(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
-        end = np.where(sinks, np.minimum(self.rate, 0.25 * math.pi * diameter**2 * self.down), 0.0)
+        end = np.where(sinks, np.minimum(self.rate, 0.25 * math.pi * diameter**2 * self.descent_speed), 0.0)
         power = np.zeros(len(self.feed))
         power[mills] = milling_power(spindle.material, self.rate[mills], chip[mills])
         power[sinks] = ramp_power(
-            spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
+            spindle.material,
+            (self.rate - end)[sinks],
+            end[sinks],
+            chip[sinks],
+            (self.descent_speed / teeth_by_time)[sinks],
         )
         # A segment may start in the air. While it cuts, its rate is the cut area seen from above times the descent.
-        sink_rate = self.down[plunges]
+        sink_rate = self.descent_speed[plunges]
         power[plunges] = milling_power(
             spindle.material, self.removed.area[plunges] * sink_rate, sink_rate / teeth_by_time[plunges]
         )
@@ -179,7 +183,7 @@ def largest_stock(
     cell: float,
     dogleg: bool,
     threads: int = 1,
-    check_cancelled: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> HeightField:
     """Return the largest stock around the cuts of a program that its rapids would not meet.
 
@@ -202,13 +206,13 @@ def largest_stock(
     return remaining
 
 
-def loads_of(
+def compute_loads(
     path: Toolpath,
     cutters: Mapping[int, Cutter],
     stock: StockBefore,
     clearance: float,
     threads: int = 1,
-    check_cancelled: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Loads:
     """Return the loads of every segment of a path in the stock, which is not changed. Raises PlanError for too many
     segments.
@@ -228,7 +232,7 @@ def loads_of(
     return Loads(moves, removed, feed, rpm, share, width, rate, source)
 
 
-def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
+def tool_limits(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
     """Return the limits of every milling tool, from its library or from the program's own worst cut.
 
     Limits that depend on unknown values are left out.

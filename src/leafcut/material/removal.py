@@ -10,8 +10,8 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, segments
-from leafcut.geometry.regions import FINE, quarter, swept, tool_centres
-from leafcut.material.tool_steps import ToolWay, way_of
+from leafcut.geometry.regions import FINE, chords_per_quarter, swept, tool_centres
+from leafcut.material.tool_steps import ToolSteps, steps_along_path
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 
 if TYPE_CHECKING:
@@ -64,21 +64,21 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     return Removal(shape, reachable, centres, cleared, gouges, uncovered)
 
 
-def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:
+def engaged_tool_path(path: PocketPath, rules: PocketRules) -> tuple[ToolSteps, Engaged]:
     """Return the tool path in steps and the engagement along it, without engagement during the entry."""
     from leafcut.material.engagement import engagement  # loads kernels, which a refused file does not need
 
-    tool_path = way_of(path, rules)
-    return tool_path, engagement(tool_path, rules, entered(path, tool_path))
+    tool_path = steps_along_path(path, rules)
+    return tool_path, engagement(tool_path, rules, entry_mask(path, tool_path))
 
 
-def entered(path: PocketPath, tool_path: ToolWay) -> NDArray[np.bool_]:
+def entry_mask(path: PocketPath, tool_path: ToolSteps) -> NDArray[np.bool_]:
     """Return a mask of the points of a path that are on the loop along which the tool descends."""
     entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[tool_path.piece]
     return entered
 
 
-def much_wider(rules: PocketRules) -> float:
+def reported_width(rules: PocketRules) -> float:
     """Return the width of cut, mm, from which on it is reported as wider than the step-over.
 
     The margin is half a step-over, or half the distance to a full-width cut, because curves change the width slightly.
@@ -99,7 +99,7 @@ def _steps(path: PocketPath, rules: PocketRules) -> Floats:
 
 def cleared_area(steps: Floats, rules: PocketRules) -> Any:
     """Return the area that a tool clears along straight steps, float64[n, 2, 2], within an eighth of the tolerance."""
-    return swept_area(steps, rules.radius, quarter(rules.radius, FINE * rules.tolerance))
+    return swept_area(steps, rules.radius, chords_per_quarter(rules.radius, FINE * rules.tolerance))
 
 
 def steps_near(steps: Floats, places: Floats, rules: PocketRules) -> Floats:

@@ -57,7 +57,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     return sorted(result, key=lambda stock_difference: -stock_difference.cells)
 
 
-def regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+def connected_regions(cells: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
     """Return connected groups of cells, largest first, each as rows and columns, int64[k, 2].
 
     Squares of `_SQUARE` cells that touch each other belong to the same group.

@@ -15,8 +15,8 @@ from leafcut.geometry.arrays import Floats
 from leafcut.material.cutting import Removed, chip_share, collision_depths, cut, cut_width
 from leafcut.material.height_field import FINEST, HeightField, StockBlock
 from leafcut.material.mesh_field import raise_by_mesh
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
-from leafcut.material.surface import rims_of
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.material.surface import hole_rims
 from leafcut.model.cutter import BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
@@ -91,10 +91,10 @@ def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
 
     Raises PlanError if the block is unknown, and OptionError if a tool has no diameter.
     """
-    return _prepare(path, stock)[1]
+    return _cutters_and_block(path, stock)[1]
 
 
-def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
+def _cutters_and_block(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
     if stock.refused:
         raise PlanError(stock.refused)
     if not stock.tools:
@@ -104,7 +104,7 @@ def _prepare(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], Stoc
         return cutters, _block_of_surface(stock.surface, stock)
     if stock.block:
         return cutters, StockBlock(*stock.block)
-    return cutters, _block_around_cuts(whole_moves(path, cutters), cutters, stock)
+    return cutters, _block_around_cuts(undivided_moves(path, cutters), cutters, stock)
 
 
 def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
@@ -117,7 +117,7 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     OptionError
         A tool has no diameter.
     """
-    cutters, block = _prepare(path, stock)
+    cutters, block = _cutters_and_block(path, stock)
     tools = dict(stock.tools)
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
@@ -130,9 +130,11 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     shift = np.array([*origin, 0.0, *origin, 0.0])
     moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
     if stock.surface is not None:
-        before, held = _field_of_surface(stock.surface, stock, _moved(block, origin), origin, cell, moves, cutters)
+        before, held = _field_of_surface(
+            stock.surface, stock, _shifted_block(block, origin), origin, cell, moves, cutters
+        )
     else:
-        before = HeightField.of_block(_moved(block, origin), cell)
+        before = HeightField.of_block(_shifted_block(block, origin), cell)
         held = np.zeros(before.heights.shape, dtype=np.bool_)
     after = before.copy()
     bodies = {number: body_of(tool) for number, tool in tools.items()}
@@ -156,7 +158,7 @@ def solid_of(path: Toolpath, stock: ShownStock) -> Solid:
     )
 
 
-def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
+def _shifted_block(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
     (x0, y0, z0), (x1, y1, z1) = block.low, block.high
     return StockBlock((x0 - origin[0], y0 - origin[1], z0), (x1 - origin[0], y1 - origin[1], z1))
 
@@ -271,7 +273,7 @@ def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: d
     xy = ends[plunging, :2][first]
     radius = np.zeros(len(xy))
     np.maximum.at(radius, hole.ravel(), np.array([cutters[number].radius for number in moves.tool[plunging].tolist()]))
-    rims = rims_of(mesh.triangles, xy, radius)
+    rims = hole_rims(mesh.triangles, xy, radius)
     for (x, y), tool_radius, top in zip(xy.tolist(), radius.tolist(), rims.lowest.tolist(), strict=True):
         if not np.isfinite(top):
             continue

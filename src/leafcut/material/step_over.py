@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.geometry.cells import Cells, numbered
 from leafcut.kernels.step_over import Reaches, find_neighbours
-from leafcut.material.bands import bands_of
-from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay, way_of
+from leafcut.material.bands import sort_into_bands
+from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps, steps_along_path
 from leafcut.model.pocket import PocketPath, PocketRules
 
 #: Maximum distance of neighbouring passes, diameters. Uncut area between more distant passes is reported elsewhere.
@@ -40,7 +40,7 @@ class PassGaps(NamedTuple):
     core: float
 
 
-def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
+def widest_gaps(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 if no pass has a neighbour.
 
     At every point of the path, on both sides, the largest empty disc that touches the pass there is constructed. The
@@ -84,7 +84,7 @@ def widest_gaps(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray
     return PassGaps(max(nearer, sides.discs.widest(sides.rows[is_lost], sides.gap[is_lost], both=False)), core)
 
 
-def wide_places(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
+def wide_places(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
     """Return the points of a path, float64[n, 2], whose nearer neighbour is farther away than the step-over."""
     sides = _sides(path, centres, rules, passes)
     if sides is None:
@@ -111,7 +111,7 @@ class _Sides(NamedTuple):
     is_lost: NDArray[np.bool_]
 
 
-def _sides(path: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
+def _sides(path: ToolSteps, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
     moving = np.flatnonzero((path.step > 0.0) & (True if passes is None else passes))
     if not len(moving):
         return None
@@ -164,7 +164,7 @@ class _Discs:
 
 
 def _measured_from_sides(
-    path: ToolWay, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
+    path: ToolSteps, moving: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats
 ) -> Floats:
     """Return the heights; a height above a corner is measured from the sides of the corner if that is less.
 
@@ -213,11 +213,13 @@ def _neighbours(xy: Floats, normal: Floats, candidates: Floats, rules: PocketRul
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
     reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
     x, y, nx, ny = np.concatenate([xy, normal], axis=1).T.copy()
-    find_neighbours(bands_of(candidates, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius)
+    find_neighbours(
+        sort_into_bands(candidates, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius
+    )
     return height, row, radius
 
 
-class TooWide:
+class WidePlaceFinder:
     """Finds the points of a path whose nearer neighbour is farther away than the step-over.
 
     After a change of the path, it searches only near the change.
@@ -230,8 +232,10 @@ class TooWide:
 
     def __call__(self, pocket_path: PocketPath) -> Floats:
         """Return the points of a path that are too far from their nearer neighbour, float64[n, 2], mm."""
-        path = way_of(pocket_path, self.rules)
-        moved_cells = self.cells.of(np.vstack([_without(path.xy, self.previous), _without(self.previous, path.xy)]))
+        path = steps_along_path(pocket_path, self.rules)
+        moved_cells = self.cells.of(
+            np.vstack([_without_points(path.xy, self.previous), _without_points(self.previous, path.xy)])
+        )
         changed = self.cells.around(moved_cells, _REACHES)
         to_check = np.isin(self.cells.of(path.xy), self.cells.around(changed, 1))
         new = wide_places(path, self.centres, self.rules, to_check)
@@ -240,6 +244,6 @@ class TooWide:
         return self.wide
 
 
-def _without(points: Floats, excluded: Floats) -> Floats:
+def _without_points(points: Floats, excluded: Floats) -> Floats:
     key = numbered(np.vstack([points, excluded]), _SAME_POINT)
     return points[~np.isin(key[: len(points)], key[len(points) :])]

@@ -106,7 +106,7 @@ def straight_moves(path: Toolpath, max_deviation: float, max_length: float) -> S
     for half in (0, 1):
         share = (step + half) / count[source]
         position = start[source] + share[:, None] * (end - start)[source]
-        _bend(position, turns, arc[source], share)
+        _move_onto_arcs(position, turns, arc[source], share)
         ends[:, 3 * half : 3 * half + 3] = position
     return StraightMoves(ends, rows[source], kind[source] == Kind.RAPID, path.tool[rows][source], path, unknown_rows)
 
@@ -116,7 +116,7 @@ def smallest_tool(cutters: Mapping[int, Cutter]) -> float:
     return 2.0 * min(cutter.radius for cutter in cutters.values())
 
 
-def whole_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
+def undivided_moves(path: Toolpath, cutters: Mapping[int, Cutter]) -> StraightMoves:
     """Return the undivided moves of the cutting tools; moves of other tools, such as a probe, are left out."""
     return straight_moves(path, _OF_TOOL * smallest_tool(cutters), math.inf).of_tools(cutters)
 
@@ -128,7 +128,7 @@ def moves_in_cells(
     return straight_moves(path, _OF_CELL * cell, max_length).of_tools(cutters)
 
 
-def _bend(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
+def _move_onto_arcs(position: Floats, turns: Turns, arc: NDArray[np.int64], share: Floats) -> None:
     """Move points, float64[n, 3], onto their arcs (-1 for none) at a share of the sweep. Changes `position`."""
     curved = np.flatnonzero(arc >= 0)
     arc, share, axes = arc[curved], share[curved], AXES[turns.plane[arc[curved]]]

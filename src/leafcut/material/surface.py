@@ -33,7 +33,7 @@ class SafeTiles(NamedTuple):
     side: float
 
 
-class Rims(NamedTuple):
+class HoleRims(NamedTuple):
     """The surface around holes, float64[n] each, mm.
 
     Attributes
@@ -76,7 +76,7 @@ def safe_tiles(
         Sections above the flutes: radius, and the height of the tip above the surface that they require, mm. The height
         is negative if the section is higher above the tip than its clearance.
     """
-    from leafcut.kernels.surface import raise_around, raise_whole_cells, reach_in_cells
+    from leafcut.kernels.surface import maximum_within_reach, raise_whole_cells, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     reaches = [(radius, above), *bodies]
@@ -89,12 +89,12 @@ def safe_tiles(
     raise_whole_cells(np.ascontiguousarray(triangles), x, y, side, heights)
     for body_radius, height in reaches:
         raised = np.empty((rows, columns))
-        raise_around(heights, reach_in_cells(body_radius, side), raised)
+        maximum_within_reach(heights, reach_in_cells(body_radius, side), raised)
         np.maximum(safe, raised + height, out=safe)
     return SafeTiles(safe, x, y, side)
 
 
-def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> Rims:
+def hole_rims(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> HoleRims:
     """Return the surface around holes at positions float64[n, 2], for tools of radii float64[n].
 
     The rim just outside the tool and the centre are evaluated, because a hole may be open in the mesh.
@@ -113,4 +113,4 @@ def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Flo
     top, under = np.empty(len(points)), np.empty(len(points))
     top[order], under[order] = sorted_top, sorted_under
     tops, unders = top.reshape(len(xy), -1), under.reshape(len(xy), -1)
-    return Rims(tops.max(axis=1), tops[:, :-1].min(axis=1), unders[:, :-1].min(axis=1))
+    return HoleRims(tops.max(axis=1), tops[:, :-1].min(axis=1), unders[:, :-1].min(axis=1))

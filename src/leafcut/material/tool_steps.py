@@ -21,7 +21,7 @@ STRAIGHT_ON = math.radians(4.0)
 
 
 @dataclass(frozen=True, eq=False)
-class ToolWay:
+class ToolSteps:
     """Points along the feed moves of a path, in cutting order.
 
     There is a point at the end of every step, at the start of every section after a plunge, and a second point at every
@@ -56,7 +56,7 @@ class ToolWay:
         return len(self.xy)
 
 
-def step_of(rules: PocketRules) -> float:
+def step_length(rules: PocketRules) -> float:
     """Return the length of a step, mm, at most `STEP` diameters.
 
     Discs one step apart leave cusps of height step²/8r between them, at most half the tolerance.
@@ -64,9 +64,9 @@ def step_of(rules: PocketRules) -> float:
     return min(STEP * rules.tool_diameter, math.sqrt(4.0 * rules.radius * rules.tolerance))
 
 
-def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
+def steps_along_path(path: PocketPath, rules: PocketRules) -> ToolSteps:
     """Return the path of the tool in steps; all points and tangents on arcs are exact."""
-    steps, parts, run, last = step_of(rules), [], -1, None
+    steps, parts, run, last = step_length(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
         starts_run = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
         run += starts_run
@@ -83,9 +83,9 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
         last = (piece.path.end, parts[-1].back[-1])
     if not parts:
         empty = np.zeros((0, 2))
-        return ToolWay(empty, empty, empty, empty, np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        return ToolSteps(empty, empty, empty, empty, np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
     columns = ("xy", "back", "ahead", "chord", "step", "run", "piece")
-    return ToolWay(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
+    return ToolSteps(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,13 +127,15 @@ def _arc(s: Segment, max_step: float) -> _Chords:
     return _Chords(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
 
 
-def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
+def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, piece: int, start: Point) -> ToolSteps:
     """Return the steps of a section; `arrival` is the direction of arrival, or None after a plunge."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if arrival is None else arrival[None]
     if not len(length):
         direction = np.array([[1.0, 0.0]])
-        return ToolWay(np.array([start]), before, direction, direction, np.zeros(1), np.array([run]), np.array([piece]))
+        return ToolSteps(
+            np.array([start]), before, direction, direction, np.zeros(1), np.array([run]), np.array([piece])
+        )
     unit = line.vector / length[:, None]
     arrives = np.concatenate([before, line.arrives[:-1]])
     is_corner = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # also true after a plunge
@@ -146,7 +148,7 @@ def _steps(line: _Chords, max_step: float, arrival: Floats | None, run: int, pie
     tangent = line.arrives + np.where(smooth[:, None], np.append(line.leaves[1:], unit[-1:], axis=0), line.arrives)
     tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
     along = np.where(at_end[:, None], tangent[rows], np.where(at_corner[:, None], line.leaves[rows], unit[rows]))
-    return ToolWay(
+    return ToolSteps(
         xy=line.start[rows] + share[:, None] * line.vector[rows],
         back=np.where(at_corner[:, None], arrives[rows], along),
         ahead=along,

@@ -163,10 +163,10 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     approach_row = first + lifts
     end[approach_row, 2] = level
     end[approach_row[descends] + 1, 2] = r_plane[descends]
-    row = np.repeat(approach_row + 1 + descends, n_steps) + _counted(n_steps)
+    row = np.repeat(approach_row + 1 + descends, n_steps) + _joined_ranges(n_steps)
     flat = [step for s in steps for step in s]
     first_step = np.cumsum([0] + [len(s) for s in steps])[:-1]
-    step_index = np.repeat(first_step[ref], n_steps) + _counted(n_steps)
+    step_index = np.repeat(first_step[ref], n_steps) + _joined_ranges(n_steps)
     kind[row] = np.array([int(s.kind) for s in flat])[step_index]
     end[row, 2] = np.array([s.z for s in flat])[step_index]
     feeds, dwells = kind[row] == Kind.FEED, kind[row] == Kind.DWELL
@@ -211,7 +211,7 @@ def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
     return steps
 
 
-def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined_ranges(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return 0, 1, …, n - 1 for each length n, concatenated."""
     total = int(lengths.sum())
     return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

@@ -64,14 +64,14 @@ class Heartbeat(Protocol):
 _REPORT_INTERVAL = 0.1
 
 
-def unseen(_: float = 0.0, /) -> None:
+def ignore_heartbeat(_: float = 0.0, /) -> None:
     """Do nothing: the heartbeat of a step whose progress is not shown."""
 
 
-def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
+def heartbeat_for_step(progress: OnProgress | None, step: str) -> Heartbeat:
     """Report the start of a step, and return a heartbeat that repeats the report while the step runs."""
     if progress is None:
-        return unseen
+        return ignore_heartbeat
     progress(Progress(step))
     last_report = time.monotonic()
 
@@ -85,7 +85,9 @@ def looking_for(progress: OnProgress | None, step: str) -> Heartbeat:
     return report
 
 
-def passing_on(progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+def progress_of_search(
+    progress: OnProgress | None, step: str, left: float = 1.0, part: float = 1.0
+) -> OnProgress | None:
     """Return a progress callback for a search, which reports to `progress` under the name `step`.
 
     `part` is the share of the whole work that the search does, and `left` is the share that remains at its start.

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from leafcut.errors import brief, count_of
+from leafcut.errors import count_of, shorten_message
 from leafcut.geometry.polyline import Polyline
 
 
@@ -198,8 +198,8 @@ class Issue:
             object.__setattr__(self, "severity", Severity.MISSING)
         elif self.severity is Severity.MISSING:
             object.__setattr__(self, "missing", _SOME_WORK)
-        object.__setattr__(self, "message", brief(self.message))
-        object.__setattr__(self, "place", brief(self.place))
+        object.__setattr__(self, "message", shorten_message(self.message))
+        object.__setattr__(self, "place", shorten_message(self.place))
 
     def __str__(self) -> str:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.zones import PASSING, path_around_zones, touches_any_zone, widened
+from leafcut.geometry.zones import PASSING, path_around_zones, touches_any_zone, widen_zones
 from leafcut.model.cutter import widest_below
 
 
@@ -54,7 +54,7 @@ class Obstacles:
 
     def of_tool(self, tool: int | None) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of a tool must avoid."""
-        return widened(self.zones, self._margins(tool or 0))
+        return widen_zones(self.zones, self._margins(tool or 0))
 
     def between(self, a: Point, b: Point, tool: int | None) -> float:
         """Return the minimum height of a rapid from `a` to `b`, mm; −∞ if it crosses no zone.
@@ -72,14 +72,14 @@ class Obstacles:
         touched = [touches_any_zone([start], [b], zones[[k]], dogleg=self.dogleg)[0] for k in range(len(zones))]
         return float(self.heights[touched].max())
 
-    def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
+    def route_around(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
         """Return the intermediate points of the shortest route around all zones, or None if every route is blocked."""
         return path_around_zones(a, b, self.of_tool(tool), dogleg=self.dogleg)
 
-    def round_room(self) -> NDArray[np.float64]:
+    def extent_of_routes(self) -> NDArray[np.float64]:
         """Return rectangles, float64[k, 4], that contain all corners of routes around the zones, for any tool."""
         widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)
-        return widened(self.zones, PASSING + widest)
+        return widen_zones(self.zones, PASSING + widest)
 
     def _margins(self, tool: int) -> NDArray[np.float64]:
         """Return the distance that the centre of a tool must keep from each zone, float64[k], mm."""

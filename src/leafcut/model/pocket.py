@@ -106,7 +106,7 @@ class PocketRules:
 
     The tool is a flat end mill. Passes are planned slightly closer than the step-over (`planned`), because each is
     accurate only within the tolerance. The measured step-over of a program therefore exceeds the rule at most by
-    rounding (`keeps`).
+    rounding (`allows_step_over`).
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class PocketRules:
         """Rules with a slightly smaller step-over, for planning; passes planned with them keep the original rules."""
         return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
 
-    def keeps(self, step_over: float) -> bool:
+    def allows_step_over(self, step_over: float) -> bool:
         """Return whether a measured step-over, mm, is within these rules, apart from rounding."""
         return step_over <= self.step_over + 0.5 * self.tolerance
 

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from leafcut.model.issue import Issue
 
 
-class Stay(NamedTuple):
+class StayReason(NamedTuple):
     """Reason why one task keeps its position.
 
     Attributes
     ----------
     reason
-        A name of `leafcut.processes.program.plan.staying.PHRASES`, or several joined by a plus sign.
+        A name of `leafcut.processes.program.plan.fixed_tasks.PHRASES`, or several joined by a plus sign.
     line
         Line of the cause.
     word
@@ -37,8 +37,8 @@ class Stay(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Staying:
-    """Number of tasks that keep their position for the same reason (see `Stay`), with an explanation."""
+class StayGroup:
+    """Number of tasks that keep their position for the same reason (see `StayReason`), with an explanation."""
 
     reason: str
     count: int
@@ -48,7 +48,7 @@ class Staying:
 
 
 @dataclass(frozen=True, slots=True)
-class PieceOfWork:
+class ProgramTask:
     """A task of a foreign program: consecutive blocks that drill a hole or make a cut, and are moved as a whole.
 
     The task starts with the rapid to its first position, and ends with the retract.
@@ -101,18 +101,18 @@ class Section:
         For each task, the reason why it cannot be moved, or None if it can; empty until this is determined.
     """
 
-    pieces: tuple[PieceOfWork, ...]
+    pieces: tuple[ProgramTask, ...]
     precedence: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
     start: tuple[float, float] | None = None
     end: tuple[float, float] | None = None
     clearance: float = 0.0
     tool: int | None = None
     ties: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
-    stays: tuple[Stay | None, ...] = ()
+    stays: tuple[StayReason | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class FixedBlocks:
     """A half-open range of blocks that are not changed; `reasons` is empty for a header or a footer."""
 
     begin: int
@@ -136,12 +136,12 @@ class Sequence:
         For each task outside the sections, the reason why it keeps its position.
     """
 
-    items: tuple[Kept | Section, ...]
+    items: tuple[FixedBlocks | Section, ...]
     process: str
-    dropped: tuple[Kept, ...] = ()
+    dropped: tuple[FixedBlocks, ...] = ()
     issues: tuple[Issue, ...] = ()
     mergeable: int = 0
-    stays: tuple[Stay, ...] = ()
+    stays: tuple[StayReason, ...] = ()
 
     @property
     def sections(self) -> tuple[Section, ...]:

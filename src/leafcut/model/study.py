@@ -47,7 +47,7 @@ class Study:
 
     def __init__(self, observer: Observer | None = None) -> None:
         self.observer = observer
-        self.searches: list[_Kept] = []
+        self.searches: list[_ThinnedIterations] = []
         self._lock = threading.Lock()
 
     def __call__(self, take: Callable[[], Snapshot], alone: bool) -> None:
@@ -58,7 +58,7 @@ class Study:
     def begin(self) -> None:
         """Start the record of another search."""
         with self._lock:
-            self.searches.append(_Kept())
+            self.searches.append(_ThinnedIterations())
 
     def note(
         self, number: int, seconds: float, shortest: float, costs: NDArray[np.float64] | None = None,
@@ -78,7 +78,7 @@ class Study:
             return self.searches[search].all() if self.searches else []
 
 
-class _Kept:
+class _ThinnedIterations:
     """At most `MAX_KEPT` iterations of a search, and the newest iteration."""
 
     def __init__(self) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import OptionError, printable
 from leafcut.options.option_spec import OptionGroup, option
 from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
 from leafcut.units import parse_angles
@@ -75,7 +75,7 @@ class NestOptions(OptionGroup):
         for sheet in self.sheets:
             if sheet.size is not None and min(sheet.size) <= 2.0 * self.margin:
                 raise OptionError(
-                    f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {shown(sheet.name)}"
+                    f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {printable(sheet.name)}"
                 )
         _ = self.angles
 
@@ -94,7 +94,7 @@ class NestOptions(OptionGroup):
         unpriced = next((sheet.name for sheet in sheets if sheet.size is not None and sheet.price is None), None)
         if unpriced is not None and any(sheet.price is not None for sheet in sheets):
             raise OptionError(
-                f"--sheet: {shown(unpriced)} has no price but others do; give every size a price, such as "
+                f"--sheet: {printable(unpriced)} has no price but others do; give every size a price, such as "
                 f"{unpriced}@180"
             )
         return sheets

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from leafcut.files.digests import DIGEST_LINE, signed
+from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 
@@ -94,7 +94,7 @@ def _drawing_text(drawing: Any) -> str:
     """Return a drawing as text, with its digest in a comment (group code 999)."""
     stream = io.StringIO()
     drawing.write(stream)
-    return signed(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
+    return sign_program(f"999\n{DIGEST_LINE}\n{stream.getvalue()}")
 
 
 @contextmanager

@@ -220,11 +220,11 @@ def _middle(path: Polyline) -> tuple[float, float]:
 
 
 def _is_same(a: Contour, b: Contour) -> bool:
-    if a.kind != b.kind or a.path.closed != b.path.closed or _differ(a.path.extents, b.path.extents):
+    if a.kind != b.kind or a.path.closed != b.path.closed or _difference(a.path.extents, b.path.extents):
         return False
     area = abs(abs(a.path.area) - abs(b.path.area))
     return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
 
 
-def _differ(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE

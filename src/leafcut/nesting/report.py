@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.model.issue import Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, Stock
 from leafcut.report.json_answer import issues_as_json, missing_as_json
-from leafcut.report.wording import clean, count
+from leafcut.report.wording import count, replace_unprintable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,9 +100,9 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     parts = count(sum(part.quantity for part in first.parts), "part")
     for issue in outcome.issues:
         if issue.missing is not None:
-            console.print(Text(clean(f"missing: {issue}"), "bold red"), soft_wrap=True)
+            console.print(Text(replace_unprintable(f"missing: {issue}"), "bold red"), soft_wrap=True)
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
-    console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
+    console.print(Text(replace_unprintable(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("variant", min_width=len("1 by rectangles,"))  # the table fits into 80 columns
     for title in (
@@ -125,7 +125,7 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
         )
     console.print(table)
     for line in _closing_lines(outcome):
-        console.print(Text(clean(line)), soft_wrap=True)
+        console.print(Text(replace_unprintable(line)), soft_wrap=True)
 
 
 def _sizes(nest: Nest) -> str:

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 
 from shapely import Polygon
 
-from leafcut.errors import OptionError, PlanError, VerifyError, count_of, shown
-from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for
+from leafcut.errors import OptionError, PlanError, VerifyError, count_of, printable
+from leafcut.model.contour import Contour
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
+from leafcut.model.sheet import Sheet
 from leafcut.nesting.options import NestOptions
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
@@ -119,7 +121,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
     stocks = []
     for sheet in options.sheets:
         if sheet.size is None:
-            raise OptionError(f"--sheet: {shown(sheet.name)} is a drawing; give a size here")
+            raise OptionError(f"--sheet: {printable(sheet.name)} is a drawing; give a size here")
         stocks.append(Stock(*sheet.size, sheet.count, sheet.price, (), sheet.name))
     return stocks
 
@@ -183,7 +185,6 @@ def _read_inputs(
 
     Each file is read only once, even if the list names it several times.
     """
-    from leafcut.nesting.plan.parts import parts_of
     from leafcut.read.format import factor_of, load
     from leafcut.read.registry import read_source
     from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
@@ -194,9 +195,9 @@ def _read_inputs(
 
     @cache
     def sheet_of(file: str) -> Sheet:
-        return _prepared_sheet(load_cached(file), settings, looking_for(progress, "reading"))
+        return _prepared_sheet(load_cached(file), settings, heartbeat_for_step(progress, "reading"))
 
-    settings, stocks = _available_sheets(settings, load_cached, looking_for(progress, "reading"))
+    settings, stocks = _available_sheets(settings, load_cached, heartbeat_for_step(progress, "reading"))
     issues: list[Issue] = []
     parts: list[NestPart] = []
     for entry in wanted:
@@ -262,7 +263,7 @@ def _exceeds_table(stock: Stock, machine: Machine) -> str:
     reach = [machine.reach(axis) for axis in (0, 1)]
     if all(side <= limit for side, limit in zip((stock.length, stock.width), reach, strict=True)):
         return ""
-    return f"a sheet of {shown(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
+    return f"a sheet of {printable(stock.name)} exceeds the travel of {machine.name}, {reach[0]:g} × {reach[1]:g} mm"
 
 
 def _table_issues(nests: Iterable[Nest], settings: Settings) -> list[Issue]:
@@ -288,12 +289,12 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
-        raise error if str(error).startswith(sheet.name) else PlanError(f"{shown(sheet.name)}: {error}") from None
+        raise (error if str(error).startswith(sheet.name) else PlanError(f"{printable(sheet.name)}: {error}")) from None
     outer = [c.path for c in drawn.contours if c.depth == 0]
     holes = [c.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            f"{shown(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
+            f"{printable(sheet.name)}: {len(outer)} separate outlines; a sheet has a single outline, with holes in it: "
             "use one drawing per sheet"
         )
     x0, y0, x1, y1 = outer[0].extents
@@ -302,14 +303,14 @@ def _remnant_stock(sheet: SheetWord, source: Source, margin: float, on_progress:
     metal = Polygon(outline, inner)
     if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
         raise PlanError(
-            f"{shown(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm leaves no room for parts, with --margin "
+            f"{printable(sheet.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm leaves no room for parts, with --margin "
             f"{margin:g} mm along its edges"
         )
     return Stock(x1 - x0, y1 - y0, sheet.count, sheet.price, paths, Path(sheet.name).stem)
 
 
 def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
-    from leafcut.nesting.plan.remains import remains
+    from leafcut.nesting.plan.remains import remnants_of_layout
     from leafcut.nesting.post import write_stock
     from leafcut.nesting.proof import check_remnants
 
@@ -318,7 +319,7 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
     texts: dict[str, str] = {}
     for number, layout in enumerate(best.layouts, 1):
         name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
-        stocks = remains(best, layout, outcome.spacing, REMNANT_SIZE, name)
+        stocks = remnants_of_layout(best, layout, outcome.spacing, REMNANT_SIZE, name)
         for stock, _ in stocks:
             file = str(folder / f"{stock.name}.dxf")
             texts[file] = write_stock(stock)
@@ -348,3 +349,38 @@ def _read_back(variant: Nest, layout: Layout, name: str, text: str) -> None:
     faults = check_drawing(variant, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
     if faults:
         raise VerifyError(f"{name}: was not written: {faults[0]}")
+
+
+def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
+    """Return the parts of a drawing, each with the given quantity, and issues. `rotations` are the allowed angles, rad.
+
+    Raises PlanError if the drawing has no closed outline.
+    """
+    contours_by_part: dict[int, list[Contour]] = {}
+    outlines = [c for c in sheet.contours if _is_outline(c)]
+    for contour in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
+        contours_by_part.setdefault(contour.part, []).append(replace(contour, depth=0, parent=-1))
+    strays = [] if any(c.part == 0 for c in outlines) else contours_by_part.pop(0, [])
+    if not outlines:
+        raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or select its layer")
+    several = len(contours_by_part) > 1
+    parts = [
+        NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)
+        for number, (_, contours) in enumerate(sorted(contours_by_part.items()), 1)
+    ]
+    issues = []
+    if several:
+        message = f"{sheet.name}: {len(parts)} parts in one drawing; each is nested {quantity} times"
+        issues.append(Issue("L432", message, severity=Severity.NOTE))
+    if strays:
+        x, y = strays[0].path.start
+        message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
+        message = message if len(strays) > 1 else f"{sheet.name}: 1 line that lies in no part was left out"
+        missing = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
+        position = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
+        issues.append(Issue("L431", message, position, missing=missing))
+    return parts, issues
+
+
+def _is_outline(contour: Contour) -> bool:
+    return contour.path.closed and contour.kind == "cut" and contour.depth % 2 == 0

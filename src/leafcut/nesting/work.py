@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from leafcut.model.kinds import Head
 from leafcut.nesting.options import NestOptions
 from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
-from leafcut.processes.base import Work, all_of, use
+from leafcut.processes.base import Work, option_names, use
 from leafcut.processes.cutting_machines import for_cutting
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Nesting(Work):
         ("main", ("sheet", "kerf", "gap", "margin", "rotations")),
         ("search", ("variants", "preset", "time_limit")),
         ("nest", ("nester", "blocks", "machine")),
-        ("sheet", all_of(SheetOptions)),
+        ("sheet", option_names(SheetOptions)),
         ("read", ("units", "layers", "concentric", "solid", "up", "strict")),
         ("solve", ("iterations", "seed", "threads")),
     )

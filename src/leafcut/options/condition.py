@@ -52,26 +52,26 @@ class Condition:
 Conditions = tuple[Condition, ...]
 
 
-def given(*names: str) -> Condition:
+def when_given(*names: str) -> Condition:
     """Return the condition that at least one of the options is given or on."""
     return Condition(names)
 
 
-def absent(name: str) -> Condition:
+def when_absent(name: str) -> Condition:
     """Return the condition that an option is neither given nor on."""
     return Condition((name,), wanted=False)
 
 
-def one_of(name: str, *values: str) -> Condition:
+def when_one_of(name: str, *values: str) -> Condition:
     """Return the condition that an option has any of the values."""
     return Condition((name,), values)
 
 
-def input_is(*formats: str) -> Condition:
+def when_input_is(*formats: str) -> Condition:
     """Return the condition that the input has any of the formats."""
     return Condition((), formats)
 
 
-def input_is_not(*formats: str) -> Condition:
+def when_input_is_not(*formats: str) -> Condition:
     """Return the condition that the input has another format."""
     return Condition((), formats, wanted=False)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import input_is, input_is_not
+from leafcut.options.condition import when_input_is, when_input_is_not
 from leafcut.options.option_spec import PLACES, OptionGroup, option
 
 #: Names of an origin → position as fractions of the width and height of the machined area, 0 to 1.
@@ -81,7 +81,7 @@ class ReadOptions(OptionGroup):
         "turn a solid until this direction points up; x, y and z are the axes of the solid",
         choices=("x", "y", "z", "-x", "-y", "-z"),
         default_words="z",
-        needs=(input_is("step"),),
+        needs=(when_input_is("step"),),
     )
     z_zero: str | None = option(
         "text",
@@ -90,7 +90,7 @@ class ReadOptions(OptionGroup):
         "each hole of a drawing starts at its drawn height, and Z0 is the drawing's",
         choices=("top", "bottom", "drawn"),
         default_words="top; drawn for a --workpiece",
-        needs=(input_is("step"),),
+        needs=(when_input_is("step"),),
     )
     mirror: str | None = option(
         "text",
@@ -177,21 +177,21 @@ class PocketDrawingOptions(OptionGroup):
         "islands (pocket)",
         choices=("edge", "pocket"),
         default_words="by layer; required for nested outlines",
-        needs=(input_is_not("picture", "wkt", "step"),),
+        needs=(when_input_is_not("picture", "wkt", "step"),),
     )
     pocket_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with pocket outlines; * and ? are wildcards",
         default_words="POCKET* if present",
-        needs=(input_is_not("picture", "wkt"),),
+        needs=(when_input_is_not("picture", "wkt"),),
     )
     island_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with island outlines; * and ? are wildcards",
         default_words="ISLAND* if present",
-        needs=(input_is_not("picture", "wkt"),),
+        needs=(when_input_is_not("picture", "wkt"),),
     )
     pixel_size: float | None = option(
         "quantity",
@@ -201,7 +201,7 @@ class PocketDrawingOptions(OptionGroup):
         minimum=1e-4,
         maximum=100,
         default_words="required for pictures",
-        needs=(input_is("picture"),),
+        needs=(when_input_is("picture"),),
     )
     threshold: float | None = option(
         "percent",
@@ -210,7 +210,7 @@ class PocketDrawingOptions(OptionGroup):
         minimum=0,
         maximum=100,
         default_words="Otsu's method",
-        needs=(input_is("picture"),),
+        needs=(when_input_is("picture"),),
     )
     speckle: float = option(
         "quantity",
@@ -219,6 +219,6 @@ class PocketDrawingOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=100,
-        needs=(input_is("picture"),),
+        needs=(when_input_is("picture"),),
     )
-    invert: bool = option("flag", False, "mill the bright areas of a picture", needs=(input_is("picture"),))
+    invert: bool = option("flag", False, "mill the bright areas of a picture", needs=(when_input_is("picture"),))

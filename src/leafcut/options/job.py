@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import given
+from leafcut.options.condition import when_given
 from leafcut.options.option_spec import OptionGroup, option
 
 #: Cycles allowed in a tool library and for ``--cycle``.
@@ -81,7 +81,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=100,
-        needs=(given("thickness"),),
+        needs=(when_given("thickness"),),
         of_file=True,
     )
     clearance_height: float = option(
@@ -169,7 +169,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=5,
-        needs=(given("tools"),),
+        needs=(when_given("tools"),),
     )
     material: str = option(
         "text",

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from leafcut.errors import OptionError, nearest, shown
+from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.plugins import entry_names
 from leafcut.options.condition import Conditions
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
@@ -98,7 +98,7 @@ class OptionGroup:
 
     def __post_init__(self) -> None:
         for name, spec in self.specs().items():
-            object.__setattr__(self, name, converted(name, spec, getattr(self, name)))
+            object.__setattr__(self, name, convert_value(name, spec, getattr(self, name)))
 
     @classmethod
     def specs(cls) -> Mapping[str, OptionSpec]:
@@ -122,7 +122,7 @@ class OptionGroup:
     @classmethod
     def check(cls, name: str, value: Any) -> None:
         """Raise OptionError if a value is invalid for an option, regardless of the other options."""
-        converted(name, cls.specs()[name], cls.as_typed({name: value})[name])
+        convert_value(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
         """Return the options that differ from their defaults, in internal units."""
@@ -148,7 +148,7 @@ def _is_too_long(value: Any) -> bool:
     return isinstance(value, int) and not -(2**63) <= value < 2**63
 
 
-def converted(name: str, spec: OptionSpec, value: Any) -> Any:
+def convert_value(name: str, spec: OptionSpec, value: Any) -> Any:
     """Return a typed value in internal units; None stays None. Raises OptionError if the value is invalid."""
     if value is None:
         return None
@@ -167,7 +167,7 @@ def converted(name: str, spec: OptionSpec, value: Any) -> Any:
         items = result if isinstance(result, tuple) else (result,)
         for word in items:
             if word not in spec.choices and word not in spec.all_choices:
-                raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.all_choices)}")
+                raise OptionError(f"{flag}: unknown value '{word}'{name_suggestion(str(word), spec.all_choices)}")
     _check_bounds(flag, spec, result)
     return result
 
@@ -244,7 +244,7 @@ def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
         return None
     expected = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
     if isinstance(value, str) and "," not in value:
-        raise OptionError(f"'{shown(value)}' is not {expected}")
+        raise OptionError(f"'{printable(value)}' is not {expected}")
     numbers = _coordinates(value)
     if len(numbers) not in ((3,) if spec.example else (2, 3)):
         raise OptionError(f"'{value}' is not {expected}")
@@ -255,7 +255,9 @@ def _side_or_point(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str) and "," not in value:
         name = value.strip().lower().replace("center", "centre")
         if name not in PLACES:
-            raise OptionError(f"unknown place '{value}'{nearest(name, PLACES)}; or give a point such as '10,20'")
+            raise OptionError(
+                f"unknown place '{value}'{name_suggestion(name, PLACES)}; or give a point such as '10,20'"
+            )
         return name
     numbers = _coordinates(value)
     if len(numbers) != 2:
@@ -297,7 +299,7 @@ _KIND_WORDS = {
 }
 
 
-def written(spec: OptionSpec, value: Any) -> str:
+def typed_text(spec: OptionSpec, value: Any) -> str:
     """Return the value of an option as a user would type it, with its shop unit."""
     if value is None:
         return "free"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from leafcut.errors import OptionError
-from leafcut.options.condition import one_of
+from leafcut.options.condition import when_one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 #: Value of `--algorithm` → description.
@@ -32,10 +32,10 @@ LITERATURE = (*ANT_ALGORITHMS, "firefly")
 ALGORITHM_GROUP = "leafcut.algorithms"
 
 #: Conditions of options that apply to ant or firefly algorithms only.
-_ANTS = one_of("algorithm", *ANT_ALGORITHMS)
-FIREFLIES = one_of("algorithm", "firefly")
+_ANTS = when_one_of("algorithm", *ANT_ALGORITHMS)
+FIREFLIES = when_one_of("algorithm", "firefly")
 #: Condition of options of the published firefly algorithm.
-_PUBLISHED = (FIREFLIES, one_of("variant", "published", "published-complex"))
+_PUBLISHED = (FIREFLIES, when_one_of("variant", "published", "published-complex"))
 
 #: Value of `--n-ants` for one ant per part of a sheet, or per node without parts.
 ANTS_AS_PARTS = "parts"
@@ -122,7 +122,10 @@ class SolveOptions(OptionGroup):
         default_words="8 for colony and kicks, else 16",
     )
     local_search: bool = option(
-        "flag", True, "improve the tour of every ant or firefly by local search", needs=(one_of("variant", "leafcut"),)
+        "flag",
+        True,
+        "improve the tour of every ant or firefly by local search",
+        needs=(when_one_of("variant", "leafcut"),),
     )
 
     def __post_init__(self) -> None:
@@ -196,7 +199,7 @@ class AcoOptions(OptionGroup):
         "number of worker processes; changes the result with --parallel exchange",
         minimum=1,
         maximum=256,
-        needs=(_ANTS, one_of("parallel", "processes", "exchange")),
+        needs=(_ANTS, when_one_of("parallel", "processes", "exchange")),
     )
     greedy_probability: float = option(
         "number",
@@ -204,7 +207,7 @@ class AcoOptions(OptionGroup):
         "probability of taking the best edge (q₀ of acs)",
         minimum=0,
         maximum=1,
-        needs=(one_of("algorithm", "acs"),),
+        needs=(when_one_of("algorithm", "acs"),),
     )
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 from leafcut.options.cut_data import CutDataOptions
 from leafcut.options.drawings import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.job import JobOptions, MachineOptions
-from leafcut.options.option_spec import OptionGroup, flag_name, written
+from leafcut.options.option_spec import OptionGroup, flag_name, typed_text
 from leafcut.options.post import PostOptions
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.options.stock import StockOptions
@@ -125,7 +125,7 @@ class Settings:
 
 def _as_typed(group: OptionGroup, name: str) -> tuple[str, str]:
     value = getattr(group, name)
-    return flag_name(name if value is not False else f"no_{name}"), written(group.specs()[name], value)
+    return flag_name(name if value is not False else f"no_{name}"), typed_text(group.specs()[name], value)
 
 
 def without(settings: Settings, names: Iterable[str]) -> Settings:

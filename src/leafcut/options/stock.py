@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import absent
+from leafcut.options.condition import when_absent
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -32,7 +32,7 @@ class StockOptions(OptionGroup):
         "STEP file, or STL file in mm, of the finished part that the program was made for; the stock is this part "
         "before the program's own cuts, at the position in the program's header",
         default_words="a block (--workpiece)",
-        needs=(absent("workpiece"),),
+        needs=(when_absent("workpiece"),),
         may_be_path=(".stl", ".step", ".stp"),
         of_file=True,
     )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.errors import SolveError
-from leafcut.files.plugins import on_call
+from leafcut.files.plugins import lazy_function
 from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
@@ -91,7 +91,7 @@ def algorithm_for(problem: RoutingProblem, options: SolveOptions) -> Algorithm:
     """
     name = "colony" if options.algorithm == "auto" else options.algorithm
     choices, ordered = CHOICES.get(name), len(problem.precedence) > 0
-    if choices is not None and needs_choices(problem) and (is_few(problem) or not choices.few):
+    if choices is not None and needs_choices(problem) and (fits_cost_table(problem) or not choices.few):
         return choices
     if ordered and choices is not None:
         raise SolveError(
@@ -111,7 +111,7 @@ def _packaged(name: str) -> Algorithm:
     return Algorithm(name, partial(run_packaged, name))
 
 
-def is_few(problem: RoutingProblem) -> bool:
+def fits_cost_table(problem: RoutingProblem) -> bool:
     """Return whether the problem is small enough to store the costs of all moves between its nodes."""
     return problem.n_clusters <= MOST_CLUSTERS and problem.n_nodes <= MOST_NODES
 
@@ -200,15 +200,15 @@ def _nearest_path(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult
     return SearchResult(nodes)
 
 
-def _later(place: str) -> Callable[..., Any]:
-    return on_call(f"leafcut.order.{place}")
+def _lazy_call(place: str) -> Callable[..., Any]:
+    return lazy_function(f"leafcut.order.{place}")
 
 
-run_ants, check_ants = (_later(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))
+run_ants, check_ants = (_lazy_call(f"literature.ant_algorithms:{name}") for name in ("run_ants", "check_ants"))
 run_fireflies, check_fireflies = (
-    _later(f"literature.fireflies:{name}") for name in ("run_fireflies", "check_fireflies")
+    _lazy_call(f"literature.fireflies:{name}") for name in ("run_fireflies", "check_fireflies")
 )
-run_paths, warm_paths = (_later(f"path_search:{name}") for name in ("run_paths", "warm_paths"))
+run_paths, warm_paths = (_lazy_call(f"path_search:{name}") for name in ("run_paths", "warm_paths"))
 
 #: Built-in algorithms for places, by name; `auto` selects `colony`, and `none` needs no search.
 PLACES = {
@@ -218,7 +218,7 @@ PLACES = {
         *(Algorithm(name, run_ants, check=check_ants) for name in ANT_ALGORITHMS),
         Algorithm("firefly", run_fireflies, check=check_fireflies),
         Algorithm("kicks", run_kicks, warm=warm_kicks, candidates=CANDIDATES),
-        Algorithm("2opt", _later("literature.places:run_local_search")),
+        Algorithm("2opt", _lazy_call("literature.places:run_local_search")),
         Algorithm("nn", _nearest_tour),
     )
 }

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.annealing import BEST, AntPath, anneal
-from leafcut.kernels.layers import Clusters
+from leafcut.kernels.cluster_paths import Clusters
 from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
 from leafcut.order.instance import costs_of_edges
-from leafcut.order.precedence import followers, rows
+from leafcut.order.precedence import compressed_rows, transitive_closure
 
 #: Maximum growth of the path by a step, in mean moves between clusters: at the start, alternating, and at the end.
 HOT, COLD = (3.0, 1.0), 0.02
@@ -33,7 +33,7 @@ def is_small(instance: DirectedInstance) -> bool:
     return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 
 
-def layers_of(instance: DirectedInstance) -> Clusters:
+def build_clusters(instance: DirectedInstance) -> Clusters:
     """Return the clusters and the costs of all moves between their nodes; the anchor is the last cluster and node."""
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
@@ -48,21 +48,21 @@ def layers_of(instance: DirectedInstance) -> Clusters:
         table[first:last] = travel.reshape(last - first, -1) + rules.service[enter]
         least[c] = np.minimum.reduceat(table[first:last].min(axis=0), begin[:-1])
     np.fill_diagonal(least, math.inf)
-    pairs = np.argwhere(followers(instance.pairs, n)).astype(np.int32)
+    pairs = np.argwhere(transitive_closure(instance.pairs, n)).astype(np.int32)
     near = np.argsort(np.minimum(least, least.T), axis=1, kind="stable")[:, : min(n - 1, NEAR)]
     return Clusters(
         begin, owner, table, np.ascontiguousarray(table.T), least, np.ascontiguousarray(least.T),
-        np.ascontiguousarray(near, dtype=np.int32), *rows(pairs, n), *rows(pairs[:, ::-1], n),
+        np.ascontiguousarray(near, dtype=np.int32), *compressed_rows(pairs, n), *compressed_rows(pairs[:, ::-1], n),
         np.array([instance.anchored], dtype=np.int64),
     )  # fmt: skip
 
 
-class Forgetting:
+class PathAnnealing:
     """The annealing of a path, with its buffers."""
 
     def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
         """`words` is a random state uint64[1], `layers` the clusters if they already exist."""
-        self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
+        self.instance, self.words, self.layers = instance, words, layers or build_clusters(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         path, trial, best, place, out = (np.zeros(m, dtype=np.int32) for _ in range(5))
@@ -73,7 +73,7 @@ class Forgetting:
         self.number = np.zeros(int(instance.rules.way.max()) + 1, dtype=np.int32)
         self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
 
-    def cool_down(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
+    def anneal(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
         """Anneal from a given path for `steps` steps; return the best path as the problem's nodes int32[clusters].
         `mean` is the mean cost of a move; `go_on` gets the number of steps since its last call, and returns whether
         to continue.

@@ -102,36 +102,36 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
         return None
     explicit = cost.code == codes.EXPLICIT
     if (explicit and not np.array_equal(cost.matrix, cost.matrix.T)) or n > (
-        MOST_NODES if in_the_plane(cost) else DENSE_LIMIT
+        MOST_NODES if has_box_bounds(cost) else DENSE_LIMIT
     ):
         return None
     if n <= 3:
         only = float(tour_cost(cost, np.arange(n, dtype=np.int32)))
-        value: float | None = _below(cost, only, abs(only))
+        value: float | None = _rounded_lower_bound(cost, only, abs(only))
     else:
-        prove = _best_of_few if n <= ALL_PAIRS else _best_proved
+        prove = _bound_of_small_instance if n <= ALL_PAIRS else _bound_of_large_instance
         value = prove(instance, upper, stop if stop is not None else lambda: False)
     return value if value is not None and math.isfinite(value) else None
 
 
-def _best_proved(instance: Instance, upper: float, stop: StopAsked) -> float | None:
+def _bound_of_large_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
     """Return the best bound proved during the ascent; None if the time ran out before the first proof."""
     cost, n = instance.cost, instance.n
-    hub = _hub(cost, n)
+    hub = _choose_hub(cost, n)
     edges = _candidate_edges(instance.candidates, hub.node)
-    tree = smallest_tree(instance, hub.node, np.zeros(n), _graph(cost, n, edges), stop)
+    tree = minimum_spanning_tree(instance, hub.node, np.zeros(n), _candidate_graph(cost, n, edges), stop)
     if tree is None or not np.isfinite(tree.length).all():
         return None
     proved = _weight(cost, hub, tree, np.zeros(n))
-    ascent = _Ascent(n, _sets(tree, n), hub, upper, stop)
-    put_off = STEPS_PER_PROOF if in_the_plane(cost) else STEPS_PER_DENSE_PROOF * n
+    ascent = _Ascent(n, _merge_sets(tree, n), hub, upper, stop)
+    put_off = STEPS_PER_PROOF if has_box_bounds(cost) else STEPS_PER_DENSE_PROOF * n
     for goal in (math.ceil(share * ascent.steps) for share in PROOFS):
         if goal - ascent.step < put_off and goal < ascent.steps:
             continue
         edges = np.concatenate([edges, tree.edges], axis=1)
-        graph = _graph(cost, n, edges)
+        graph = _candidate_graph(cost, n, edges)
         penalty = ascent.climb(graph, goal)
-        tree = None if stop() else smallest_tree(instance, hub.node, penalty, graph, stop)
+        tree = None if stop() else minimum_spanning_tree(instance, hub.node, penalty, graph, stop)
         if tree is None:
             break
         proved = max(proved, _weight(cost, hub, tree, penalty))
@@ -140,23 +140,23 @@ def _best_proved(instance: Instance, upper: float, stop: StopAsked) -> float | N
     return proved
 
 
-def _steps(n: int) -> int:
+def _ascent_steps(n: int) -> int:
     return int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
 
 
-def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
+def _bound_of_small_instance(instance: Instance, upper: float, stop: StopAsked) -> float | None:
     """Return the best bound of an ascent in which each step proves a bound, on dense arrays; None without a step."""
     cost, n = instance.cost, instance.n
-    hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
-    looked_up = _looked_up(cost, n)
+    hub, steps, penalty, proved = _choose_hub(cost, n), _ascent_steps(n), np.zeros(n), None
+    looked_up = _cost_matrix(cost, n)
     for step in range(steps):
         if stop() or not np.isfinite(penalty).all():
             break
-        tree = all_pairs(looked_up, hub.node, penalty)
+        tree = dense_spanning_tree(looked_up, hub.node, penalty)
         if not np.isfinite(tree.length).all():
             return None
         if step == 0:
-            sets = _sets_of_few(tree, n)
+            sets = _dense_merge_sets(tree, n)
         value = _weight(cost, hub, tree, penalty)
         proved = value if proved is None else max(proved, value)
         excess = np.bincount(np.append(tree.edges, _two_spokes(hub, penalty)), minlength=n) - 2.0
@@ -169,7 +169,7 @@ def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | N
     return proved
 
 
-def _looked_up(cost: CostModel, n: int) -> CostModel:
+def _cost_matrix(cost: CostModel, n: int) -> CostModel:
     """Return the costs as a matrix, without tied or free edges: moves with heights are slow to compute."""
     if cost.code == codes.EXPLICIT:
         return cost
@@ -178,8 +178,8 @@ def _looked_up(cost: CostModel, n: int) -> CostModel:
     return cost._replace(code=codes.EXPLICIT, plain=False, matrix=matrix, zones=np.zeros((0, 4)))
 
 
-def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
-    """Return the sets of `_sets` as float64[2n, n]: row s holds the root of the set's width at each of its nodes."""
+def _dense_merge_sets(tree: SpanningTree, n: int) -> Floats:
+    """Return the sets of `_merge_sets`, float64[2n, n]: row s holds √width of the set at each of its nodes."""
     inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
     inside[:n] = np.eye(n)
     part_of = np.arange(n)
@@ -193,7 +193,7 @@ def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
     return inside * np.sqrt(width)[:, None]
 
 
-def _below(cost: CostModel, value: float, size: float) -> float:
+def _rounded_lower_bound(cost: CostModel, value: float, size: float) -> float:
     """Return `value` less the possible rounding error of sums of this size, rounded up if all costs are integers."""
     value -= ROUNDING * size
     if cost.code == codes.EXPLICIT:
@@ -203,7 +203,7 @@ def _below(cost: CostModel, value: float, size: float) -> float:
     return float(math.ceil(value)) if whole and math.isfinite(value) else value
 
 
-def _hub(cost: CostModel, n: int) -> Hub:
+def _choose_hub(cost: CostModel, n: int) -> Hub:
     """Return the free node as hub, else a tied node, else the last node, so that all other edges have regular costs."""
     node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
     tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
@@ -218,7 +218,7 @@ def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int3
     return edges
 
 
-def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
+def _candidate_graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
     """Return the graph of n nodes with the edges int32[2, e]; duplicates in either direction are allowed."""
     low, high = np.sort(edges.astype(np.int64), axis=0)
     keys = np.sort(low * n + high)
@@ -229,7 +229,7 @@ def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
     return Graph(begin, np.ascontiguousarray(ends[1]), edge_lengths(cost, ends))
 
 
-def _sets(tree: SpanningTree, n: int) -> Sets:
+def _merge_sets(tree: SpanningTree, n: int) -> Sets:
     order = np.argsort(tree.length, kind="stable")
     a, b = np.ascontiguousarray(tree.edges[:, order])
     left, right, up = (np.zeros(2 * n, dtype=np.int32) for _ in range(3))
@@ -241,7 +241,7 @@ def _sets(tree: SpanningTree, n: int) -> Sets:
 class _Ascent:
     def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
-        self.steps = _steps(n)
+        self.steps = _ascent_steps(n)
         self.step = 0
         self.penalty = np.zeros(n)
         parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
@@ -277,10 +277,10 @@ def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> f
     spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
     value = float(added.sum()) - 2.0 * float(penalty.sum())
-    return _below(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))
+    return _rounded_lower_bound(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))
 
 
-def in_the_plane(cost: CostModel) -> bool:
+def has_box_bounds(cost: CostModel) -> bool:
     """Return whether the nearest point of a box gives a lower bound on the cost of an edge to any point in the box."""
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
@@ -291,7 +291,7 @@ def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
     return np.where(length == codes.TIED, 0.0, length)
 
 
-def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
+def dense_spanning_tree(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
     """Return the minimum spanning tree of all nodes but the hub under finite penalties, by checking all pairs."""
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
@@ -299,7 +299,9 @@ def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 
-def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked) -> SpanningTree | None:
+def minimum_spanning_tree(
+    instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked
+) -> SpanningTree | None:
     """Return the minimum spanning tree of all nodes but the hub under penalties, over all pairs of nodes.
 
     In the plane it is built in rounds over the k-d tree, otherwise by checking all pairs. Any graph is valid; the more
@@ -307,13 +309,13 @@ def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, s
     have to be checked, or if costs overflow.
     """
     cost, n = instance.cost, instance.n
-    if not in_the_plane(cost):
-        return None if stop() or not np.isfinite(penalty).all() else all_pairs(cost, hub, penalty)
+    if not has_box_bounds(cost):
+        return None if stop() or not np.isfinite(penalty).all() else dense_spanning_tree(cost, hub, penalty)
     edges = np.zeros((2, n - 2), dtype=np.int32)
-    parts = _parts(instance, hub, penalty)
+    parts = _forest_parts(instance, hub, penalty)
     have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
     while have < n - 2:
-        _survey(instance, hub, parts)
+        _set_part_ranges(instance, hub, parts)
         leave_by_graph(graph, penalty, parts)
         looked = leave_by_tree(cost, instance.tree, penalty, hub, most - looks, parts)
         if looked < 0 or stop():
@@ -325,23 +327,23 @@ def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, s
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 
-def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
+def _forest_parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
     part, found = np.arange(n, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     low, high = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
-    least = _in_boxes(instance, np.minimum, penalty, hub, math.inf)
+    least = _extremes_in_boxes(instance, np.minimum, penalty, hub, math.inf)
     stack = np.zeros(STACK, dtype=np.int64)
     return ForestParts(up, part, low, high, least, found, np.full(n, -math.inf), np.zeros(n), leave, arrive, stack)
 
 
-def _survey(instance: Instance, hub: int, parts: ForestParts) -> None:
+def _set_part_ranges(instance: Instance, hub: int, parts: ForestParts) -> None:
     """Set the range of part numbers in each box of the k-d tree. Changes: parts.low, high."""
-    parts.low[:] = _in_boxes(instance, np.minimum, parts.part, hub, instance.n)
-    parts.high[:] = _in_boxes(instance, np.maximum, parts.part, hub, -1)
+    parts.low[:] = _extremes_in_boxes(instance, np.minimum, parts.part, hub, instance.n)
+    parts.high[:] = _extremes_in_boxes(instance, np.maximum, parts.part, hub, -1)
 
 
-def _in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
+def _extremes_in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, none: float) -> NDArray:
     """Return the minimum or maximum node value in every box; the hub has the value `none`."""
     tree = instance.tree
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()

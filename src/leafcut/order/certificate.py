@@ -33,7 +33,7 @@ MOST_BOUNDED = 20_000
 ROUNDING = 1e-9
 
 
-def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Deadline) -> None:
+def set_target_from_gap(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Deadline) -> None:
     """With `--target-gap`, compute the lower bound and set the target of the search, with the clock stopped.
 
     If the deadline passes before a bound is proved, the search has no target. Raises SolveError if no bound can be
@@ -51,7 +51,7 @@ def aim(options: SolveOptions, instance: AnyInstance, best: Best, deadline: Dead
         raise _no_bound(instance.problem)
 
 
-def foresee(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
+def compute_shown_bound(options: SolveOptions, instance: AnyInstance, best: Best) -> None:
     """Compute a lower bound for an observed search, with the clock stopped; it does not change the result."""
     if not (best.observe is not None and best.bound is None and options.bound):
         return
@@ -65,14 +65,14 @@ def _first_bound(instance: AnyInstance, cancelled: threading.Event, late: Callab
     relaxed = tour_instance(instance.problem, instance, late)
     if relaxed is None:
         return None
-    return bound_of(relaxed, relaxed.length(nearest_neighbour(relaxed)), cancelled, late)
+    return lower_bound_with_service(relaxed, relaxed.length(nearest_neighbour(relaxed)), cancelled, late)
 
 
 def tour_instance(
     problem: RoutingProblem, instance: AnyInstance | None, late: Callable[[], bool] = lambda: False
 ) -> Instance | None:
-    """Return the instance of the relaxed problem (`relaxation`); reuse `instance` if the problem is unchanged."""
-    relaxed = relaxation(problem, late)
+    """Return the instance of the `symmetric_relaxation`; reuse `instance` if the problem is unchanged."""
+    relaxed = symmetric_relaxation(problem, late)
     if isinstance(instance, Instance) and relaxed is problem:
         return instance
     return None if relaxed is None else build_instance(relaxed, CANDIDATES)
@@ -89,7 +89,7 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
     )
 
 
-def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
+def symmetric_relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
     """Return a symmetric problem whose lower bound also holds for `problem`, or None.
 
     It has no precedence and one node per cluster. Moves between two clusters cost as much as the cheapest move between
@@ -105,13 +105,13 @@ def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False
     if table is None:
         return None
     service = np.zeros(len(table))
-    service[: problem.n_clusters] = _least_service(problem)
+    service[: problem.n_clusters] = _minimum_service(problem)
     metric = Metric("EXPLICIT", matrix=np.minimum(table, table.T))
     relaxed = RoutingProblem.of_points(np.zeros((len(table), 2)), metric, closed=True)
     return replace(relaxed, service=service)
 
 
-def _least_service(problem: RoutingProblem) -> Floats:
+def _minimum_service(problem: RoutingProblem) -> Floats:
     least = np.full(problem.n_clusters, np.inf)
     np.minimum.at(least, problem.cluster, problem.service)
     return least
@@ -122,19 +122,19 @@ def certify(
     instance: AnyInstance | None = None, deadline: Deadline | None = None,
 ) -> Solution:  # fmt: skip
     """Return `solution` with its lower bound, computed unless given, but not for a cancelled search. It ignores
-    precedence, which can only raise the cost (`relaxation`). A bound above the cost is dropped.
+    precedence, which can only raise the cost (`symmetric_relaxation`). A bound above the cost is dropped.
     """
     if bound is None and not cancelled.is_set():
         with (deadline or Deadline()).running(cancelled) as late:
             relaxed = tour_instance(problem, instance, late)
             if relaxed is not None:
-                bound = bound_of(relaxed, solution.cost - relaxed.service, cancelled, late)
+                bound = lower_bound_with_service(relaxed, solution.cost - relaxed.service, cancelled, late)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))
 
 
-def bound_of(
+def lower_bound_with_service(
     instance: Instance, upper: float, cancelled: threading.Event, late: Callable[[], bool] = lambda: False
 ) -> float | None:
     """Return a lower bound on the cost of any path of the problem, including service, or None; `upper` is the travel

@@ -27,17 +27,17 @@ from leafcut.order.instance import Instance
 from leafcut.order.kicks import (
     MANY,
     NODES_PER_LOOK,
-    choices,
     descend,
     first_tour,
-    kick_on,
     kick_pieces,
+    kick_repeatedly,
     kick_until,
+    search_breadth,
+    tour_with_buffers,
     warm_kicks,
-    work_tour,
 )
-from leafcut.order.observing import of_tours
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, until_interrupted
+from leafcut.order.pheromone_view import pheromone_of_tours
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_until_interrupted
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, WorkerLog, Workers, thread_pool
 
@@ -113,7 +113,7 @@ class Colony:
     number: int = 0
     generation: int = 0
 
-    def joined_by(self, other: Colony) -> Colony:
+    def with_best_of(self, other: Colony) -> Colony:
         """Return this colony plus the best ant of `other`, if `other` has any."""
         if not len(other.costs):
             return self
@@ -128,10 +128,10 @@ def build_tour(instance: Instance, word: NDArray[np.uint64], kicks: int, stop: S
     """
     node, cost = np.zeros(instance.n, dtype=np.int32), math.inf
     if not stop.now():
-        tour = work_tour(greedy(instance, np.random.default_rng(word[0])))
+        tour = tour_with_buffers(greedy(instance, np.random.default_rng(word[0])))
         if descend(instance, tour, BREADTH, stop):
             if kicks > 0:
-                tour = work_tour(tour.node, queued=False, log=2 * instance.n + 1000)
+                tour = tour_with_buffers(tour.node, queued=False, log=2 * instance.n + 1000)
                 kick_until(instance, tour, word, kicks, stop)
             node, cost = tour.node, float(tour_cost(instance.cost, tour.node))
     return node[None], np.array([cost])
@@ -148,7 +148,7 @@ def assembly_for(n: int) -> Assembly:
     )
 
 
-def follow_trails(
+def recombine_tours(
     instance: Instance, mine: NDArray[np.int32], other: NDArray[np.int32], costs: NDArray[np.float64],
     words: NDArray[np.uint64], stop: Stop,
 ) -> Share:  # fmt: skip
@@ -157,9 +157,9 @@ def follow_trails(
     """
     n, pairs = instance.n, len(mine)
     tours, costs, gains, words = mine.copy(), costs.copy(), np.zeros(pairs), words.copy()
-    tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
+    tour = tour_with_buffers(np.arange(n, dtype=np.int32), queued=False)
     assembly = assembly_for(n)
-    step, breadth = max(1, NODES_PER_LOOK // n), choices(instance, BREADTH)
+    step, breadth = max(1, NODES_PER_LOOK // n), search_breadth(instance, BREADTH)
     for first in range(0, pairs, step):
         if stop.now():
             break
@@ -173,10 +173,10 @@ def follow_trails(
     return tours, costs
 
 
-def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
+def create_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
     """Return a colony of newly built tours; unfinished tours are left out."""
     words = random_words(seed, _BUILDING, number, count=ants)
-    tours, costs = workers.spread([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
+    tours, costs = workers.run_and_join([partial(build_tour, instance, words[k : k + 1], kicks) for k in range(ants)])
     done = np.isfinite(costs)
     return Colony(tours[done], costs[done], number)
 
@@ -188,10 +188,10 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
     mine = np.random.default_rng(words[0]).permutation(ants)
     other = np.roll(mine, -1)
     block = max(1, ants // (MEETINGS_PER_WORKER * workers.count))
-    tours, costs = workers.spread(
+    tours, costs = workers.run_and_join(
         [
             partial(
-                follow_trails,
+                recombine_tours,
                 instance,
                 colony.tours[mine[at]],
                 colony.tours[other[at]],
@@ -229,61 +229,61 @@ def improve_by_colony(
         kicked, kicking = kicking, not many and _have_time_to_kick(seconds, stop)
         if kicked and not kicking:
             break  # a few ants without kicks cannot improve the tours of ants with kicks
-        ants = _how_many(instance.n, number, seconds, stop, visits, kicking)
+        ants = _colony_size(instance.n, number, seconds, stop, visits, kicking)
         if ants < (FEWEST_OF_MANY if many else FEWEST_BY_CLOCK if stop.seconds < math.inf else FEWEST_ANTS):
             break
-        if not stop.thrift.is_worth(SECONDS_PER_VISIT * ants * instance.n, gain):
+        if not stop.payoff_limit.is_worthwhile(SECONDS_PER_VISIT * ants * instance.n, gain):
             break
         visits -= ants * instance.n
         before, began = best.cost, stop.elapsed()
         if kicking:
             rest = replace(stop, seconds=began + KICKING_SHARE * (stop.seconds - began))
             before_they_meet = int(KICKS_BEFORE * instance.n)
-            colony = found_colony(instance, ants, seed, number, replace(workers, stop=rest), before_they_meet)
+            colony = create_colony(instance, ants, seed, number, replace(workers, stop=rest), before_they_meet)
             seconds = (stop.elapsed() - began) / (KICKING_TAKES * max(1, len(colony.costs)))
         else:
-            colony = found_colony(instance, ants, seed, number, workers)
+            colony = create_colony(instance, ants, seed, number, workers)
             seconds = (stop.elapsed() - began) / ants
         if many:
-            colony = colony.joined_by(champions)
-        colony, generations = _live(instance, colony, seed, stop, best, workers, generations)
-        champions = champions.joined_by(colony)
-        champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
+            colony = colony.with_best_of(champions)
+        colony, generations = _evolve(instance, colony, seed, stop, best, workers, generations)
+        champions = champions.with_best_of(colony)
+        champions, generations = _evolve(instance, champions, seed, stop, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
         gain = before - best.cost
     best.view = SearchView(instance, workers.log)  # kicks use no pheromone
-    kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.thrift.holds else visits)
+    kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.payoff_limit.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
     if many:
         return kick_pieces(instance, best.tour, seed, best, workers, generations, kicks)
-    return kick_on(instance, best.tour, seed, stop, best, generations, kicks)
+    return kick_repeatedly(instance, best.tour, seed, stop, best, generations, kicks)
 
 
-def _live(
+def _evolve(
     instance: Instance, colony: Colony, seed: int, stop: Stop, best: Best, workers: Workers, generations: int
 ) -> tuple[Colony, int]:
     """Run generations until all tours cost the same or nothing improves; return the colony and the generation count."""
     idle, by_clock = 0, stop.seconds < math.inf
     patience = PATIENCE_BY_CLOCK if by_clock else PATIENCE
-    _offer(colony, best, generations)
-    while idle < patience and differ(colony) and not stop.reached(generations, 0):
+    _offer_best_tour(colony, best, generations)
+    while idle < patience and costs_differ(colony) and not stop.reached(generations, 0):
         following = next_generation(instance, colony, seed, workers)
-        idle = 0 if _learned(colony.costs, following.costs, LITTLE if by_clock else 0.0) else idle + 1
+        idle = 0 if _has_improved(colony.costs, following.costs, LITTLE if by_clock else 0.0) else idle + 1
         colony = following
         generations += 1
-        _offer(colony, best, generations)
-        best.view = SearchView(instance, workers.log, partial(of_tours, instance, colony.tours))
+        _offer_best_tour(colony, best, generations)
+        best.view = SearchView(instance, workers.log, partial(pheromone_of_tours, instance, colony.tours))
         best.tell(generations)
     return colony, generations
 
 
-def differ(colony: Colony) -> bool:
+def costs_differ(colony: Colony) -> bool:
     """Return whether the tours of a colony differ in cost."""
     return len(colony.costs) > 1 and bool(np.ptp(colony.costs) > EPSILON)
 
 
-def _learned(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
+def _has_improved(before: NDArray[np.float64], after: NDArray[np.float64], little: float) -> bool:
     """Return whether the best cost improved, or the mean gain exceeds `little` times the mean excess over it."""
     gains, best = before - after, float(after.min())
     if float(before.min()) > best + EPSILON:
@@ -291,7 +291,7 @@ def _learned(before: NDArray[np.float64], after: NDArray[np.float64], little: fl
     return bool(gains.max() > EPSILON and gains.mean() > little * (after.mean() - best))
 
 
-def _offer(colony: Colony, best: Best, generation: int) -> None:
+def _offer_best_tour(colony: Colony, best: Best, generation: int) -> None:
     if len(colony.costs):
         winner = int(np.argmin(colony.costs))
         best.offer(colony.tours[winner], float(colony.costs[winner]), generation)
@@ -303,7 +303,7 @@ def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
     return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
 
 
-def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
+def _colony_size(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
     """Return `GROWTH` times the previous number, or all that the remaining time or budget allows if no much larger
     colony would fit afterwards.
     """
@@ -326,7 +326,7 @@ def run_colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     with thread_pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         best.view = SearchView(instance, workers.log)
-        iterations = until_interrupted(
+        iterations = run_until_interrupted(
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())

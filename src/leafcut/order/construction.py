@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import greedy as greedy_kernels
 from leafcut.kernels.cost import EXPLICIT, CostModel
-from leafcut.order.instance import Instance, candidate_lists, matrix_of, plant_tree
+from leafcut.order.instance import Instance, build_tree, candidate_lists, matrix_of
 
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
@@ -30,7 +30,7 @@ MOST_NOISE = 0.1
 FEW = 500
 
 
-def none_visited(instance: Instance) -> Unvisited:
+def unvisited_buffers(instance: Instance) -> Unvisited:
     """Return fresh buffers for one worker, in which no node is visited."""
     from leafcut.kernels.construct import Unvisited
 
@@ -48,7 +48,7 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
     from leafcut.kernels.construct import nearest_neighbour_tour
 
     tour = np.zeros(instance.n, dtype=np.int32)
-    words, unvisited = np.ones(1, dtype=np.uint64), none_visited(instance)
+    words, unvisited = np.ones(1, dtype=np.uint64), unvisited_buffers(instance)
     nearest_neighbour_tour(instance.cost, instance.tree, instance.home, instance.second, words, tour, unvisited)
     return tour
 
@@ -72,7 +72,7 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
     return np.array(tour, dtype=np.int32)
 
 
-def _without(
+def _remove_free_node(
     free: int, lists: NDArray[np.int32], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Remove the free node from the candidate lists: its row, the last, and its entry, the first in every row."""
@@ -95,13 +95,13 @@ def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDA
         greedy_kernels.join(tail, beside, cost.tied_a, cost.tied_b)
     # The free node, which is the last, is added when the other nodes form a single path.
     ends = np.arange(n if cost.free < 0 else n - 1, dtype=np.int32)
-    lists, lengths = _without(cost.free, instance.candidates, instance.lengths)
+    lists, lengths = _remove_free_node(cost.free, instance.candidates, instance.lengths)
     while True:
-        _join_cheapest(lists, _changed(lengths, random), ends, tail, beside)
+        _join_cheapest(lists, _with_noise(lengths, random), ends, tail, beside)
         ends = ends[tail[ends] >= 0]
         if len(ends) <= 1 or (len(ends) == 2 and tail[ends[0]] == ends[1]):
             break
-        lists, lengths, ends = _lists_of_ends(cost, ends)
+        lists, lengths, ends = _candidates_between_ends(cost, ends)
     begin = int(ends[0])
     if cost.free >= 0:
         greedy_kernels.join(tail, beside, cost.free, begin)
@@ -111,11 +111,11 @@ def greedy(instance: Instance, random: np.random.Generator | None = None) -> NDA
     return tour
 
 
-def _changed(lengths: NDArray[np.float64], random: np.random.Generator | None) -> NDArray[np.float64]:
+def _with_noise(lengths: NDArray[np.float64], random: np.random.Generator | None) -> NDArray[np.float64]:
     return lengths if random is None else lengths * (1.0 + MOST_NOISE * random.random(lengths.shape))
 
 
-def _middle(values: NDArray[np.float64]) -> float:
+def _median(values: NDArray[np.float64]) -> float:
     """Return the median; `np.median` would import masked arrays, which delays a short search."""
     ordered, half = np.sort(values), len(values) // 2
     return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
@@ -130,18 +130,18 @@ def _join_cheapest(
 ) -> None:
     """Join fragments by the candidate edges of `nodes`, cheapest first, up to the limit of `SURE_NEIGHBOURS`."""
     k = candidates.shape[1]
-    limit = np.inf if k >= len(nodes) - 1 else _middle(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
+    limit = np.inf if k >= len(nodes) - 1 else _median(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
     count = greedy_kernels.list_edges(candidates, lengths, nodes, tail, limit, edges)
     edges[:count].sort()
     greedy_kernels.join_edges(edges, count, candidates, nodes, tail, beside)
 
 
-def _lists_of_ends(
+def _candidates_between_ends(
     cost: CostModel, ends: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
     m, explicit = len(ends), cost.code == EXPLICIT
-    tree, order = plant_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
+    tree, order = build_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
     nodes = ends if explicit else ends[order]
     among = cost._replace(xy=cost.xy[nodes], matrix=matrix_of(cost, nodes), tied_a=-1, tied_b=-1, free=-1)
     lists, lengths = candidate_lists(among, tree, m, m, min(END_NEIGHBOURS, m - 1))

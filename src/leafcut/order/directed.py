@@ -17,22 +17,22 @@ from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints, Points
 from leafcut.kernels.candidates import fill_directed_candidates
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules, lay_route
+from leafcut.kernels.route import BLOCK, RING, TWISTED, Lists, Route, Rules, build_cheapest_path
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import (
     PER_QUADRANT,
     Instance,
     MoveCosts,
+    add_path_ends,
+    build_tree,
     candidate_lists,
     cluster_places,
     cost_model,
     costs_of_edges,
     is_directed,
     nearby_buffers,
-    plant_tree,
-    with_ends,
 )
-from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, consequences, rows
+from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, compressed_rows, impossible_moves_and_reduction
 
 #: Maximum number of nodes for candidates by the costs of all pairs, if clusters have several nodes: n² memory.
 DENSE_LIMIT = 3000
@@ -108,7 +108,7 @@ class DirectedInstance:
         """Return the entry of each node along a path, and its exit if exits differ, with the ends of the problem."""
         entry, leave = self.problem.entry[tour], self.problem.exit[tour]
         same = np.array_equal(entry, leave)
-        return with_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
+        return add_path_ends(self.problem, entry if same else np.stack([entry, leave], axis=1).reshape(-1, 2))
 
     def nodes(self, node: Ints, enter: Ints) -> Ints:
         """Return the problem's nodes int32[clusters] in the order of a path int32[n]; a closed path starts with 0."""
@@ -133,7 +133,7 @@ class DirectedInstance:
 AnyInstance = Instance | DirectedInstance
 
 
-def refuse_places_of_a_table(problem: RoutingProblem) -> None:
+def refuse_ends_with_cost_table(problem: RoutingProblem) -> None:
     """Raise SolveError if the problem has a table of costs and a start or an end."""
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
@@ -147,23 +147,23 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     m, twisted = problem.n_clusters, is_directed(problem)
     pairs, barred = checked_pairs(problem), None
     if len(pairs) and m <= CLOSURE_LIMIT:
-        barred, pairs = consequences(pairs, m)
+        barred, pairs = impossible_moves_and_reduction(pairs, m)
     cost, ends, beyond = _cost(problem, twisted)
-    way, begin = _ways(problem)
+    way, begin = _nodes_by_cluster(problem)
     near, back = _candidates(problem, cost, way, beyond, k + (k // 2 if len(pairs) else 0))
-    near, back = _possible(near, pairs, barred, False, k), _possible(back, pairs, barred, True, k)
+    near, back = _feasible_candidates(near, pairs, barred, False, k), _feasible_candidates(back, pairs, barred, True, k)
     enter = way[begin[:m]]
     leave = enter + np.int32(beyond)
     if ends is not None:
-        last = _cheapest_way(cost, way + np.int32(beyond), begin, ends[1], pairs[:, 0])
-        first = _cheapest_way(cost, way, begin, ends[0], pairs[:, 1])
-        near, back = _with_anchor(near, last, first), _with_anchor(back, first, last)
+        last = _cheapest_end_moves(cost, way + np.int32(beyond), begin, ends[1], pairs[:, 0])
+        first = _cheapest_end_moves(cost, way, begin, ends[0], pairs[:, 1])
+        near, back = _add_anchor(near, last, first), _add_anchor(back, first, last)
         enter, leave, begin = np.append(enter, ends[1]), np.append(leave, ends[0]), np.append(begin, begin[-1])
     n, here, there = len(enter), list(map(np.ascontiguousarray, near)), list(map(np.ascontiguousarray, back))
     service = np.zeros(len(cost.xy))
     service[: problem.n_nodes] = problem.service
     rules = Rules(
-        *rows(pairs, n), *rows(pairs[:, ::-1], n), begin, way, np.array([beyond]), service,
+        *compressed_rows(pairs, n), *compressed_rows(pairs[:, ::-1], n), begin, way, np.array([beyond]), service,
         Lists(*here, *there), Lists(*there, *here),
     )  # fmt: skip
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
@@ -207,7 +207,7 @@ def greedy_path(instance: DirectedInstance) -> Route:
     waiting, spot = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     waiting[: len(free)], spot[free] = free, np.arange(len(free), dtype=np.int32)
     route = route_of(instance, np.full(n, first, dtype=np.int32), instance.enter)
-    lay_route(instance.cost, route, rules, waiting, spot, missing)
+    build_cheapest_path(instance.cost, route, rules, waiting, spot, missing)
     return route
 
 
@@ -217,9 +217,9 @@ def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: Fals
     The last row and column of an open path are its anchor. Precedence is ignored. Returns None if `late` returns True
     before the last row. Raises SolveError if the problem has both a table of costs and a start or an end.
     """
-    refuse_places_of_a_table(problem)
+    refuse_ends_with_cost_table(problem)
     moves, m = MoveCosts(problem), problem.n_clusters
-    way, begin = _ways(problem)
+    way, begin = _nodes_by_cluster(problem)
     least = np.zeros((m, m) if problem.closed else (m + 1, m + 1))
     for c, (first, last) in enumerate(pairwise(begin.tolist())):
         if late():
@@ -239,7 +239,7 @@ def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.i
     places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
     if problem.closed:
         return cost_model(problem.metric, places), None, beyond
-    refuse_places_of_a_table(problem)
+    refuse_ends_with_cost_table(problem)
     given = [p for p in (problem.start, problem.end) if p is not None]
     count = len(places)
     free = count + len(given)
@@ -252,7 +252,7 @@ def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.i
     return cost, ends, beyond
 
 
-def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
+def _nodes_by_cluster(problem: RoutingProblem) -> tuple[Ints, Ints]:
     """Return the nodes by cluster, int32[nodes], and the first index of each cluster, int32[clusters + 1]."""
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
@@ -273,7 +273,7 @@ def _candidates(problem: RoutingProblem, cost: CostModel, way: Ints, beyond: int
         return _nearest(cost, exits, way, k + 1), _nearest(cost, way, exits, k + 1)
     # With many nodes, cluster centres are accurate enough to find near clusters.
     xy = cluster_places(problem)
-    tree, label = plant_tree(xy)
+    tree, label = build_tree(xy)
     lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
     named, lengths = np.empty_like(lists), np.empty_like(costs)
     named[label], lengths[label] = np.where(lists >= 0, label[lists], -1), costs
@@ -289,7 +289,7 @@ def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
 
 def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
     """Return indices into `goal` of near rows for every row in `query`, possibly including the row itself."""
-    tree, label = plant_tree(cost.xy[goal])
+    tree, label = build_tree(cost.xy[goal])
     tree = tree._replace(
         x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
     )
@@ -299,7 +299,7 @@ def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
     return np.where(lists >= 0, label[lists], -1).astype(np.int32), costs
 
 
-def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
+def _feasible_candidates(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
     """Return the first k entries of every list that are possible successors (or predecessors, if `back`)."""
     near, costs = listed
     m = len(near)
@@ -315,14 +315,14 @@ def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, bac
     return np.take_along_axis(near, order, axis=1), np.take_along_axis(costs, order, axis=1)
 
 
-def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
+def _cheapest_end_moves(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
     """Return the minimum travel cost between each cluster and an end of the path; infinite for excluded clusters."""
     costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
     costs[barred] = np.inf
     return costs
 
 
-def _with_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
+def _add_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
     """Insert the anchor into the lists, at the cost float64[clusters] of the move to it, and add its own list, which
     is empty if all moves from it cost nothing.
     """

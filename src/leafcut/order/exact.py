@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.order.instance import MoveCosts, path_cost
-from leafcut.order.precedence import keeps
+from leafcut.order.precedence import satisfies_pairs
 
 #: Maximum number of clusters for comparing all orders: local search needs at least five nodes.
 TRY_ALL = 4
@@ -28,11 +28,12 @@ MOST_STATES, MOST_CLUSTERS = 5_000_000, 18
 MOST_SUMS = 2e8
 
 
-def best_of_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
+def try_all_orders(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Return the cheapest order int32[clusters] of at most `TRY_ALL` clusters under the precedence int32[k, 2]."""
     orders = [np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters))]
     return min(
-        (o for o in orders if keeps(pairs, o)), key=lambda order: path_cost(problem, choose_nodes(problem, order))
+        (o for o in orders if satisfies_pairs(pairs, o)),
+        key=lambda order: path_cost(problem, choose_nodes(problem, order)),
     )
 
 
@@ -76,7 +77,7 @@ def _cheapest_through(problem: RoutingProblem, layers: list[Ints]) -> Ints:
     return min(paths, key=lambda path: path[0])[1]
 
 
-def within_reach(problem: RoutingProblem) -> bool:
+def is_exactly_solvable(problem: RoutingProblem) -> bool:
     """Return whether an exact solution takes at most about a second."""
     m, n = problem.n_clusters, problem.n_nodes
     if not 0 < m <= MOST_CLUSTERS:
@@ -87,7 +88,7 @@ def within_reach(problem: RoutingProblem) -> bool:
 
 def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Return the nodes int32[clusters] of the cheapest path under the precedence int32[k, 2], which has no cycles; the
-    problem must be `within_reach`.
+    problem must be `is_exactly_solvable`.
     """
     moves, node = MoveCosts(problem), np.arange(problem.n_nodes, dtype=np.int32)
     between = moves.between(node, node)

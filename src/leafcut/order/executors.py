@@ -96,13 +96,13 @@ class _Processes(WatchedExecutor):
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
-        self.pool = self._new()
+        self.pool = self._new_pool()
 
-    def _new(self) -> ProcessPoolExecutor:
+    def _new_pool(self) -> ProcessPoolExecutor:
         # Spawn: a fork of a process with threads may deadlock on a lock that a thread held.
         context = multiprocessing.get_context("spawn")
         stop, self._alive = context.Pipe(duplex=False)
-        return ProcessPoolExecutor(self.workers, context, _begin_worker, (stop,))
+        return ProcessPoolExecutor(self.workers, context, _start_worker, (stop,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         with _without_interrupts():  # a task may start a process
@@ -110,7 +110,7 @@ class _Processes(WatchedExecutor):
                 return self.pool.submit(fn, *args, **kwargs)
             except BrokenExecutor:
                 self.pool.shutdown(cancel_futures=True)
-                self.pool = self._new()
+                self.pool = self._new_pool()
                 return self.pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -133,7 +133,7 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin_worker(stop: connection.Connection) -> None:
+def _start_worker(stop: connection.Connection) -> None:
     """Ignore Ctrl-C, which the parent handles; exit when the parent closes `stop` or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -163,7 +163,9 @@ class _Dask(WatchedExecutor):
         packed = pickle.dumps((fn, args, kwargs), pickle.HIGHEST_PROTOCOL)
         answer: Future[Any] = Future()
         answer.set_running_or_notify_cancel()
-        self.executor.submit(_unpacked_call, __version__, packed).add_done_callback(lambda done: _pass_on(done, answer))
+        self.executor.submit(_unpacked_call, __version__, packed).add_done_callback(
+            lambda done: _copy_outcome(done, answer)
+        )
         return answer
 
     def check(self) -> None:
@@ -189,7 +191,7 @@ class _Dask(WatchedExecutor):
             self.client.close(timeout=2)
 
 
-def _pass_on(done: Future[Any], answer: Future[Any]) -> None:
+def _copy_outcome(done: Future[Any], answer: Future[Any]) -> None:
     """Copy the outcome of a Dask future to `answer`: pickled result, error or cancellation."""
     if done.cancelled():
         answer.set_exception(CancelledError())
@@ -232,7 +234,7 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
     """
     check_executor(spec)
     if spec.startswith(DASK):
-        with _connected(spec) as client:
+        with _connect_to_dask(spec) as client:
             executor: WatchedExecutor = _Dask(client, spec, workers)
             try:
                 yield executor
@@ -248,7 +250,7 @@ def open_executor(spec: str, workers: int = 0) -> Iterator[WatchedExecutor]:
 
 
 @contextmanager
-def _connected(spec: str) -> Iterator[Any]:
+def _connect_to_dask(spec: str) -> Iterator[Any]:
     """Connect to a Dask cluster with at least one worker, all with this version of leafcut; disconnect at the end."""
     try:
         import dask
@@ -310,19 +312,19 @@ def run_tasks(
     """
     # Submitted tasks that are no longer needed end with the executor: cancelling them one by one would fail in a broken
     # process pool.
-    course = _Course(executor, work, iter(tasks), attempts)
+    course = _TaskQueue(executor, work, iter(tasks), attempts)
     while not ended():
-        course.give_out()
+        course.submit_tasks()
         if not course.given:
             return
         done, _ = wait(course.given, LOOK_SECONDS, FIRST_COMPLETED)
         if not done and isinstance(executor, WatchedExecutor):
             executor.check()
         for future in done:
-            yield from course.take(future)
+            yield from course.collect_result(future)
 
 
-class _Course:
+class _TaskQueue:
     """Submitted tasks, and suspects: tasks whose worker died, which are repeated one at a time."""
 
     def __init__(self, executor: Executor, work: Callable[[Any], Any], todo: Iterator[Any], attempts: int) -> None:
@@ -333,7 +335,7 @@ class _Course:
         workers = executor.workers if isinstance(executor, WatchedExecutor) else os.cpu_count() or 1
         self.most = GIVEN_OUT * workers
 
-    def give_out(self) -> None:
+    def submit_tasks(self) -> None:
         """Submit as many tasks as there are free slots; a suspect only if no other task is running."""
         if not self.given:
             self.alone = bool(self.suspects)
@@ -350,7 +352,7 @@ class _Course:
         except BrokenExecutor as problem:
             raise ExecutorError(f"the workers have stopped ({problem})") from problem
 
-    def take(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
+    def collect_result(self, future: Future[Any]) -> Iterator[tuple[Any, Any]]:
         """Yield a task with its result or error; yield nothing if its worker died and the task is repeated."""
         task, deaths = self.given.pop(future)
         problem = future.exception()

@@ -71,7 +71,7 @@ def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
     return codes.relief_table(header, cost.matrix[first:, :columns], heights)
 
 
-def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
+def build_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
     """Return the k-d tree of the points float64[n, 2] in leaf order, with the last `apart` points (at most two) last,
     and the original index int32[n] of each.
     """
@@ -232,7 +232,7 @@ class Instance:
 
     def places(self, tour: NDArray[np.int32]) -> NDArray[np.float64]:
         """Return the positions along the tour int32[n], float64[m, 2], including the given start and end."""
-        return with_ends(self.problem, self._places[self.path(tour)])
+        return add_path_ends(self.problem, self._places[self.path(tour)])
 
 
 def is_directed(problem: RoutingProblem) -> bool:
@@ -248,7 +248,7 @@ def is_symmetric(problem: RoutingProblem) -> bool:
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)
 
 
-def with_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def add_path_ends(problem: RoutingProblem, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the points float64[m, 2] of a path with the given start and end; a closed path ends at its first point."""
     if problem.closed:
         return np.concatenate([points, points[:1]])
@@ -277,7 +277,7 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
             tied = (first, second)
     total = len(places) + (1 if free >= 0 else 0)
     explicit = problem.metric.name == "EXPLICIT"
-    tree, order = plant_tree(np.zeros((0, 2)) if explicit else places, apart=len(places) - n)
+    tree, order = build_tree(np.zeros((0, 2)) if explicit else places, apart=len(places) - n)
     label = np.arange(total, dtype=np.int32)
     label[: len(order)] = order
     xy = np.zeros((total, 2))
@@ -286,11 +286,11 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
     k = max(1, min(n_candidates or total, len(places) - 1))
     candidates, lengths = candidate_lists(cost, tree, len(places), total, k)
     if free >= 0:
-        candidates, lengths = _with_free(candidates, lengths, n, free)
+        candidates, lengths = _add_free_node(candidates, lengths, n, free)
     return Instance(problem, cost, label, tree, candidates, lengths, first, second)
 
 
-def _with_free(
+def _add_free_node(
     candidates: NDArray[np.int32], lengths: NDArray[np.float64], n: int, free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Insert the free node as the first candidate of the n clusters: any of them may be an end of the path."""

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued, kick_and_mend
-from leafcut.kernels.long_edges import bring_home
+from leafcut.kernels.long_edges import shorten_by_walking
 from leafcut.model.solution import WorkerFigures
 from leafcut.order.construction import greedy, random_words
 from leafcut.order.instance import Instance, costs_of_edges, matrix_of
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, set_budget, until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, run_until_interrupted, set_budget
 from leafcut.order.stop import Stop
 from leafcut.order.workers import Share, Workers
 
@@ -79,7 +79,7 @@ def kicks_per_iteration(n: int) -> int:
     return max(200, n // 100)
 
 
-def work_tour(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
+def tour_with_buffers(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tour:
     """Return a tour int32[n] with the buffers that the kernels need, and all nodes or none in the queue."""
     n = len(node)
     tour = Tour(
@@ -106,7 +106,7 @@ def queue_waiting(tour: Tour) -> None:
     tour.counts[:2] = 0, len(waiting)
 
 
-def choices(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
+def search_breadth(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
     """Return the number of candidates tried at each depth, int64[DEPTH], limited to the length of the lists."""
     return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
@@ -121,7 +121,7 @@ def descend(
     """Improve a tour at its queued nodes until `stop`; return whether the queue is empty. `look` is called regularly,
     so that the caller can report the unfinished tour.
     """
-    tries = choices(instance, breadth)
+    tries = search_breadth(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
         working = tour._replace(buffer=tour.buffer[:longest])
         if tour.counts[1] == 0:
@@ -146,7 +146,7 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
     edges = np.stack([tour.node[at], ahead[at]], axis=1)
     onto, steps = np.full(instance.n, -1, dtype=np.int32), np.zeros((MOST_STEPS, 2), dtype=np.int32)
     places = PLACES_PER_NODE * instance.n
-    gain = bring_home(instance.cost, tour, candidates, lengths, edges, onto, steps, places)
+    gain = shorten_by_walking(instance.cost, tour, candidates, lengths, edges, onto, steps, places)
     return bool(gain > 0.0)
 
 
@@ -158,7 +158,7 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: B
     """
     start = greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
-    tour = work_tour(start)
+    tour = tour_with_buffers(start)
     offered = stop.elapsed()
 
     def offer() -> None:
@@ -180,15 +180,15 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: B
 
 def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> int:
     """Improve the greedy tour to a local optimum, then by `kicks_per_iteration` kicks; return the iterations."""
-    return kick_on(instance, first_tour(instance, BREADTH, stop, best), seed, stop, best, 0, math.inf)
+    return kick_repeatedly(instance, first_tour(instance, BREADTH, stop, best), seed, stop, best, 0, math.inf)
 
 
-def kick_on(
+def kick_repeatedly(
     instance: Instance, node: NDArray[np.int32], seed: int, stop: Stop, best: Best, iteration: int, most: float
 ) -> int:
     """Kick a locally optimal tour int32[n] until `stop`, at most `most` times; return the last iteration number."""
-    tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
-    breadth, words = choices(instance, BREADTH), random_words(seed, 0, count=1)
+    tour = tour_with_buffers(node, queued=False, log=2 * instance.n + 1000)
+    breadth, words = search_breadth(instance, BREADTH), random_words(seed, 0, count=1)
     kicks, made = kicks_per_iteration(instance.n), 0
     while made < most and not stop.reached(iteration, iteration - best.iteration):
         gained = kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, words, 0, kicks)
@@ -203,7 +203,7 @@ def kick_until(
     instance: Instance, tour: Tour, word: NDArray[np.uint64], kicks: int, stop: Stop, spare: float = 0.0
 ) -> None:
     """Kick a tour `kicks` times, or fewer if only `spare` seconds are left. Changes: tour, word uint64[1]."""
-    breadth = choices(instance, BREADTH)
+    breadth = search_breadth(instance, BREADTH)
     for made in range(0, kicks, KICKS_PER_LOOK):
         if stop.now(spare):
             return
@@ -211,7 +211,7 @@ def kick_until(
         kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, word, 0, some)
 
 
-def cut(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Ints]:
+def split_tour(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Ints]:
     """Cut the tour int32[n] into pieces of about `PIECE` nodes, at random positions and at the tied edge."""
     n, a, b = len(tour), instance.cost.tied_a, instance.cost.tied_b
     count = max(2, round(n / PIECE))
@@ -224,7 +224,7 @@ def cut(instance: Instance, tour: Ints, random: np.random.Generator) -> list[Int
     return np.split(np.roll(tour, -begin), cuts)
 
 
-def instance_of(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
+def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Ints]:
     """Return the instance of a piece int32[m] with tied ends, the piece in its numbering, and its labels int32[m]."""
     cost, m = instance.cost, len(nodes)
     label = np.sort(nodes)
@@ -252,8 +252,8 @@ def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks:
     """Return the piece int32[1, m] after its kicks, with its first and last node unchanged, and no costs. `word` is a
     random state uint64[1]. Changes: word.
     """
-    own, start, label = instance_of(instance, nodes)
-    tour = work_tour(start, queued=False, log=2 * own.n + 1000)
+    own, start, label = piece_instance(instance, nodes)
+    tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)
     kick_until(own, tour, word, kicks, stop, PUTTING_TOGETHER * instance.n)
     begin = int(tour.place[start[0]])
     nodes = np.roll(tour.node, -begin)
@@ -268,11 +268,11 @@ def kick_pieces(
     """Kick the pieces of a tour int32[n] in rounds (iterations), at most `most` times; return the last iteration."""
     made = 0
     while made < most and not workers.stop.reached(iteration, iteration - best.iteration):
-        pieces = cut(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))
+        pieces = split_tour(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))
         words = random_words(seed, _KICKING, iteration, count=len(pieces))
         kicks = [max(1, int(KICKS_PER_NODE * len(piece))) for piece in pieces]
         work = [partial(kick_piece, instance, p, words[k : k + 1], kicks[k]) for k, p in enumerate(pieces)]
-        tour = np.concatenate([nodes[0] for nodes, _ in workers.shares(work)])
+        tour = np.concatenate([nodes[0] for nodes, _ in workers.run_tasks(work)])
         iteration, made = iteration + 1, made + sum(kicks)
         best.offer(tour, float(tour_cost(instance.cost, tour)), iteration)
         best.tell(iteration)
@@ -284,7 +284,7 @@ def run_kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
     options, stop, best = run.options, run.stop, run.best
     per_node, most = PRESETS[options.preset]
     set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
-    iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
+    iterations = run_until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
     kicks = iterations * kicks_per_iteration(instance.n)
     return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
 
@@ -293,5 +293,5 @@ def warm_kicks(instance: Instance, run: AlgorithmRun, large: bool) -> Ints:
     """Call every kernel of `run_kicks`; a `large` problem has long edges."""
     tour = run_kicks(instance, run).tour
     if large:
-        shorten_long_edges(instance, work_tour(tour))
+        shorten_long_edges(instance, tour_with_buffers(tour))
     return tour

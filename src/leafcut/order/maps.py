@@ -36,11 +36,11 @@ def problem_of_map(part: Part) -> RoutingProblem:
         pairs = np.concatenate([pairs, starts])
     if part.matrix is not None:
         barred = part.matrix < 0
-        metric = replace(metric, matrix=np.where(barred, _too_much(part.matrix, count), part.matrix))
+        metric = replace(metric, matrix=np.where(barred, _forbidden_edge_cost(part.matrix, count), part.matrix))
     return replace(problem, cluster=grouping.cluster, precedence=pairs, metric=metric)
 
 
-def check_allowed(part: Part, nodes: NDArray[np.int32]) -> None:
+def check_forbidden_edges(part: Part, nodes: NDArray[np.int32]) -> None:
     """Raise `PlanError` if the closed tour through `nodes` uses a forbidden edge of the map."""
     if part.matrix is None or len(nodes) < 2:
         return
@@ -54,5 +54,5 @@ def check_allowed(part: Part, nodes: NDArray[np.int32]) -> None:
         )
 
 
-def _too_much(matrix: NDArray[np.float64], count: int) -> float:
+def _forbidden_edge_cost(matrix: NDArray[np.float64], count: int) -> float:
     return float((matrix.max(initial=0.0) + 1.0) * (count + 1))

@@ -52,7 +52,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     """
     algorithm, best = PACKAGED.load(name), run.best
     set_budget_of_visits(run.stop, run.options, instance.n)
-    ends = _Ends(best.progress)
+    ends = _ProgressForwarder(best.progress)
     best.progress = None if best.progress is None else ends
     try:
         found = algorithm.solve(instance, run)
@@ -70,10 +70,10 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
     finally:
         best.progress = ends.progress
     tours = [found.tour, best.tour] if len(best.tour) else [found.tour]
-    return SearchResult(_shortest(name, instance, tours), found.iterations, found.workers)
+    return SearchResult(_shortest_checked_tour(name, instance, tours), found.iterations, found.workers)
 
 
-class _Ends:
+class _ProgressForwarder:
     """Forwards progress and remembers the exception with which the receiver ends the search."""
 
     def __init__(self, progress: OnProgress | None) -> None:
@@ -90,12 +90,12 @@ class _Ends:
             raise
 
 
-def _shortest(name: str, instance: Instance, tours: list[NDArray[np.int32]]) -> NDArray[np.int32]:
-    whole = [_checked(name, instance, tour) for tour in tours]
+def _shortest_checked_tour(name: str, instance: Instance, tours: list[NDArray[np.int32]]) -> NDArray[np.int32]:
+    whole = [_checked_tour(name, instance, tour) for tour in tours]
     return min(whole, key=instance.length)
 
 
-def _checked(name: str, instance: Instance, tour: Any) -> NDArray[np.int32]:
+def _checked_tour(name: str, instance: Instance, tour: Any) -> NDArray[np.int32]:
     nodes = np.asarray(tour)
     right = nodes.shape == (instance.n,) and np.array_equal(np.sort(nodes), np.arange(instance.n))
     if right and instance.second >= 0:

@@ -14,18 +14,18 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 import numpy as np
 
 from leafcut.geometry.arrays import Ints
-from leafcut.kernels.layers import Clusters
-from leafcut.kernels.route import Route, begin_bias
+from leafcut.kernels.cluster_paths import Clusters
+from leafcut.kernels.route import Route, recompute_bias
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.options import AcoOptions
-from leafcut.order.annealing import Forgetting, is_small, layers_of
+from leafcut.order.annealing import PathAnnealing, build_clusters, is_small
 from leafcut.order.construction import random_words
 from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
 from leafcut.order.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
-from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.choices import Choices
 from leafcut.order.literature.pheromone import AntParameters
-from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, search, until_interrupted
+from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView, run_until_interrupted, search
 from leafcut.order.stop import Stop
 from leafcut.order.workers import WorkerLog
 
@@ -45,7 +45,7 @@ TURNS_AWAY = 2
 #: Minimum number of nodes assumed for the kicks of a turn.
 FEWEST_KICKS = 50
 
-#: Kicks per node before the first annealing (`Forgetting`).
+#: Kicks per node before the first annealing (`PathAnnealing`).
 PHASE = 50
 
 #: Maximum plausible ratio of a greedy path to an improved one; a larger ratio comes from forbidden moves.
@@ -93,40 +93,40 @@ class PathSearch:
         instance = self.instance
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()
-        self.mean = self._mean_way()
+        self.mean = self._mean_move_cost()
         self.least = LEAST * self.mean
         self._descend()
-        self.mean = min(self.mean, self._mean_way() * GREEDY)
+        self.mean = min(self.mean, self._mean_move_cost() * GREEDY)
         if self.best.cost < self.cost:
-            self._take_up(self.best.tour)
-        self._is_worth()
-        forgetting = Forgetting(instance, self.words, self.layers) if is_small(instance) else None
+            self._set_route(self.best.tour)
+        self._is_worthwhile()
+        forgetting = PathAnnealing(instance, self.words, self.layers) if is_small(instance) else None
         kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
         while True:
-            self._kick_by_turns(min(kicks, most - self.kicks))
+            self._run_kick_schedule(min(kicks, most - self.kicks))
             if forgetting is None or self._is_over(most):
                 return self.iteration
-            self._forget(forgetting, int(min(kicks, most - self.kicks)))
+            self._anneal(forgetting, int(min(kicks, most - self.kicks)))
             if self._is_over(most):
                 return self.iteration
             kicks *= 2
 
     def _is_over(self, most: float) -> bool:
         reached = self.stop.reached(self.iteration, self.iteration - self.best.iteration)
-        return self.kicks >= most or reached or not self._is_worth()
+        return self.kicks >= most or reached or not self._is_worthwhile()
 
-    def _is_worth(self) -> bool:
+    def _is_worthwhile(self) -> bool:
         """Return whether more kicks are worth their time; always True for parallel searches, which the clock ends."""
         seconds = SECONDS_PER_KICK * math.sqrt(self.instance.n) * self.kicks
-        return not self.alone or self.stop.thrift.goes_on(seconds, self.best.cost)
+        return not self.alone or self.stop.payoff_limit.is_worth_continuing(seconds, self.best.cost)
 
-    def _mean_way(self) -> float:
+    def _mean_move_cost(self) -> float:
         rules, route = self.instance.rules, self.route
         return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
 
-    def _kick_by_turns(self, most: float) -> None:
+    def _run_kick_schedule(self, most: float) -> None:
         away, most = 0, most + self.kicks
-        for heat, kicks in _turns(max(self.instance.n, FEWEST_KICKS)):
+        for heat, kicks in _kick_schedule(max(self.instance.n, FEWEST_KICKS)):
             before = self.best.cost
             self._kick(heat, min(kicks, most - self.kicks))
             if self._is_over(most):
@@ -134,19 +134,19 @@ class PathSearch:
             if heat == 0.0:
                 away = 0 if self.best.cost < before else away + 1
                 if away >= TURNS_AWAY:
-                    self._take_up(self.best.tour)
+                    self._set_route(self.best.tour)
                     away = 0
 
-    def _forget(self, forgetting: Forgetting, steps: int) -> None:
+    def _anneal(self, forgetting: PathAnnealing, steps: int) -> None:
         """Anneal the best path and continue with the result; a step counts as a kick."""
 
         def go_on(made: int) -> bool:
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
-            self._tell(self.iteration)
+            self._report_progress(self.iteration)
             return not self.stop.reached(self.iteration, self.iteration - self.best.iteration)
 
-        found = forgetting.cool_down(self.best.tour, self.mean, steps, self.least, go_on)
-        self._take_up(found)
+        found = forgetting.anneal(self.best.tour, self.mean, steps, self.least, go_on)
+        self._set_route(found)
         self._offer()
 
     def _descend(self) -> None:
@@ -157,12 +157,12 @@ class PathSearch:
             working = route._replace(buffer=route.buffer[:longest])
             route.queue[:], route.queued[:] = route.node, 1
             route.counts[:2] = 0, instance.n
-            begin_bias(instance.cost, route)
+            recompute_bias(instance.cost, route)
             while route.counts[1] > 0 and not self.stop.now():
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
                     self._offer()
-                    self._tell(0)
+                    self._report_progress(0)
                     offered = self.stop.elapsed()
         route.queued[:], route.counts[:] = 0, 0
         self._offer()
@@ -186,11 +186,11 @@ class PathSearch:
             self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
             if self.cost < best.cost - self.least:
                 self._offer()
-            self._tell(self.iteration)
-            if not self._is_worth():
+            self._report_progress(self.iteration)
+            if not self._is_worthwhile():
                 return
 
-    def _tell(self, iteration: int) -> None:
+    def _report_progress(self, iteration: int) -> None:
         """Update the log; report the progress of the first of several searches."""
         self.log.ants[self.number], self.log.seconds[self.number] = self.kicks, self.stop.elapsed()
         if self.number == 0:
@@ -202,7 +202,7 @@ class PathSearch:
         self.log.best[self.number] = min(self.log.best[self.number], self.cost)
         self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
 
-    def _take_up(self, nodes: Ints) -> None:
+    def _set_route(self, nodes: Ints) -> None:
         route, instance = self.route, self.instance
         again = route_of(instance, *instance.path_of(nodes))
         for name in ("node", "place", "enter", "leave"):
@@ -210,7 +210,7 @@ class PathSearch:
         self.cost = instance.length(route.node, route.enter, route.leave)
 
 
-def _turns(n: int) -> Iterator[tuple[float, int]]:
+def _kick_schedule(n: int) -> Iterator[tuple[float, int]]:
     """Yield the maximum growth of the path by a kick, and the number of kicks, without end."""
     yield 0.0, FIRST_COLD * n
     for heat in itertools.cycle(HEATS):
@@ -226,7 +226,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
     kicks = math.inf if options.is_limited else budget(options.preset, instance.problem.n_clusters)
     only_time = options.iterations is None and options.time_limit is not None
     threads = (options.threads or os.cpu_count() or 1) if only_time else 1
-    layers = layers_of(instance) if is_small(instance) else None
+    layers = build_clusters(instance) if is_small(instance) else None
     log = WorkerLog.of(threads)
     searches = [PathSearch(instance, options.seed, best, number, layers, log) for number in range(threads)]
     best.view = SearchView(instance, log)
@@ -245,7 +245,7 @@ def run_paths(instance: DirectedInstance, run: AlgorithmRun) -> SearchResult:
                 stop.cancelled.set()  # otherwise the pool waits for the time limit
                 raise
 
-    iterations = until_interrupted(work, best)
+    iterations = run_until_interrupted(work, best)
     return SearchResult(best.tour, iterations, log.figures())
 
 
@@ -262,7 +262,7 @@ def offer_path_of_ants(
     own = Best(own_stop)
     moves = Choices(instance, True, layers, greedy)
     parameters = AntParameters.of("acs", AcoOptions(), instance.n, True)
-    ants = Ants(moves, trails_of(moves, parameters, moves.start(own), seed), seed, own_stop)
+    ants = Ants(moves, initial_trails(moves, parameters, moves.start(own), seed), seed, own_stop)
     if own.cost > 0.0:
         search(ants, own)
     nodes = moves.result(own.tour)
@@ -275,6 +275,6 @@ def warm_paths(instance: DirectedInstance, run: AlgorithmRun, large: bool) -> In
     best, seed = Best(Stop(iterations=3, cancelled=run.stop.cancelled)), run.options.seed
     greedy = greedy_path(instance)
     if not large:
-        offer_path_of_ants(instance, layers_of(instance), greedy, seed, best, generations=1)
+        offer_path_of_ants(instance, build_clusters(instance), greedy, seed, best, generations=1)
     PathSearch(instance, seed, best).run(math.inf, greedy, phase=1)
     return best.tour

@@ -27,13 +27,13 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
         )
     # Without pairs `np.unique` is not called: it would import the masked-array modules of NumPy.
     pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
-    order = _sorted(pairs, problem.n_clusters)
+    order = _topological_order(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
         raise SolveError(_ring_words(pairs, set(range(problem.n_clusters)).difference(order)))
     return pairs
 
 
-def keeps(pairs: Ints, order: NDArray[np.int32]) -> bool:
+def satisfies_pairs(pairs: Ints, order: NDArray[np.int32]) -> bool:
     """Return whether an order int32[clusters] satisfies all pairs."""
     return broken_pair(pairs, order) is None
 
@@ -45,38 +45,38 @@ def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None
     return None if not len(wrong) else (int(pairs[wrong[0], 0]), int(pairs[wrong[0], 1]))
 
 
-def rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def compressed_rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the pairs in compressed rows: first index of each cluster's partners int32[n + 1], and the partners."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
-def followers(pairs: Ints, n: int) -> NDArray[np.bool_]:
+def transitive_closure(pairs: Ints, n: int) -> NDArray[np.bool_]:
     """Return the transitive closure bool[n, n]: whether i must come before j."""
     later = np.zeros((n, n), dtype=np.bool_)
-    begin, after = rows(pairs, n)
-    for v in reversed(_sorted(pairs, n)):
+    begin, after = compressed_rows(pairs, n)
+    for v in reversed(_topological_order(pairs, n)):
         straight = after[begin[v] : begin[v + 1]]
         later[v] = later[straight].any(axis=0)
         later[v, straight] = True
     return later
 
 
-def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
+def impossible_moves_and_reduction(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
     """Return the impossible moves (backwards, or past a cluster) bool[n, n], and the transitive reduction of the
     pairs.
     """
-    later, between = followers(pairs, n), np.zeros((n, n), dtype=np.bool_)
-    begin, after = rows(pairs, n)
+    later, between = transitive_closure(pairs, n), np.zeros((n, n), dtype=np.bool_)
+    begin, after = compressed_rows(pairs, n)
     for v in range(n):
         between[v] = later[after[begin[v] : begin[v + 1]]].any(axis=0)
     return later.T | between, pairs[~between[pairs[:, 0], pairs[:, 1]]]
 
 
-def _sorted(pairs: Ints, n: int) -> list[int]:
+def _topological_order(pairs: Ints, n: int) -> list[int]:
     """Return the topological order, without cycles and the clusters that depend on them."""
-    begin, after = rows(pairs, n)
+    begin, after = compressed_rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
     order: list[int] = np.flatnonzero(missing == 0).tolist()
     for v in order:  # grows during the loop

@@ -186,10 +186,10 @@ def search(population: Population, best: Best) -> int:
             best.tell(iteration, costs=costs)
         return iteration
 
-    return until_interrupted(run, best)
+    return run_until_interrupted(run, best)
 
 
-def until_interrupted(work: Callable[[], int], best: Best) -> int:
+def run_until_interrupted(work: Callable[[], int], best: Best) -> int:
     """Run `work` and return its iterations; Ctrl-C ends it and keeps the best tour, if any."""
     try:
         return work()

@@ -17,13 +17,13 @@ from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.algorithms import algorithm_for, check_algorithm, check_options, needs_choices, warm_up
-from leafcut.order.certificate import aim, certify, foresee
-from leafcut.order.directed import refuse_places_of_a_table
-from leafcut.order.exact import TRY_ALL, best_nodes, best_of_all_orders, choose_nodes, within_reach
+from leafcut.order.certificate import certify, compute_shown_bound, set_target_from_gap
+from leafcut.order.directed import refuse_ends_with_cost_table
+from leafcut.order.exact import TRY_ALL, best_nodes, choose_nodes, is_exactly_solvable, try_all_orders
 from leafcut.order.instance import path_cost
-from leafcut.order.precedence import broken_pair, checked_pairs, keeps
+from leafcut.order.precedence import broken_pair, checked_pairs, satisfies_pairs
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, SearchView
-from leafcut.order.stop import Deadline, Stop, Thrift
+from leafcut.order.stop import Deadline, PayoffLimit, Stop
 
 
 def solve(
@@ -57,7 +57,7 @@ def solve(
     options, aco, firefly = options or SolveOptions(), aco or AcoOptions(), firefly or FireflyOptions()
     cancelled, bounds = cancelled or threading.Event(), bounds or Deadline()
     limit = math.inf if options.time_limit is None else options.time_limit
-    stop = Stop(seconds=limit, cancelled=cancelled, thrift=Thrift.of(options, problem))
+    stop = Stop(seconds=limit, cancelled=cancelled, payoff_limit=PayoffLimit.of(options, problem))
     pairs = checked_pairs(problem)
     check_algorithm(options.algorithm)
     known = _order_without_search(problem, pairs, options)
@@ -76,11 +76,11 @@ def solve(
     best = Best(stop, progress)
     instance = algorithm.instance(problem, options.candidates)
     best.service, best.view = instance.service, SearchView(instance)
-    aim(options, instance, best, bounds)
+    set_target_from_gap(options, instance, best, bounds)
     best.observe = observe
     if isinstance(observe, Study):
         observe.begin()
-    foresee(options, instance, best)
+    compute_shown_bound(options, instance, best)
     found = algorithm.search(instance, AlgorithmRun(options, aco, firefly, best))
     solution = _solution(problem, instance.path(found.tour), options, found, best, instance.exact)
     if not options.bound:
@@ -103,12 +103,12 @@ def _order_without_search(
                 f"the order as drawn has cluster {broken[1]} before cluster {broken[0]}, which must come first; "
                 "use --algorithm auto"
             )
-        return order, "none", _cost(problem, best_of_all_orders(problem, pairs)) if few else None
+        return order, "none", _cost(problem, try_all_orders(problem, pairs)) if few else None
     if few:
-        order = best_of_all_orders(problem, pairs)
+        order = try_all_orders(problem, pairs)
         return order, "colony" if options.algorithm == "auto" else options.algorithm, _cost(problem, order)
-    if options.algorithm == "auto" and needs_choices(problem) and within_reach(problem):
-        refuse_places_of_a_table(problem)
+    if options.algorithm == "auto" and needs_choices(problem) and is_exactly_solvable(problem):
+        refuse_ends_with_cost_table(problem)
         order = problem.cluster[best_nodes(problem, pairs)].astype(np.int32)
         return order, "exact", _cost(problem, order)
     return None
@@ -136,7 +136,7 @@ def _solution(
         history=_history(best, seconds, cost, exact),
         workers=found.workers,
         stopped_early=best.stop.cancelled.is_set() or seconds >= best.stop.seconds,
-        spared=best.stop.thrift.spared,
+        spared=best.stop.payoff_limit.spared,
     )
 
 
@@ -151,7 +151,7 @@ def _history(best: Best, seconds: float, cost: float, exact: bool) -> tuple[tupl
 def keep_better(problem: RoutingProblem, solution: Solution, other: Ints) -> Solution:
     """Return `solution` with the nodes int32[clusters] of `other` if these are cheaper and satisfy the precedence."""
     cost = path_cost(problem, other)
-    if cost >= solution.cost or not keeps(checked_pairs(problem), problem.cluster[other]):
+    if cost >= solution.cost or not satisfies_pairs(checked_pairs(problem), problem.cluster[other]):
         return solution
     bound = solution.lower_bound
     return replace(

@@ -30,7 +30,7 @@ def clock() -> float:
 
 
 @dataclass
-class Thrift:
+class PayoffLimit:
     """Ends a search when it takes longer than the machine time it saves: a period is not worth its time if it lasts
     longer than the machine time that the previous one saved. The search time is derived from the work done, so that
     results are reproducible. Without `holds`, every period is worth its time.
@@ -42,25 +42,25 @@ class Thrift:
     _until: float = FIRST_STRETCH
 
     @classmethod
-    def of(cls, options: SolveOptions, problem: RoutingProblem) -> Thrift:
+    def of(cls, options: SolveOptions, problem: RoutingProblem) -> PayoffLimit:
         """Return the rule; inactive with limits of time or iterations or preset `thorough`, and without times."""
         counted = options.iterations is not None or options.time_limit is not None
         return cls(not counted and options.preset != "thorough" and problem.metric.unit == "s")
 
-    def is_worth(self, seconds: float, gained: float) -> bool:
+    def is_worthwhile(self, seconds: float, gained: float) -> bool:
         """Return whether a period of `seconds` is worth it after the previous one saved `gained` s of machine time."""
         if self.holds and gained < seconds:
             self.spared = True
         return not self.spared
 
-    def goes_on(self, seconds: float, cost: float) -> bool:
+    def is_worth_continuing(self, seconds: float, cost: float) -> bool:
         """Return whether to continue after `seconds` in total with a path of cost `cost`; the periods double."""
         if math.isinf(self._cost):
             self._cost = cost
         if seconds < self._until:
             return not self.spared
         gained, self._cost, self._until = self._cost - cost, cost, 2.0 * seconds
-        return self.is_worth(seconds, gained)
+        return self.is_worthwhile(seconds, gained)
 
 
 @dataclass
@@ -78,7 +78,7 @@ class Stop:
     target: float = -math.inf
     satisfied: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
-    thrift: Thrift = field(default_factory=Thrift)
+    payoff_limit: PayoffLimit = field(default_factory=PayoffLimit)
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
     def elapsed(self) -> float:
@@ -143,11 +143,11 @@ class Deadline:
             return Deadline(None, self)
         return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
 
-    def spend(self, seconds: float) -> None:
+    def subtract(self, seconds: float) -> None:
         """Subtract the time of a finished search."""
         self._spent += seconds
         if self._parent is not None:
-            self._parent.spend(seconds)
+            self._parent.subtract(seconds)
 
     @contextmanager
     def running(self, cancelled: threading.Event) -> Iterator[Callable[[], bool]]:
@@ -157,4 +157,4 @@ class Deadline:
             yield lambda: cancelled.is_set() or self.left <= 0.0
         finally:
             seconds, self._started = clock() - self._started, None
-            self.spend(seconds)
+            self.subtract(seconds)

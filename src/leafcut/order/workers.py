@@ -34,7 +34,7 @@ class WorkerLog:
         """Return an empty log."""
         return cls([0] * workers, [0.0] * workers, [math.inf] * workers)
 
-    def number(self, thread: int) -> int:
+    def number_of_thread(self, thread: int) -> int:
         """Return the number of a worker; they are numbered in the order of their first task."""
         return self.known.setdefault(thread, len(self.known)) % len(self.ants)
 
@@ -59,16 +59,16 @@ class Workers:
     stop: Stop
     log: WorkerLog
 
-    def shares(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
+    def run_tasks(self, tasks: Sequence[Callable[[Stop], Share]]) -> list[Share]:
         """Return the result of each task, in order, independent of the number of workers."""
         done = list((map if self.executor is None else self.executor.map)(self._timed, tasks))
         for thread, seconds, (_, costs) in done:
-            self.log.add(self.log.number(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
+            self.log.add(self.log.number_of_thread(thread), len(costs), seconds, float(costs.min(initial=math.inf)))
         return [share for _, _, share in done]
 
-    def spread(self, tasks: Sequence[Callable[[Stop], Share]]) -> Share:
-        """Return the results of `shares`, concatenated."""
-        tours, costs = zip(*self.shares(tasks), strict=True)
+    def run_and_join(self, tasks: Sequence[Callable[[Stop], Share]]) -> Share:
+        """Return the results of `run_tasks`, concatenated."""
+        tours, costs = zip(*self.run_tasks(tasks), strict=True)
         return np.concatenate(tours), np.concatenate(costs)
 
     def _timed(self, task: Callable[[Stop], Share]) -> tuple[int, float, Share]:

@@ -92,7 +92,7 @@ class KlartextWriter(Writer):
         self.out.write("L", *self._place_words(row), "R0", "FMAX", "M99")
 
     def _define(self, cycle: DrillCycle, row: Motion) -> None:
-        rounded = self.numbers.said
+        rounded = self.numbers.rounded
         r_plane, bottom, after = rounded(cycle.r_plane), rounded(cycle.bottom), rounded(row.end[2])
         surface = 0.0 if bottom < 0.0 < r_plane else rounded((r_plane + bottom) / 2)
         values = {

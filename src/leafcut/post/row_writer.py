@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from leafcut.errors import PostError
-from leafcut.files.digests import signed
+from leafcut.files.digests import sign_program
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.model.cycles import expand_drill
@@ -78,7 +78,7 @@ class Writer:
             write[motion.kind](motion)
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
-        return signed(self._program_text())
+        return sign_program(self._program_text())
 
     def _unsupported_message(self, kind: Kind) -> str:
         return f"{self.dialect.name} programs cannot state {kind.name}"
@@ -263,25 +263,25 @@ class Writer:
         if any(math.isnan(v) for v in (*row.end, self.position[2])):
             raise PostError("a hole while the position of the tool is unknown")
         if self.calls_cycles and self.cycle is not None:
-            same = self._is_active(cycle) and self.cycle.to_initial == cycle.to_initial
+            same = self._is_active_cycle(cycle) and self.cycle.to_initial == cycle.to_initial
             if not same or self.feed_of_cycle != row.value:
                 self._leave_cycle()
         # A called cycle does not lift the tool first: a tool below the R plane would travel to the hole at its height.
-        low = self.calls_cycles and self.numbers.said(self.position[2]) < self.numbers.said(cycle.r_plane)
+        low = self.calls_cycles and self.numbers.rounded(self.position[2]) < self.numbers.rounded(cycle.r_plane)
         if not has_cycle(cycle, self.dialect) or low or not self._can_return_to(cycle, row.end[2]):
-            self._expand(row, cycle)
+            self._write_expanded_cycle(row, cycle)
             return
         self._write_hole(row, cycle)
         self.cycle, self.feed_of_cycle = cycle, row.value
         self._track_position(row)
         self._axis(row, 2)
 
-    def _is_active(self, cycle: DrillCycle) -> bool:
+    def _is_active_cycle(self, cycle: DrillCycle) -> bool:
         return self.cycle is not None and cycle_parameters(self.cycle) == cycle_parameters(cycle)
 
     def _write_hole(self, row: Motion, cycle: DrillCycle) -> None:
         """Write the block of a hole, without the words of the cycle if the cycle is active."""
-        is_active = self._is_active(cycle)
+        is_active = self._is_active_cycle(cycle)
         if not is_active:
             self.out.forget(["motion", "retract", *"XY"])
         plane = self.out.modal("plane", "G17")
@@ -321,7 +321,7 @@ class Writer:
     def _returns_to(self, cycle: DrillCycle, initial: float, height: float) -> bool:
         return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
-    def _expand(self, row: Motion, cycle: DrillCycle) -> None:
+    def _write_expanded_cycle(self, row: Motion, cycle: DrillCycle) -> None:
         if cycle.name == "G84":
             raise PostError("a tapped hole after which the tool does not return to its R plane or its initial plane")
         self._leave_cycle()

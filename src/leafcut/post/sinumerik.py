@@ -40,7 +40,7 @@ class SinumerikWriter(Writer):
         elif cycle.name in PECKING:
             name = "CYCLE83"
             peck = float(peck_text(cycle, self.numbers)) * self.numbers.unit
-            first = max(self.numbers.said(cycle.r_plane) - peck, self.numbers.said(cycle.bottom))
+            first = max(self.numbers.rounded(cycle.r_plane) - peck, self.numbers.rounded(cycle.bottom))
             words += ["", length(first), "", "0", "0", "0", "1", "1" if cycle.name == "G83" else "0"]
         return f"MCALL {name}({','.join(words)})"
 

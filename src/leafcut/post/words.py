@@ -91,7 +91,7 @@ def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
 
     Otherwise, 10 mm in three pecks of 3.3333 mm would need a fourth peck of 0.001 mm.
     """
-    r_plane, bottom = numbers.said(cycle.r_plane), numbers.said(cycle.bottom)
+    r_plane, bottom = numbers.rounded(cycle.r_plane), numbers.rounded(cycle.bottom)
     count = len(peck_depths(cycle))
     for steps in (0, 1, -1):
         text = numbers.length(cycle.peck + steps * numbers.resolution)

@@ -18,7 +18,7 @@ from leafcut.options import (
     Settings,
     SolveOptions,
 )
-from leafcut.options.condition import Conditions, absent
+from leafcut.options.condition import Conditions, when_absent
 from leafcut.options.option_spec import OptionGroup
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ PLACE = ("mirror", "rotate", "origin")
 POST = ("dialect", "output_units", "line_numbers", "program_number", "header")
 
 
-def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:
+def option_names(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the names of all options of a group, except those in `but`."""
     left_out = set(but)
     return tuple(name for name in group.specs() if name not in left_out)
@@ -78,7 +78,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 #: Options of several processes: for the search, for programs from drawings, and for cutting data that a program lacks.
 ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
-_LOOKED_UP = (absent("cut_speed"),)
+_LOOKED_UP = (when_absent("cut_speed"),)
 LOOKED_UP = use(CutDataOptions, "cut_speed")
 LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
 LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
@@ -243,7 +243,7 @@ class Process(Work, Protocol):
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the fastest candidate by the detailed machine model; an order set by the user does not change."""
-        from leafcut.processes.ordering import restated
+        from leafcut.processes.ordering import solutions_of_order
 
         solve = plan.job.settings.solve
         if plan.keeps_given or not plan.unforced or solve.algorithm in ("nn", "none"):
@@ -254,7 +254,9 @@ class Process(Work, Protocol):
         if reference.cost(solve.objective) >= best.cost(solve.objective):
             return best
         order = replace(best.order, choices=reference.order.choices)
-        return replace(reference, order=replace(order, solutions=tuple(restated(plan.job, plan.stages, order))))
+        return replace(
+            reference, order=replace(order, solutions=tuple(solutions_of_order(plan.job, plan.stages, order)))
+        )
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Write the program, read it back and judge it; return the candidate with its program.
@@ -266,12 +268,12 @@ class Process(Work, Protocol):
         OrderRefused
             The program is not proved, but another order may pass the proof.
         """
-        from leafcut.processes.job import refuse
+        from leafcut.processes.job import refuse_differences
 
         text = self.write(plan, given, best)
         plan.job.report("verifying")
         written, problems = self.judge(plan, best, text)
-        refuse(problems)
+        refuse_differences(problems)
         return replace(best, text=text, written=written)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut._version import __version__
-from leafcut.kernels.compiling import announced
+from leafcut.kernels.compiling import announced_compilations
 from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order
 from leafcut.processes.job import Job, assumed_machine, machine_issues, refuse_missing, refuse_too_large
@@ -23,7 +23,7 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
 
     Raises ReadError, OptionError, PlanError, SolveError, PostError or VerifyError.
     """
-    with announced(job.report):
+    with announced_compilations(job.report):
         plan = process.plan(job, sources, asked)
         refuse_missing(plan.job.settings, sources[0], plan.issues)
         given = process.given(plan)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
-from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for, passing_on
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, heartbeat_for_step, progress_of_search
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.snapshot import Observer
@@ -61,13 +61,13 @@ class Job:
 
         The receiver of the report may raise an exception to cancel the job.
         """
-        return looking_for(self.progress, step)
+        return heartbeat_for_step(self.progress, step)
 
     def search_progress(self, step: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search. `left` is the share of the work that remains, and `part` is the
         share that this search does.
         """
-        return passing_on(self.progress, step, left, part)
+        return progress_of_search(self.progress, step, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -103,7 +103,7 @@ def check_dialect_options(settings: Settings, dialect: Dialect) -> None:
             raise OptionError(f"{flag_name(name)}: {reason}; leave it out")
 
 
-def refuse(problems: Sequence[Difference]) -> None:
+def refuse_differences(problems: Sequence[Difference]) -> None:
     """Raise VerifyError if a program has differences; the message has the first difference and the number of others."""
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -120,7 +120,7 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
     The message hints at a wrong unit, because files of ezdxf state metres by default.
     """
     try:
-        refuse(problems)
+        refuse_differences(problems)
     except VerifyError as problem:
         stated = _LARGE_UNITS.get(part.units)
         if stated and not settings.read.units:

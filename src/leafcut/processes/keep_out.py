@@ -61,7 +61,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
         {number: bodies_of(library[number]) for number in radii if number in library},
         {number: _lowest_tip(program.path, number) for number in radii},
     )
-    hits = meetings(job, obstacles, program.path)
+    hits = obstacle_hits(job, obstacles, program.path)
     if hits and hits[0].what == CUTS:
         raise PlanError(f"{hits[0]}; move the obstacle, or the program's origin")
     if hits and hits[0].what == MAY_CROSS:
@@ -85,7 +85,7 @@ def obstacles_of(job: Job, program: Program, beam: bool) -> tuple[Obstacles | No
     return obstacles, issues
 
 
-def meetings(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
+def obstacle_hits(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
     """Return a difference for every motion of a program that hits an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 
@@ -100,11 +100,11 @@ def meetings(job: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]
     )
 
 
-def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def extent_of_detours(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the extent of moves over or around obstacles: lowest x, y, z and highest x, y, z, mm."""
     if math.isfinite(obstacles.height):
         return (math.inf,) * 3, (-math.inf, -math.inf, obstacles.height)
-    wide = obstacles.round_room()
+    wide = obstacles.extent_of_routes()
     low, high = wide[:, :2].min(axis=0).tolist(), wide[:, 2:].max(axis=0).tolist()
     return (*low, math.inf), (*high, -math.inf)
 

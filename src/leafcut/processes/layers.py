@@ -7,14 +7,14 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
 from leafcut.options.drawings import MARK_NAMES, SHEET_NAMES
 
 
-def matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
+def layer_matcher(patterns: Sequence[str]) -> Callable[[str], bool]:
     """Return a function that tests whether a layer name matches any pattern; case is ignored, and * and ? are
     wildcards.
     """
@@ -31,7 +31,7 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
     names = {c.layer for c in contours}
     by_option = {name: _kind_by_option(name, options) for name in names}
     known = [by_option[c.layer] or (c.kind if c.kind != "cut" else "") for c in contours]
-    by_name = matcher(MARK_NAMES)
+    by_name = layer_matcher(MARK_NAMES)
     if not options.mark_layers and any(not k and not by_name(c.layer) for k, c in zip(known, contours, strict=True)):
         marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
@@ -41,7 +41,7 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
             )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
-        is_sheet_name = matcher(SHEET_NAMES)
+        is_sheet_name = layer_matcher(SHEET_NAMES)
         known = [k or ("maybe sheet" if is_sheet_name(c.layer) else "") for k, c in zip(known, contours, strict=True)]
     ignored = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
     if ignored:
@@ -61,10 +61,10 @@ def _resolve_texts(contours: Sequence[Contour], kinds: list[str], issues: list[I
     left_out = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
     for text in failed.values():
         x, y = text.path.start
-        message = f"a text on layer {shown(text.layer)} is not engraved: {text.name}; draw it as lines"
+        message = f"a text on layer {printable(text.layer)} is not engraved: {text.name}; draw it as lines"
         issues.append(Issue("L216", message, f"at ({x:g}, {y:g})", missing=MissingWork("text", 1, ((x, y),))))
     if left_out:
-        layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left_out.most_common(5))
+        layers = ", ".join(f"{number} on layer {printable(name)}" for name, number in left_out.most_common(5))
         message = f"texts are engraved on mark layers only; left out: {layers}"
         issues.append(Issue("L210", message, severity=Severity.NOTE))
     text_numbers = set(texts)
@@ -81,7 +81,7 @@ def _kind_by_option(layer: str, options: SheetOptions) -> str:
         (options.mark_layers, "mark"),
         (options.cut_layers, "cut"),
     ):
-        if matcher(patterns)(layer):
+        if layer_matcher(patterns)(layer):
             return kind
     return "ignore" if options.cut_layers else ""
 

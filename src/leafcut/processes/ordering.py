@@ -79,7 +79,7 @@ def find_order(
             progress=job.search_progress(stages[number].name, remaining / total, tasks / total), observe=job.observe,
             cancelled=job.cancelled, bounds=job.bounds.part(tasks / remaining),
         )  # fmt: skip
-        deadline.spend(solution.seconds)
+        deadline.subtract(solution.seconds)
         remaining = max(remaining - tasks, 1)
         return solution
 
@@ -87,7 +87,7 @@ def find_order(
         ants = _ant_options(settings.aco, stages[number])
         part = job.bounds.part(problem.n_clusters / total)
         solution = solve(problem, options, ants, firefly=settings.firefly, cancelled=job.cancelled, bounds=part)
-        deadline.spend(solution.seconds)
+        deadline.subtract(solution.seconds)
         return solution
 
     def bounds(problem: RoutingProblem) -> Deadline:
@@ -134,7 +134,7 @@ def _ant_options(options: AcoOptions, stage: Stage) -> AcoOptions:
     return replace(options, n_ants=stage.parts) if stage.parts and options.n_ants == ANTS_AS_PARTS else options
 
 
-def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
+def solutions_of_order(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     """Return the solutions of an order. If its choices differ from its solutions, costs and bounds are computed
     again.
     """
@@ -147,20 +147,20 @@ def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
     solutions = []
     for number, (previous, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
         problem = _linked_problem(stages, number, order.choices)
-        solution = replace(_with_nodes(problem, previous, nodes), algorithm="none" if given else "nn")
+        solution = replace(_solution_with_nodes(problem, previous, nodes), algorithm="none" if given else "nn")
         # The bound of the search holds only for the end of the previous stage in the searched order.
-        solutions.append(_with_bound(job, problem, solution, 1.0 / (len(stages) - number)))
+        solutions.append(_add_bound(job, problem, solution, 1.0 / (len(stages) - number)))
     return solutions
 
 
-def _with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Solution:
+def _solution_with_nodes(problem: RoutingProblem, previous: Solution, nodes: Ints) -> Solution:
     from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
     return replace(previous, nodes=nodes, cost=cost, history=((previous.seconds, cost),), lower_bound=None)
 
 
-def _with_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
+def _add_bound(job: Job, problem: RoutingProblem, solution: Solution, share: float) -> Solution:
     """Add a lower bound to a solution, if requested, within a `share` of the time left for bounds."""
     from leafcut.order.certificate import certify
 
@@ -185,8 +185,8 @@ def _order_after_first(job: Job, stages: Sequence[Stage], search: SearchOne, opt
                 # The bound holds for the whole stage only.
                 solution = search(number, remaining, replace(options, bound=False))
             nodes = np.concatenate([first, node_of[solution.nodes]]) if len(node_of) else first
-            solution = _with_nodes(problem, solution, nodes.astype(np.int32))
-            solution = _with_bound(job, problem, solution, 1.0 / (len(stages) - number))
+            solution = _solution_with_nodes(problem, solution, nodes.astype(np.int32))
+            solution = _add_bound(job, problem, solution, 1.0 / (len(stages) - number))
         choices.append(solution.nodes)
         solutions.append(solution)
     return solutions
@@ -355,7 +355,7 @@ def _with_cost(
         and (searched.lower_bound is not None or not options.bound)
     ):
         return searched
-    solution = _with_nodes(problem, searched, nodes)
+    solution = _solution_with_nodes(problem, searched, nodes)
     if not options.bound:
         return solution
     # The optimal order of a few tasks is its own bound.

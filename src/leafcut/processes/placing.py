@@ -30,7 +30,7 @@ _SAME_PLACE = 0.01
 _SAME_ANGLE = 1e-9
 
 
-def placed(part: Part, options: ReadOptions) -> Part:
+def place_part(part: Part, options: ReadOptions) -> Part:
     """Mirror, rotate and move a part as the options request, and record its zero."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
@@ -45,7 +45,7 @@ def placed(part: Part, options: ReadOptions) -> Part:
     return replace(moved, reference=None, zero=zero)
 
 
-def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
+def place_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
     """Place the mesh of a part's surface in the same way as the part; `part` is the part before placing."""
     matrix = _matrix(options)
     x, y = _origin(part, matrix, options)
@@ -58,15 +58,15 @@ def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
     """Rotate and shift a mesh in the same way as the solid of a part; for a part from a drawing, the mesh is
     unchanged.
     """
-    return mesh if part.zero is None or not part.zero.up else turned_mesh(mesh, part.zero.up, part.zero.z)
+    return mesh if part.zero is None or not part.zero.up else turn_mesh_up(mesh, part.zero.up, part.zero.z)
 
 
-def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
+def turn_mesh_up(mesh: Mesh, up: str, z: float) -> Mesh:
     """Rotate a mesh until its direction `up` (a key of `model.part.TURNS`) points up, and lower it by `z` mm."""
     return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
 
 
-def placing_words(file: str, part: Part, options: ReadOptions) -> str:
+def placement_text(file: str, part: Part, options: ReadOptions) -> str:
     """Return the file name of a part and its placing for the header of the program.
 
     Example: ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``. The -x direction of
@@ -75,10 +75,10 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
     texts = [Path(file).name]
     if part.zero is not None and part.zero.up:
         texts += [f"{part.zero.up} up"] if part.zero.up != "z" else []
-        texts += [f"Z0 at Z{_exact(part.zero.z)} mm"] if part.zero.z else []
+        texts += [f"Z0 at Z{_exact_length(part.zero.z)} mm"] if part.zero.z else []
     if options.origin is not None:
         x, y = _origin(part, _matrix(options), options)
-        texts.append(f"zero at X{_exact(x)} Y{_exact(y)} mm")
+        texts.append(f"zero at X{_exact_length(x)} Y{_exact_length(y)} mm")
     if options.mirror:
         texts.append(f"mirrored {options.mirror}")
     if options.rotate:
@@ -103,7 +103,7 @@ def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> s
     return " and ".join(axes)
 
 
-def _exact(length: float) -> str:
+def _exact_length(length: float) -> str:
     return f"{length + 0.0:.6f}".rstrip("0").rstrip(".")
 
 

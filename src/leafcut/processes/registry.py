@@ -32,11 +32,11 @@ BUILT_IN = {
 #: Work that generates no programs, in the order of all lists: name → module and class.
 OTHER_WORKS = {
     "nest": "leafcut.nesting.work:Nesting",
-    "solve": "leafcut.processes.inquiries:Solving",
-    "simulate": "leafcut.processes.inquiries:Simulating",
-    "stock": "leafcut.processes.inquiries:CuttingStock",
-    "verify": "leafcut.processes.inquiries:Verifying",
-    "cutting-data": "leafcut.processes.inquiries:ChoosingSpeeds",
+    "solve": "leafcut.processes.other_works:Solving",
+    "simulate": "leafcut.processes.other_works:Simulating",
+    "stock": "leafcut.processes.other_works:CuttingStock",
+    "verify": "leafcut.processes.other_works:Verifying",
+    "cutting-data": "leafcut.processes.other_works:ChoosingSpeeds",
 }
 #: Commands whose name differs from their process: process → command.
 _COMMAND_OF = {"program": "reorder"}
@@ -149,7 +149,7 @@ def commands() -> tuple[str, ...]:
     return tuple(_COMMAND_OF.get(name, name) for name in names())
 
 
-def of_command(word: str) -> Process | None:
+def process_of_command(word: str) -> Process | None:
     """Return the process of a command, or None, without loading other processes.
 
     Raises OptionError if the process is a plug-in that cannot be used.
@@ -159,12 +159,12 @@ def of_command(word: str) -> Process | None:
     return process(name) if name else None
 
 
-def of_drawings(word: str) -> Process | None:
+def drawing_process(word: str) -> Process | None:
     """Return the process for drawings that a value of ``--process`` selects.
 
     The result is None for "auto" and for processes that read programs.
     """
-    named = None if word == "auto" else of_command(word)
+    named = None if word == "auto" else process_of_command(word)
     candidates = [named] if named or word == "auto" else processes()
     return next(
         (process_ for process_ in candidates if process_ and process_.reads == "drawing" and word in process_.asked_as),
@@ -211,7 +211,7 @@ def command(name: str) -> Any:
     return resolve_name(COMMANDS[name])
 
 
-def asked_words() -> tuple[str, ...]:
+def process_words() -> tuple[str, ...]:
     """Return all values of ``--process``, those for drawings before those for programs."""
     words = [
         word
@@ -223,7 +223,7 @@ def asked_words() -> tuple[str, ...]:
     return ("auto", *dict.fromkeys(words))
 
 
-def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
+def offered_works(works: Sequence[str], format_name: str) -> tuple[str, ...]:
     """Return the kinds of work to offer for an input: `works`, nesting after cutting, and plug-ins for the format."""
     plugins = (process_.name for process_ in processes() if format_name in process_.formats)
     return (*(name for work in works for name in ((work, "nest") if work == "cut" else (work,))), *plugins)
@@ -242,7 +242,7 @@ def machine_can_do(name: str, head: Head) -> bool:
     return not heads or head in heads
 
 
-def guess(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
+def guess_command(inputs: Sequence[tuple[Format, Source]], settings: Settings) -> str:
     """Return the command for an input that suits several kinds of work; "auto" for the usual command.
 
     The head of a named machine decides, then the given options, and then the layers of the drawing. Raises OptionError
@@ -295,9 +295,9 @@ def _named_by_layers(names: list[str], source: Source, settings: Settings) -> st
 
 def check_asked(word: str) -> None:
     """Raise OptionError for an unknown value of ``--process``."""
-    named = None if word == "auto" else of_command(word)
-    if word != "auto" and not (named and word in named.asked_as) and word not in asked_words():
-        raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(asked_words())}")
+    named = None if word == "auto" else process_of_command(word)
+    if word != "auto" and not (named and word in named.asked_as) and word not in process_words():
+        raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(process_words())}")
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
@@ -308,7 +308,7 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     if asked == "auto":
         return process(_usual_name(inputs))
     kind = _input_kind(inputs)
-    named = of_command(asked)
+    named = process_of_command(asked)
     if named and named.reads == kind and asked in named.asked_as:
         return named
     fitting = [process_ for process_ in processes() if process_.reads == kind]

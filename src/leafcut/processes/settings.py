@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from leafcut.errors import DataError, OptionError, nearest
+from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import OPTIONS
 from leafcut.files.whole_files import check_is_there, line_of, parse_toml, toml_bytes
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
@@ -20,7 +20,7 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 
 
-def collect(
+def collect_settings(
     values: Mapping[str, Any],
     file: Path | None = None,
     defaults: Path | None = None,
@@ -52,7 +52,7 @@ def collect(
     from_defaults: set[str] = set()
     if defaults:
         for group, table in _file_tables(defaults):
-            given[group].update(placed_in(defaults.parent, table))
+            given[group].update(resolve_files(defaults.parent, table))
             from_defaults.update(table)
     for group, table in _file_tables(file) if file else ():
         given[group].update(table)
@@ -80,7 +80,7 @@ def group_of(name: str, groups: Iterable[type[OptionGroup]] = ()) -> type[Option
         return group
     names = _groups_by_option(registry.groups())
     if name not in names:
-        raise OptionError(why_removed(name) or f"unknown option '{name}'{nearest(name, names)}")
+        raise OptionError(why_removed(name) or f"unknown option '{name}'{name_suggestion(name, names)}")
     return names[name]
 
 
@@ -95,7 +95,7 @@ def options_of_file(file: Path) -> dict[str, Any]:
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
-def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
+def options_used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield each option that at least one of the kinds of work uses, as (group, name, specification)."""
     used = {name for work in works for name in work.used()}
     own_groups = [group for work in works for group in work.options]
@@ -166,7 +166,7 @@ def _find_unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tu
                 break
 
 
-def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+def resolve_files(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     """Resolve the files that options name (name → value) against a folder. Raises OptionError for an unknown name."""
     placed = dict(options)
     for name, value in options.items():
@@ -250,12 +250,12 @@ def placed_options(file: Path) -> list[PlacedOption]:
             location = (section, "") if is_table else ("", section)
             if not is_table and (removal := why_removed(section)):
                 raise refused(removal, *location)
-            raise refused(f"unknown {noun}{nearest(section, [*sections, *names])}", *location)
+            raise refused(f"unknown {noun}{name_suggestion(section, [*sections, *names])}", *location)
         if not isinstance(table, dict):
             raise refused(f"'{section}' is not a table; write [{section}]", "", section)
         for name, value in table.items():
             if name not in sections[section]:
-                hint = nearest(name, sections[section])
+                hint = name_suggestion(name, sections[section])
                 raise refused(why_removed(name) or f"unknown option '{name}' in [{section}]{hint}", section, name)
             take(sections[section][name], name, value, section)
     return options

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.options.drawings import MARK_NAMES
-from leafcut.processes.layers import matcher
+from leafcut.processes.layers import layer_matcher
 
 #: Largest drilled diameter, mm; wider circles are cut or milled.
 WIDEST_DRILLED = 40.0
@@ -58,7 +58,7 @@ class WholeDrawing:
 
     def named(self, patterns: Sequence[str]) -> list[str]:
         """Return the layers whose names match any of the patterns; case is ignored."""
-        return [layer for layer in self.layers if matcher(patterns)(layer)]
+        return [layer for layer in self.layers if layer_matcher(patterns)(layer)]
 
     def holes_on(self, layers: Sequence[str]) -> NDArray[np.bool_]:
         """Return the mask of the holes on these layers."""
@@ -74,17 +74,17 @@ class WholeDrawing:
         return np.array([c.path.closed for c in self.part.contours], dtype=np.bool_)
 
     @cached_property
-    def worked(self) -> NDArray[np.bool_]:
+    def worked_mask(self) -> NDArray[np.bool_]:
         """Mask of contours to machine, bool[n]: all except texts, marks, and contours on layers named for marks."""
         kinds = np.array([c.kind not in ("text", "mark") for c in self.part.contours], dtype=np.bool_)
         plain = kinds & ~self.on(self.named(MARK_NAMES))
         return plain if plain.any() else kinds
 
     @cached_property
-    def drilled(self) -> NDArray[np.bool_]:
+    def drilled_mask(self) -> NDArray[np.bool_]:
         """Mask of contours that are circles small enough to drill, bool[n]."""
         widths = np.array([_diameter(c) for c in self.part.contours], dtype=np.float64)
-        return self.worked & (widths > 0.0) & (widths <= WIDEST_DRILLED)
+        return self.worked_mask & (widths > 0.0) & (widths <= WIDEST_DRILLED)
 
     @cached_property
     def narrow(self) -> NDArray[np.bool_]:
@@ -94,13 +94,15 @@ class WholeDrawing:
     @cached_property
     def n_holes(self) -> int:
         """Number of round holes, points and slots."""
-        return int(np.count_nonzero(self.drilled) + np.count_nonzero(self.narrow)) + len(self.part.slots)
+        return int(np.count_nonzero(self.drilled_mask) + np.count_nonzero(self.narrow)) + len(self.part.slots)
 
     @cached_property
     def n_outlines(self) -> int:
         """Number of outlines that are not drilled; open lines that meet count as one outline."""
         others = [
-            c for c, is_outline in zip(self.part.contours, self.worked & ~self.drilled, strict=True) if is_outline
+            c
+            for c, is_outline in zip(self.part.contours, self.worked_mask & ~self.drilled_mask, strict=True)
+            if is_outline
         ]
         wide = int(np.count_nonzero(~self.narrow))
         return wide + sum(c.path.closed for c in others) + _count_chains([c for c in others if not c.path.closed])

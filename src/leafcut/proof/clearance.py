@@ -11,7 +11,7 @@ from leafcut.geometry.arrays import Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import ends_of, shorten
+from leafcut.proof.difference import end_texts, limit_differences
 
 #: Minimum height above the surface that counts as clear, mm: the smallest R plane that can be requested.
 LEAST_CLEARANCE = 0.05
@@ -60,7 +60,7 @@ def check_clearance(
     checks = [*heights, torch_check(path, turning) if torch else spindle_check(path, turning)]
     dangers = [(int(row), kind, text) for kind, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     total = sum(int(mask.sum()) for _, mask, _ in checks)
-    return shorten([_difference(path, *danger) for danger in sorted(dangers)], total)
+    return limit_differences([_difference(path, *danger) for danger in sorted(dangers)], total)
 
 
 DangerCheck = tuple[str, Mask, str]
@@ -98,8 +98,8 @@ def height_checks(
     low = rapid & across & (lowest < surface_z + LEAST_CLEARANCE - _TOLERANCE)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     low |= home & (path.before[:, 2] < surface_z + LEAST_CLEARANCE - _TOLERANCE)
-    descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_is_return(path)
-    unknown_height = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
+    descending = rapid & _descends(path) & (path.end[:, 2] < surface - _TOLERANCE) & ~_returns_to_cut_depth(path)
+    unknown_height = across & np.isnan(path.end[:, 2]) & ~rows_at_machine_height(path, safe_z)
     return [
         ("height not known", unknown_height, "X or Y moves before Z is known"),
         ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + LEAST_CLEARANCE:.3f} or above"),
@@ -130,7 +130,7 @@ def torch_check(path: Toolpath, burning: Mask) -> DangerCheck:
 
 
 def _difference(path: Toolpath, row: int, kind: str, text: str) -> Difference:
-    start, end = ends_of(path, row)
+    start, end = end_texts(path, row)
     return Difference(kind, 0, int(path.line[row]), f"{text}; this move goes from {start} to {end}")
 
 
@@ -159,7 +159,7 @@ def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     return np.where(turning, path.value[row], 0.0)
 
 
-def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
+def rows_at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     """Return the rows at which z was last set by a move in machine coordinates to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
@@ -168,7 +168,7 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     return high
 
 
-def _is_return(path: Toolpath) -> Mask:
+def _returns_to_cut_depth(path: Toolpath) -> Mask:
     """Return the motions that end no deeper than a feed at this x, y since the tool arrived.
 
     A stop, a change of tool or length offset, and a block that is not understood start a new stay. The running minimum

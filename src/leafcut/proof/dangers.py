@@ -20,9 +20,9 @@ from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import DangerCheck, height_checks, spindle_check, torch_check
-from leafcut.proof.difference import ends_of, place
+from leafcut.proof.difference import end_texts, position_text
 from leafcut.proof.envelope import check_envelope
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 
 #: Tolerance for rounded heights, mm.
 _TOLERANCE = 0.002
@@ -112,9 +112,9 @@ def _cleared_rapids(program: Program, rows: NDArray[np.int32], path: Toolpath, m
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], path.before[:, :2]).all(axis=1)
     descents = np.flatnonzero(straight)
     if len(descents):
-        from leafcut.proof.cleared import cleared_before
+        from leafcut.proof.cleared_rapids import find_cleared_descents
 
-        cleared[descents], unchecked[descents] = cleared_before(program, rows, path, descents)
+        cleared[descents], unchecked[descents] = find_cleared_descents(program, rows, path, descents)
     return cleared, unchecked
 
 
@@ -122,7 +122,7 @@ def _unchecked_rapids_issue(path: Toolpath, mask: Mask) -> Issue:
     number, row = int(mask.sum()), int(np.argmax(mask))
     message = (
         f"{number:,} rapids down below Z0 were not compared with earlier cuts, because there are too many; the first "
-        f"is to {place(*path.end[row].tolist())}; check them with leafcut stock"
+        f"is to {position_text(*path.end[row].tolist())}; check them with leafcut stock"
     )
     return Issue("L815", message, f"line {int(path.line[row])}")
 
@@ -146,7 +146,7 @@ def _turning_rows(program: Program, rows: NDArray[np.int32], default: bool) -> M
 def _issue(path: Toolpath, kind: str, mask: Mask) -> Issue:
     code, severity, singular, plural = _KINDS[kind]
     number, row = int(mask.sum()), int(np.argmax(mask))
-    start, end = ends_of(path, row)
+    start, end = end_texts(path, row)
     if path.kind[row] == Kind.MACHINE:
         end = "a position in machine coordinates"
     text = singular if number == 1 else f"{number:,} {plural}"
@@ -170,7 +170,7 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
     if len(heights) and heights.min() >= -_TOLERANCE:
         yield Issue(
             "L814",
-            f"no cut goes below Z0 (lowest Z{fixed(heights.min(), 3)}, highest Z{fixed(heights.max(), 3)}): the "
+            f"no cut goes below Z0 (lowest Z{to_fixed(heights.min(), 3)}, highest Z{to_fixed(heights.max(), 3)}): the "
             "surface is unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
         )
 

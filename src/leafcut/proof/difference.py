@@ -6,13 +6,13 @@ import math
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion, Toolpath
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 
 #: Maximum number of listed differences; a program that is wrong everywhere has a million.
 MOST_LISTED = 50
 
 
-def shorten(differences: list[Difference], count: int | None = None) -> list[Difference]:
+def limit_differences(differences: list[Difference], count: int | None = None) -> list[Difference]:
     """Return at most `MOST_LISTED` differences, and a last one with the number of the rest of `count`."""
     total = len(differences) if count is None else count
     if total <= MOST_LISTED:
@@ -21,32 +21,34 @@ def shorten(differences: list[Difference], count: int | None = None) -> list[Dif
     return [*differences[:MOST_LISTED], summary]
 
 
-def place(x: float, y: float, z: float | None = None) -> str:
+def position_text(x: float, y: float, z: float | None = None) -> str:
     """Return a position in words: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
-    known = " ".join(f"{axis}{fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
+    known = " ".join(f"{axis}{to_fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
     if known and unknown:
         return f"{known} and an unknown {unknown}"
     return known or "an unknown position"
 
 
-def ends_of(path: Toolpath, row: int) -> tuple[str, str]:
+def end_texts(path: Toolpath, row: int) -> tuple[str, str]:
     """Return the start and the end of a move in words."""
-    return place(*path.before[row].tolist()), place(*path.end[row].tolist())
+    return position_text(*path.before[row].tolist()), position_text(*path.end[row].tolist())
 
 
-def describe(motion: Motion) -> str:
+def describe_motion(motion: Motion) -> str:
     """Return a row in words: ``rapid to X1.000 Y2.000 Z3.000``."""
     if motion.kind is Kind.MACHINE:
-        axes = " ".join(f"{axis}{fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v))
-        return f"{_WORDS[motion.kind]} to {axes or place(*motion.end)}"
+        axes = " ".join(
+            f"{axis}{to_fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v)
+        )
+        return f"{_WORDS[motion.kind]} to {axes or position_text(*motion.end)}"
     if motion.kind is Kind.PAUSE:
         return f"{_WORDS[motion.kind]} M{motion.ref}"
     if motion.kind <= Kind.DRILL or motion.kind is Kind.PROBE:
-        return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
+        return f"{_WORDS[motion.kind]} to {position_text(*motion.end)}"
     if motion.kind is Kind.SHIFT:
-        return f"{_WORDS[motion.kind]} that puts the tool at {place(*motion.end)}"
+        return f"{_WORDS[motion.kind]} that puts the tool at {position_text(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
     if motion.kind is Kind.RADIUS:

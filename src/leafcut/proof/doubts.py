@@ -31,7 +31,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
     """Return probable mistakes: a reversed spindle or one without time to start, long dwells, unsupported M6."""
     if dialect.language != "g-code":
         return []
-    spindle = [] if process in BEAMS else [*_backward_rotation(program), *_restarts(program)]
+    spindle = [] if process in BEAMS else [*_backward_rotation(program), *_spindle_restarts(program)]
     return [
         *spindle,
         *_long_dwells(program, dialect),
@@ -42,7 +42,7 @@ def find_doubts(program: Program, dialect: Dialect, process: str) -> list[Issue]
 
 def _backward_rotation(program: Program) -> Iterator[Issue]:
     """Report M4 in cuts, except retracts from tapped holes and tapping cycles."""
-    path, turns, cuts = program.path, program.spindle_directions, _cuts(program.path)
+    path, turns, cuts = program.path, program.spindle_directions, _cutting_rows(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
     rows = np.flatnonzero(cuts & (turns < 0))
@@ -51,7 +51,7 @@ def _backward_rotation(program: Program) -> Iterator[Issue]:
         yield Issue("L806", message, f"line {int(path.line[rows[0]])}")
 
 
-def _cuts(path: Toolpath) -> Mask:
+def _cutting_rows(path: Toolpath) -> Mask:
     """Feeds sideways or down, arcs, cycles."""
     with np.errstate(invalid="ignore"):
         across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
@@ -62,13 +62,13 @@ def _cuts(path: Toolpath) -> Mask:
     return cuts
 
 
-def _restarts(program: Program) -> Iterator[Issue]:
+def _spindle_restarts(program: Program) -> Iterator[Issue]:
     """Report that the spindle stops and restarts between cuts of one tool, and the next cut follows without a dwell.
 
     Every program starts the spindle after a tool change, and the operator watches the first start.
     """
     path, on = program.path, program.spindle_directions != 0
-    cuts = np.flatnonzero(_cuts(path) & on)
+    cuts = np.flatnonzero(_cutting_rows(path) & on)
     if not len(cuts):
         return
     dwells = (path.kind == Kind.DWELL) & (path.value > 0.0)

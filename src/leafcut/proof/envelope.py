@@ -9,7 +9,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
-from leafcut.proof.difference import shorten
+from leafcut.proof.difference import limit_differences
 
 #: Tolerance for rounded coordinates, mm.
 _TOLERANCE = 0.001
@@ -22,7 +22,7 @@ def check_envelope(path: Toolpath, machine: Machine) -> list[Difference]:
     lie inside the travel. Otherwise only the size of the job is compared with the travel.
     Heights are those of the tool tip, because the tool length is unknown here.
     """
-    return shorten([*_positions_outside(path, machine), *_feeds(path, machine), *_speeds(path, machine)])
+    return limit_differences([*_positions_outside(path, machine), *_feeds(path, machine), *_speeds(path, machine)])
 
 
 def _reached_positions(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
-from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import ends_of, place, shorten
+from leafcut.proof.clearance import rows_at_machine_height
+from leafcut.proof.difference import end_texts, limit_differences, position_text
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -71,13 +71,13 @@ def check_obstacles(
     lowest = np.minimum(path.before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
-    at_machine = np.isfinite(highest) & at_machine_height(path, safe_z)
+    at_machine = np.isfinite(highest) & rows_at_machine_height(path, safe_z)
     is_high = (lowest >= highest - _TOLERANCE) | (rapid & at_machine)
     untracked = np.flatnonzero(_has_unknown_path(path) & ~is_high & ~at_machine)
     unseen = [_unknown_path_difference(path, row) for row in untracked.tolist()]
     rows = np.flatnonzero(moves & ~is_high & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
-        return shorten(unseen)
+        return limit_differences(unseen)
     shapes = _shapes(path, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
@@ -103,7 +103,7 @@ def check_obstacles(
         ]
         for is_rapid in (False, True)
     )
-    return shorten([*cuts, *unseen, *rapids])
+    return limit_differences([*cuts, *unseen, *rapids])
 
 
 def _has_unknown_path(path: Toolpath) -> NDArray[np.bool_]:
@@ -148,13 +148,13 @@ def _along_arc(path: Toolpath, row: int) -> NDArray[np.float64]:
 
 
 def _unknown_path_difference(path: Toolpath, row: int) -> Difference:
-    start = place(*path.before[row].tolist())
+    start = position_text(*path.before[row].tolist())
     text = f"it leaves {start} on an unknown path, not high enough to cross a --keep-out zone"
     return Difference(MAY_CROSS, 0, int(path.line[row]), text)
 
 
 def _difference(path: Toolpath, row: int, height: float, body: bool) -> Difference:
-    start, end = ends_of(path, row)
+    start, end = end_texts(path, row)
     rapid = path.kind[row] == Kind.RAPID
     allowed = f"a rapid may cross a --keep-out zone only at Z{height:.3f} or above"
     allowed = allowed if math.isfinite(height) else "no rapid may cross a --keep-out zone"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
-from leafcut.proof.difference import describe, shorten
+from leafcut.proof.difference import describe_motion, limit_differences
 
 #: Relative tolerance of feeds: no controller keeps a feed more precisely, and no part shows it.
 FEED_PART = 0.005
@@ -51,7 +51,7 @@ def compare_motion(
     masks = _masks(a, b, tolerance_mm)
     wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
     listed = [_mask_difference(a, b, int(row), masks) for row in wrong_rows[:100]]
-    return shorten(wrong + listed, len(wrong) + len(wrong_rows))
+    return limit_differences(wrong + listed, len(wrong) + len(wrong_rows))
 
 
 def _comparable_rows(path: Toolpath) -> Toolpath:
@@ -86,7 +86,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]:
     """`a` and `b` have equal kinds."""
-    wrong_ends = ~_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
+    wrong_ends = ~_values_agree(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
     feeding = np.isin(a.kind, _FEEDING)
     feed_tolerance = np.maximum(FEED_PART * np.abs(a.value), FEED_ROUNDING)
     speed_tolerance = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
@@ -96,17 +96,20 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float) -> list[tuple[str, Mask]]
     masks = [
         ("place", wrong_ends[:, :2].any(axis=1)),
         ("height", wrong_ends[:, 2]),
-        ("feed", feeding & ~_agree(a.value, b.value, feed_tolerance)),
-        ("dwell", (a.kind == Kind.DWELL) & ~_agree(a.value, b.value, DWELL_ROUNDING)),
-        ("speed", turning & (~_agree(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value)))),
+        ("feed", feeding & ~_values_agree(a.value, b.value, feed_tolerance)),
+        ("dwell", (a.kind == Kind.DWELL) & ~_values_agree(a.value, b.value, DWELL_ROUNDING)),
+        (
+            "speed",
+            turning & (~_values_agree(a.value, b.value, speed_tolerance) | (np.sign(a.value) != np.sign(b.value))),
+        ),
         ("command", refs & (a.ref != b.ref)),
-        ("kerf", (a.kind == Kind.RADIUS) & ~_agree(a.value, b.value, tolerance)),
-        ("switch", switches & ~_agree(a.value, b.value, tolerance)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_values_agree(a.value, b.value, tolerance)),
+        ("switch", switches & ~_values_agree(a.value, b.value, tolerance)),
     ]
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
 
 
-def _agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
+def _values_agree(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float | NDArray[np.float64]) -> Mask:
     """Unknown values agree with each other."""
     near: Mask = (np.abs(a - b) <= tolerance + 1e-9) | (np.isnan(a) & np.isnan(b))
     return near
@@ -124,13 +127,13 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
         ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
     names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]
-    yield "cycle", _scatter(len(a), drills, names[0] != names[1])
+    yield "cycle", _expand_mask(len(a), drills, names[0] != names[1])
     for word, value_of, allowed in numbers:
         values = [np.array([value_of(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
-        yield word, _scatter(len(a), drills, ~_agree(values[0], values[1], allowed))
+        yield word, _expand_mask(len(a), drills, ~_values_agree(values[0], values[1], allowed))
 
 
-def _scatter(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
+def _expand_mask(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
     full = np.zeros(n, dtype=bool)
     full[rows] = mask
     return full
@@ -155,12 +158,12 @@ def _mask_difference(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, 
     before, after = _SHOWN.get(kind, _shown_row)(a, row), _SHOWN.get(kind, _shown_row)(b, row)
     text = f"planned {before}, written {after}"
     if kind in _SHOWN and a.kind[row] <= Kind.DRILL:
-        text += f", {describe(a[row])}"
+        text += f", {describe_motion(a[row])}"
     return Difference(kind, int(a.line[row]), int(b.line[row]), text)
 
 
 def _shown_row(path: Toolpath, row: int) -> str:
-    return describe(path[row])
+    return describe_motion(path[row])
 
 
 def _cycle_value(word: str, unit: str) -> Callable[[Toolpath, int], str]:
@@ -186,7 +189,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float) -> Difference:
     head_a, head_b = a.take(slice(n_same)), b.take(slice(n_same))
     wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance)], axis=0))
     row = int(wrong[0]) if len(wrong) else n_same
-    shown = [describe(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
+    shown = [describe_motion(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
     lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]
     return Difference(
         "order of moves",
@@ -210,7 +213,8 @@ def _wrong_offsets(path: Toolpath) -> list[Difference]:
             "length offset",
             0,
             int(path.line[row]),
-            f"tool {tool[row]} moves with length offset {offset[row]} instead of its own; {describe(path[int(row)])}",
+            f"tool {tool[row]} moves with length offset {offset[row]} instead of its own; "
+            f"{describe_motion(path[int(row)])}",
         )
         for row in wrong[np.sort(first)]
     ]

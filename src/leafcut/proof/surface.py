@@ -16,7 +16,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.clearance import LEAST_CLEARANCE
-from leafcut.proof.difference import ends_of, shorten
+from leafcut.proof.difference import end_texts, limit_differences
 
 #: Tolerance for rounded positions and heights, mm (0.0001 inch is 0.00254 mm).
 _TOLERANCE = 0.003
@@ -76,10 +76,10 @@ def check_surface(
         Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_motion_text(path, row)}")
         for row in sorted(meeting_rows)
     ]
-    return shorten(wrong)
+    return limit_differences(wrong)
 
 
-def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
+def surface_meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
     """Return whether a part of a surface above a height lies within a radius of an area of the plane, mm."""
     high = triangles[triangles[:, :, 2].max(axis=1) > height]
     close_triangles = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
@@ -107,7 +107,7 @@ def _returns_into_holes(
 
 
 def _motion_text(path: Toolpath, row: int) -> str:
-    return "this move goes from {} to {}".format(*ends_of(path, row))
+    return "this move goes from {} to {}".format(*end_texts(path, row))
 
 
 def _rows_meeting(

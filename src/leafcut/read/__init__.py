@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from leafcut.errors import ReadError
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.reference import reference_of, whole_of
+from leafcut.read.reference import read_whole_drawing, reference_geometry
 from leafcut.read.registry import Input, formats, read_source, run
 
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
 
 
-def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
+def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
     """Return the part in a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
     Raises
@@ -29,7 +29,7 @@ def read(source: Input, options: ReadOptions | None = None, on_progress: Heartbe
     return _read(format_, format_, loaded, options)
 
 
-def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
+def read_contours(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
     """Return the lines and curves of a drawing as contours, unchanged, in mm.
 
     `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them.
@@ -53,7 +53,7 @@ def read_pockets(
     options: ReadOptions | None = None,
     pocket_options: PocketDrawingOptions | None = None,
     joining: SheetOptions | None = None,
-    on_progress: Heartbeat = unseen,
+    on_progress: Heartbeat = ignore_heartbeat,
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 
@@ -77,7 +77,7 @@ def read_pockets(
     return _read(reader, format_, loaded, options)
 
 
-def read_whole(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = unseen) -> Part:
+def read_whole(source: Input, options: ReadOptions | None = None, on_progress: Heartbeat = ignore_heartbeat) -> Part:
     """Return everything in a drawing, in mm, for display.
 
     Circles become holes, or contours if the format does not distinguish them from other curves. Layer and hole
@@ -88,7 +88,7 @@ def read_whole(source: Input, options: ReadOptions | None = None, on_progress: H
     ReadError
         The file cannot be read, or is empty.
     """
-    return whole_of(*read_source(source, on_progress), options or ReadOptions())
+    return read_whole_drawing(*read_source(source, on_progress), options or ReadOptions())
 
 
 def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
@@ -97,7 +97,7 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
         loaded = replace(loaded, cache={})  # the drawing is read twice, but parsed once
     part = _refuse_if_strict(run(reader, loaded, options), loaded, options)
     if named and part.reference is None:
-        part = replace(part, reference=reference_of(format_, loaded, options))
+        part = replace(part, reference=reference_geometry(format_, loaded, options))
     return part
 
 

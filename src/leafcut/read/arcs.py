@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leafcut.read.filter_holes import anchors
+from leafcut.read.filter_holes import anchor_points
 
 #: Tolerance in centre and radius of the arcs of one circle, mm: drawings keep 4 to 6 digits.
 SAME_CIRCLE = 0.01
@@ -32,7 +32,7 @@ def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]
     """Return the first piece of each closed circle, in the given order, and the entities used. O(n log n)."""
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
     groups: dict[int, list[ArcPiece]] = {}
-    for piece, anchor in zip(pieces, anchors(table, SAME_CIRCLE), strict=True):
+    for piece, anchor in zip(pieces, anchor_points(table, SAME_CIRCLE), strict=True):
         groups.setdefault(anchor, []).append(piece)
     circles: list[ArcPiece] = []
     used: set[int] = set()

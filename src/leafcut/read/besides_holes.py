@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from leafcut.errors import LeafcutError, count_of
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import STRAIGHT, Polyline
-from leafcut.geometry.tidying import polygons, tidy
+from leafcut.geometry.tidying import polygons, tidy_outlines
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
 from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_strokes import DxfStroke, stroke_of
-from leafcut.read.format import ReadBudget, places_of
+from leafcut.read.format import ReadBudget, places_text
 
 #: Entities handled by the hole reader.
 _HOLES = ("CIRCLE", "POINT")
@@ -43,7 +43,7 @@ _OFF_CIRCLE, _MIN_OFF_CIRCLE = 0.002, 0.002
 _EDGE_TOLERANCE = 0.01
 
 
-class Besides(NamedTuple):
+class ContoursBesidesHoles(NamedTuple):
     """The closed contours of a drawing, mm, and the number of their entities by type."""
 
     paths: tuple[Polyline, ...] = ()
@@ -51,7 +51,7 @@ class Besides(NamedTuple):
 
 
 @dataclass
-class _Collector(Strokes):
+class _ContourCollector(Strokes):
     kinds: tuple[str, ...] = ()
 
     def collect(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
@@ -62,7 +62,7 @@ class _Collector(Strokes):
 
 def closed_besides_holes(
     document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
-) -> Besides:
+) -> ContoursBesidesHoles:
     """Return the closed contours, mm, of a DXF drawing that are not holes (handles); none if the drawing is too
     large.
     """
@@ -73,17 +73,17 @@ def closed_besides_holes(
         return stroke_of(entity)
 
     walk = BlockWalk(document, copies, layers, other_stroke, "lines")
-    collector = _Collector(factor, path, points)
+    collector = _ContourCollector(factor, path, points)
     try:
         for stroke, matrix, layer in walk.shapes():
             if len(collector.contours) >= MOST_STROKES:
-                return Besides()
+                return ContoursBesidesHoles()
             collector.collect(stroke, matrix, layer)
-        joined = tidy([contour.path for contour in collector.contours], SheetOptions().join_tolerance).paths
+        joined = tidy_outlines([contour.path for contour in collector.contours], SheetOptions().join_tolerance).paths
     except LeafcutError:  # the drawing exceeds its line budget, which is no reason to refuse its holes
-        return Besides()
+        return ContoursBesidesHoles()
     closed = [joined_path for joined_path in joined if joined_path.path.closed and abs(joined_path.path.area) > 0.0]
-    return Besides(
+    return ContoursBesidesHoles(
         tuple(joined_path.path for joined_path in closed),
         Counter(collector.kinds[k] for joined_path in closed for k in joined_path.members),
     )
@@ -147,7 +147,7 @@ def besides_holes(
                 message = f"{count_of(len(members), 'outline')} around all holes, the innermost {size}, are not cut"
         missing_work = MissingWork(noun, len(members), tuple(positions), tuple(paths[k] for k in members))
         missing = missing_work if kind in ("hole", "slot", "circle", "contour") else None
-        issue = Issue("L201", message, places_of(positions, len(members)), Severity.NOTE, missing)
+        issue = Issue("L201", message, places_text(positions, len(members)), Severity.NOTE, missing)
         (other_issues if kind == "contour" else issues).append(issue)
     return issues, other_issues
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_process, material_name
+from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_kind_of_process, material_name
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def choices_of(
     matching row is ignored, so that the user still sees the alternatives.
     """
     rows = list(rows)
-    cut = [row for row in rows if not process or is_process(row.process, process)] or rows
+    cut = [row for row in rows if not process or is_kind_of_process(row.process, process)] or rows
     made_of = [row for row in cut if not material or row.material == material_name(material)]
     with_amps = [row for row in made_of if amps is None or row.amps == amps] or made_of
     near = [row for row in made_of if thickness is None or _has_thickness(row, thickness)] or made_of

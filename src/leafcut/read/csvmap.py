@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -129,7 +129,7 @@ def _columns(
         if word in HEADER_WORDS:
             indices.setdefault(HEADER_WORDS[word], index)
     if "x" not in indices or "y" not in indices:
-        given = shown(", ".join(fields))
+        given = printable(", ".join(fields))
         raise ReadError(source.path, f"the header '{given}' has no columns x and y", number)
     return (
         _Columns(
@@ -153,7 +153,7 @@ def _with_first(first: tuple[int, list[str]], rows: Iterator[tuple[int, list[str
 
 def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
     if len(fields) <= max(columns.x, columns.y):
-        raise ValueError(f"'{shown(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
+        raise ValueError(f"'{printable(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
     x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
     name_index, diameter = columns.name, 0.0
     if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):

@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
+from leafcut.errors import OptionError, PlanError, ReadError, name_suggestion, printable
 from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, method_of
@@ -131,14 +131,14 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
         try:
             value = float(text)
         except ValueError:
-            raise ReadError(place, f"'{key}' is '{shown(text)}', not a number", line) from None
+            raise ReadError(place, f"'{key}' is '{printable(text)}', not a number", line) from None
         kerf = key == "kerf_width_mm" and value != 0.0 and not NARROWEST <= value <= WIDEST
         if not 0.0 <= value <= LARGEST or (needed and value == 0.0) or kerf:
             raise ReadError(place, f"'{key}' is {value:g}, out of range", line)
         return value
 
     def word(key: str) -> str:
-        return shown((data.get(key) or "").strip(), 200)
+        return printable((data.get(key) or "").strip(), 200)
 
     thickness, speed = number("thickness_mm", True), number("cut_speed_mm_min", True)
     assert thickness is not None and speed is not None
@@ -192,7 +192,7 @@ def material_name(material: str) -> str:
 
 def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
     """Return the full names of a process in the chart for a material, such as ``laser_co2_60w``."""
-    return {r.process for r in rows if is_process(r.process, process) and r.material == material_name(material)}
+    return {r.process for r in rows if is_kind_of_process(r.process, process) and r.material == material_name(material)}
 
 
 def find_cut_data(
@@ -228,7 +228,7 @@ def find_cut_data(
     """
     rows = list(rows)
     known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
-    own_row = _own_row(process, material, thickness, amps, given)
+    own_row = _row_from_options(process, material, thickness, amps, given)
     if not known and own_row is None:
         raise OptionError(_no_process_message(rows, process, material))
     material = material_name(material)
@@ -236,7 +236,7 @@ def find_cut_data(
     if not of_material and own_row is None:
         raise OptionError(
             f"--material: the chart has no '{material}' for "
-            f"{process}{nearest(material, _column_values(known, 'material'))}; without a row, give {_OWN_DATA}"
+            f"{process}{name_suggestion(material, _column_values(known, 'material'))}; without a row, give {_OWN_DATA}"
         )
     fitting = [r for r in of_material if amps is None or r.amps == amps]
     if not fitting and own_row is None:
@@ -258,7 +258,9 @@ def find_cut_data(
 
 def _no_process_message(rows: list[ChartRow], process: str, material: str) -> str:
     """Another power or kind is never used as a substitute."""
-    kinds = sorted(kinds_for(rows, process, material) or {r.process for r in rows if is_process(r.process, process)})
+    kinds = sorted(
+        kinds_for(rows, process, material) or {r.process for r in rows if is_kind_of_process(r.process, process)}
+    )
     if kinds:
         return (
             f"--cut-process: the chart has {', '.join(kinds)}, but nothing for a {process} of unknown kind and power; "
@@ -266,7 +268,7 @@ def _no_process_message(rows: list[ChartRow], process: str, material: str) -> st
         )
     alike = sorted({r.process for r in rows if method_of(r.process) == method_of(process)})
     if not alike:
-        return f"--cut-process: the chart has no '{process}'{nearest(process, _column_values(rows, 'process'))}"
+        return f"--cut-process: the chart has no '{process}'{name_suggestion(process, _column_values(rows, 'process'))}"
     return (
         f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN_DATA}"
     )
@@ -277,11 +279,11 @@ def _rows_of_nozzle(rows: list[ChartRow], nozzle: str, label: str) -> list[Chart
     fitting = [r for r in rows if r.rates.nozzle.lower() == name]
     if not fitting:
         known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or "none"
-        raise OptionError(f"--nozzle {shown(nozzle)}: the chart has {known} for {label}")
+        raise OptionError(f"--nozzle {printable(nozzle)}: the chart has {known} for {label}")
     return fitting
 
 
-def _own_row(
+def _row_from_options(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
     """Return None if the user's values are incomplete."""
@@ -294,7 +296,7 @@ def _own_row(
     )  # fmt: skip
 
 
-def is_process(name: str, asked: str) -> bool:
+def is_kind_of_process(name: str, asked: str) -> bool:
     """Return whether a process of a chart is the requested one, or a kind of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 

@@ -8,18 +8,33 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-from leafcut.errors import ReadError, count_of, shown
+from leafcut.errors import ReadError, count_of, printable
+from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, close_circles
-from leafcut.read.dxf_blocks import BlockWalk
+from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
+from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, units_of, walk_issues
-from leafcut.read.dxf_edge import edge_of
-from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
+from leafcut.read.dxf_shapes import (
+    IDENTITY,
+    ROUND,
+    Matrix,
+    Shape,
+    half_axes,
+    is_flat,
+    shape_of,
+    span_from_above,
+    transform_curve,
+)
+from leafcut.read.dxf_strokes import stroke_of
 from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, select_holes
 from leafcut.read.format import (
     FREE_HOLES,
@@ -27,9 +42,9 @@ from leafcut.read.format import (
     MAX_HOLES,
     OUT_OF_RANGE,
     Source,
-    copies_of,
-    places_of,
-    points_of,
+    copy_budget,
+    places_text,
+    point_budget,
     refuse_tiny,
     too_many_holes,
     units_unknown,
@@ -39,6 +54,11 @@ from leafcut.read.format import (
 _LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
 #: Smallest radius, mm: smaller circles are drawing errors.
 MIN_RADIUS = 1e-6
+
+#: Entity types of an edge.
+_KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE")
+#: Most edges to display: a plate has a few, and a larger drawing shows something else.
+MOST_EDGES = 5_000
 
 
 def read_dxf(source: Source, options: ReadOptions) -> Part:
@@ -52,8 +72,10 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
-    finds = Finds(factor, source.path)
+    walk = BlockWalk(
+        document, copy_budget(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes"
+    )
+    finds = HoleCollector(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         source.on_progress()
         walk.copies(len(shape.curves) - 1)  # the walk counts a polyline of thousands of arcs as one shape
@@ -66,7 +88,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         from leafcut.read.besides_holes import closed_besides_holes, polygon_hole  # start-up
 
         besides = closed_besides_holes(
-            document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
+            document, walk.layers, copy_budget(source, "blocks"), factor, source.path, point_budget(source), finds.owned
         )
         classified = [(path, polygon_hole(path)) for path in besides.paths]
         paths = tuple(path for path, hole in classified if hole is None)
@@ -91,7 +113,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     if not kept:
         raise ReadError(source.path, _nothing_message(walk, finds, [*selection_issues, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _other_entities(others)
-    edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
+    edge = edge_of(document, options, factor, source.path, point_budget(source), finds.owned)
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
     )
@@ -108,7 +130,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
 
 
 @dataclass
-class Finds:
+class HoleCollector:
     """Collects holes in mm from shapes in drawing units, and counts the rest."""
 
     factor: float
@@ -132,7 +154,7 @@ class Finds:
         self._number += 1
         pieces = []
         for local_curve in shape.curves:
-            curve = moved(matrix, local_curve)
+            curve = transform_curve(matrix, local_curve)
             x, y = round(curve.center[0] * self.factor, 6), round(curve.center[1] * self.factor, 6)
             z = round(curve.center[2] * self.factor, 6)
             large, small = half_axes(curve)
@@ -153,7 +175,7 @@ class Finds:
             if not radius >= MIN_RADIUS or not math.isfinite(curve.start + curve.sweep):
                 self.out_of_range[shape.dxftype] += 1
                 return
-            pieces.append(ArcPiece(x, y, radius, *seen_span(curve), self._number, z))
+            pieces.append(ArcPiece(x, y, radius, *span_from_above(curve), self._number, z))
         if shape.arcs:
             self.pieces += pieces
             self.owners[self._number] = (shape.dxftype, layer, shape.handle)
@@ -194,7 +216,7 @@ class Finds:
         if self.leaning:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
-            issues.append(Issue("L202", message, places_of(self.leaning, len(self.leaning)), missing=missing))
+            issues.append(Issue("L202", message, places_text(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.far.items():
             issues.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
         for kind, number in self.out_of_range.items():
@@ -216,17 +238,18 @@ def _polygon_issue(holes: list[Hole]) -> Issue:
     sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
     positions = [(hole.x, hole.y) for hole in holes]
     message = f"{count_of(len(holes), 'polygon')} with corners on a circle: treated as round holes ({sizes})"
-    return Issue("L405", message, places_of(positions, len(positions)))
+    return Issue("L405", message, places_text(positions, len(positions)))
 
 
 def _other_entities(kinds: Counter[str]) -> list[Issue]:
     return [
-        Issue("L201", f"{number} {shown(kind)}: not a hole", severity=Severity.NOTE) for kind, number in kinds.items()
+        Issue("L201", f"{number} {printable(kind)}: not a hole", severity=Severity.NOTE)
+        for kind, number in kinds.items()
     ]
 
 
-def _nothing_message(walk: BlockWalk[Shape], finds: Finds, selection_issues: list[Issue]) -> str:
-    parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
+def _nothing_message(walk: BlockWalk[Shape], finds: HoleCollector, selection_issues: list[Issue]) -> str:
+    parts = [f"{number} {printable(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
     parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]
     parts += [f"{number} {kind} with numbers out of range" for kind, number in finds.out_of_range.items()]
@@ -240,3 +263,35 @@ def _nothing_message(walk: BlockWalk[Shape], finds: Finds, selection_issues: lis
     if walk.hidden:
         parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
     return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"
+
+
+def edge_of(
+    document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
+) -> tuple[Contour, ...]:
+    """Return the lines, arcs and polylines placed directly in model space that are not holes, in mm.
+
+    `holes` are the handles of the entities that became holes. Layers that are off or frozen stay hidden; the layer
+    selection is ignored, because nothing is machined. Damaged entities are skipped.
+    """
+    layers = layers_of(document, replace(options, layers=()))
+    strokes = Strokes(factor, path, points)
+    try:
+        for entity in document.modelspace():
+            if entity.dxftype() in _KINDS:
+                if len(strokes.contours) >= MOST_EDGES:
+                    return ()
+                _add(entity, layers, holes, strokes)
+    except ReadError:  # the drawing exceeds its point budget, which is no reason to refuse its holes
+        return ()
+    return tuple(strokes.contours)
+
+
+def _add(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Strokes) -> None:
+    try:
+        layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+        hidden = not layers.shows(layer) or bool(entity.dxf.get("invisible", 0))
+        stroke = None if hidden or handle in holes else stroke_of(entity)
+    except Exception:  # ezdxf raises almost any exception on a damaged entity; the hole reader reports it
+        return
+    if stroke is not None:
+        strokes.add(stroke._replace(kind="sheet", name=""), IDENTITY, layer)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
+from leafcut.read.dxf_shapes import IDENTITY, Matrix, combine_transforms, transform_direction
 from leafcut.read.format import ReadBudget
 
 #: Shape made from an entity: any type with the `layer` of its entity.
@@ -191,8 +191,8 @@ class BlockWalk(Generic[S]):
             self.endless_blocks[name] += 1
         else:
             (columns, step_x), (rows, step_y) = insertion.steps
-            block_matrix = combined(matrix, insertion.matrix)
-            step_x, step_y = turned(matrix, step_x), turned(matrix, step_y)
+            block_matrix = combine_transforms(matrix, insertion.matrix)
+            step_x, step_y = transform_direction(matrix, step_x), transform_direction(matrix, step_y)
             for row in range(rows):
                 for column in range(columns):
                     shift = tuple(column * a + row * b for a, b in zip(step_x, step_y, strict=True))

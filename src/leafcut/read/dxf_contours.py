@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import PlanError, ReadError, count_of, shown
+from leafcut.errors import PlanError, ReadError, count_of, printable
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -19,7 +19,7 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix
-from leafcut.read.dxf_strokes import DxfStroke, LeaningError, Letters, height_of, placed_stroke, slopes, stroke_of
+from leafcut.read.dxf_strokes import DxfStroke, Letters, NotInPlaneError, height_of, is_sloped, placed_stroke, stroke_of
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import (
     CURVE_TOLERANCE,
@@ -27,9 +27,9 @@ from leafcut.read.format import (
     MAX_SEGMENTS,
     OUT_OF_RANGE,
     Source,
-    copies_of,
-    places_of,
-    points_of,
+    copy_budget,
+    places_text,
+    point_budget,
     refuse_tiny,
     too_many_segments,
     units_unknown,
@@ -50,9 +50,13 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
     walk = BlockWalk(
-        document, copies_of(source, "blocks"), layers_of(document, options), _shape_of if texts else stroke_of, "lines"
+        document,
+        copy_budget(source, "blocks"),
+        layers_of(document, options),
+        _shape_of if texts else stroke_of,
+        "lines",
     )
-    strokes = Strokes(factor, source.path, points_of(source))
+    strokes = Strokes(factor, source.path, point_budget(source))
     for stroke, matrix, layer in walk.shapes():
         source.on_progress()
         strokes.add(stroke, matrix, layer)
@@ -60,13 +64,13 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     contours = tuple(strokes.contours)
     drawn = any(c.kind != "text" for c in contours)
     if others := walk.others + (Counter() if drawn else strokes.texts):
-        message = ", ".join(f"{number} {shown(kind)}" for kind, number in others.most_common())
+        message = ", ".join(f"{number} {printable(kind)}" for kind, number in others.most_common())
         issues.append(Issue("L210", f"not cut: {message}", severity=Severity.NOTE))
     if not drawn:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
         if options.layers:
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
-            reasons += f"; the drawing has the layers {shown(', '.join(names), 120)}"
+            reasons += f"; the drawing has the layers {printable(', '.join(names), 120)}"
         raise ReadError(source.path, f"nothing to cut: {reasons}")
     issues += _heights(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
@@ -138,7 +142,7 @@ class Strokes:
             stroke_path = (
                 self._block_stroke(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
             )
-        except LeaningError:
+        except NotInPlaneError:
             self.leaning[stroke.dxftype] += 1
             return
         except (PlanError, ArithmeticError, ValueError) as problem:
@@ -175,7 +179,7 @@ class Strokes:
     def _make(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
         with np.errstate(all="ignore"):
             path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
-            return _StrokePath(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
+            return _StrokePath(path, is_sloped(stroke, matrix), height_of(stroke, matrix) * self.factor)
 
     def _skip(self, stroke: DxfStroke, reason: str) -> None:
         self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
@@ -188,10 +192,10 @@ class Strokes:
             issues.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
             message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
-            issues.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
+            issues.append(Issue("L202", message, places_text(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
             location = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
-            message = f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}"
+            message = f"{len(handles)} {printable(kind)} skipped: {printable(reason, 100)}"
             issues.append(Issue("L203", message, location, missing=MissingWork("element", len(handles))))
         return issues
 

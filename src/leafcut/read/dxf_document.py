@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from leafcut.errors import ReadError, count_of, shown
+from leafcut.errors import ReadError, count_of, printable
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
@@ -87,7 +87,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
         _check_whole(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
         raise ReadError(source.path, "the drawing is incomplete: its end is missing; save or send it again")
-    with _quiet():
+    with _silence_ezdxf():
         try:
             document = _load_binary(data) if binary else _load_text(source, data, issues)
             document.modelspace()
@@ -95,7 +95,7 @@ def _load_document(source: Source, issues: list[Issue]) -> Any:
         except ReadError:
             raise
         except Exception as problem:  # ezdxf raises almost any exception on a damaged file
-            text = shown(str(problem), 160) or type(problem).__name__
+            text = printable(str(problem), 160) or type(problem).__name__
             line = _LINE.search(text)
             reason = f"the drawing is damaged and could not be repaired: {text}"
             raise ReadError(source.path, reason, int(line.group(1)) if line else None) from None
@@ -136,14 +136,14 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     for code, message in tool.errors:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
-            description = shown(message.split(" near ")[0].replace("recovered ", ""))
+            description = printable(message.split(" near ")[0].replace("recovered ", ""))
             reason = f"{description}; repair the drawing: a guess could cut in the wrong place"
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing.from_tags(_tags_of(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
     if repairs:
         more = f" (and {len(repairs) - 1} more)" if len(repairs) > 1 else ""
-        issues.append(Issue("L101", f"the drawing was damaged: {shown(repairs[0], 100)}{more}"))
+        issues.append(Issue("L101", f"the drawing was damaged: {printable(repairs[0], 100)}{more}"))
     return document
 
 
@@ -158,7 +158,7 @@ def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _silence_ezdxf() -> Iterator[None]:
     logger = logging.getLogger("ezdxf")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -200,16 +200,21 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
         location = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
         missing = MissingWork("element", len(handles))
         issues.append(
-            Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", location, missing=missing)
+            Issue(
+                "L203",
+                f"{len(handles)} {printable(kind)} skipped: {printable(reason)}",
+                location,
+                missing=missing,
+            )
         )
     if walk.hidden:
         issues.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
-        message = f"{count_of(number, 'insertion')} of block '{shown(name)}', which is missing"
+        message = f"{count_of(number, 'insertion')} of block '{printable(name)}', which is missing"
         issues.append(Issue("L206", message, missing=MissingWork("block", number)))
     for name, number in walk.endless_blocks.items():
         message = (
-            f"block '{shown(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
+            f"block '{printable(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
         )
         issues.append(Issue("L206", message, missing=MissingWork("block", number)))
     return issues
@@ -217,7 +222,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
 
 def hidden_by_layer(walk: BlockWalk[Any]) -> str:
     """Describe the number of hidden entities by layer."""
-    named = [f"{n} on layer {shown(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
+    named = [f"{n} on layer {printable(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
     if invisible := walk.hidden.get(INVISIBLE):
         named.append(f"{invisible} invisible")
     return ", ".join(named) + (" …" if len(walk.hidden) > 5 else "")

@@ -57,7 +57,7 @@ def shape_of(entity: Any) -> Shape | None:
     return Shape(kind, curves, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", arcs)
 
 
-def need(entity: Any, *names: str) -> None:
+def require_values(entity: Any, *names: str) -> None:
     """Raise ValueError if an entity lacks a required value."""
     # ezdxf replaces missing values by defaults (the origin, radius 1), which would create a hole that was never drawn.
     if missing := [name for name in names if not entity.dxf.hasattr(name)]:
@@ -65,7 +65,7 @@ def need(entity: Any, *names: str) -> None:
 
 
 def _point(entity: Any) -> tuple[Curve, ...]:
-    need(entity, "location")
+    require_values(entity, "location")
     return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
 
 
@@ -91,7 +91,7 @@ def _scaled(vector: Vector3, factor: float) -> Vector3:
 
 def circle_of(entity: Any) -> tuple[Curve, ...]:
     """Return the circle of a CIRCLE or ARC."""
-    need(entity, "center", "radius")
+    require_values(entity, "center", "radius")
     ux, uy, ocs = axes_of(entity)
     radius = entity.dxf.radius
     if not radius > 0:
@@ -101,7 +101,7 @@ def circle_of(entity: Any) -> tuple[Curve, ...]:
 
 def arc_of(entity: Any) -> tuple[Curve, ...]:
     """Return the arc of an ARC."""
-    need(entity, "start_angle", "end_angle")
+    require_values(entity, "start_angle", "end_angle")
     circle = circle_of(entity)[0]
     start, end = entity.dxf.start_angle, entity.dxf.end_angle
     return (circle._replace(start=math.radians(start), sweep=_sweep(math.radians(end - start))),)
@@ -116,7 +116,7 @@ def _sweep(angle: float) -> float:
 
 def ellipse_of(entity: Any) -> tuple[Curve, ...]:
     """Return the curve of an ELLIPSE, full or partial."""
-    need(entity, "center", "major_axis", "ratio")
+    require_values(entity, "center", "major_axis", "ratio")
     major, ratio = entity.dxf.major_axis, entity.dxf.ratio
     minor = entity.dxf.extrusion.normalize().cross(major) * ratio
     start, end = entity.dxf.get("start_param", 0.0), entity.dxf.get("end_param", math.tau)
@@ -183,31 +183,40 @@ _MAKERS = {
 }
 
 
-def turned(matrix: Matrix, vector: Vector3) -> Vector3:
+def transform_direction(matrix: Matrix, vector: Vector3) -> Vector3:
     """Transform a direction from a block to the coordinates of its parent."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), _ = matrix
     x, y, z = vector
     return (x * ax + y * bx + z * cx, x * ay + y * by + z * cy, x * az + y * bz + z * cz)
 
 
-def placed(matrix: Matrix, point: Vector3) -> Vector3:
+def transform_point(matrix: Matrix, point: Vector3) -> Vector3:
     """Transform a point from a block to the coordinates of its parent."""
-    x, y, z = turned(matrix, point)
+    x, y, z = transform_direction(matrix, point)
     ox, oy, oz = matrix[3]
     return (x + ox, y + oy, z + oz)
 
 
-def combined(outer: Matrix, inner: Matrix) -> Matrix:
+def combine_transforms(outer: Matrix, inner: Matrix) -> Matrix:
     """Return the matrix that applies `inner` first, then `outer`."""
-    return (turned(outer, inner[0]), turned(outer, inner[1]), turned(outer, inner[2]), placed(outer, inner[3]))
+    return (
+        transform_direction(outer, inner[0]),
+        transform_direction(outer, inner[1]),
+        transform_direction(outer, inner[2]),
+        transform_point(outer, inner[3]),
+    )
 
 
-def moved(matrix: Matrix, curve: Curve) -> Curve:
+def transform_curve(matrix: Matrix, curve: Curve) -> Curve:
     """Transform a curve from a block to the coordinates of its parent."""
     if matrix is IDENTITY:
         return curve
     return Curve(
-        placed(matrix, curve.center), turned(matrix, curve.u), turned(matrix, curve.v), curve.start, curve.sweep
+        transform_point(matrix, curve.center),
+        transform_direction(matrix, curve.u),
+        transform_direction(matrix, curve.v),
+        curve.start,
+        curve.sweep,
     )
 
 
@@ -225,7 +234,7 @@ def half_axes(curve: Curve) -> tuple[float, float]:
     return even + odd, abs(even - odd)
 
 
-def seen_span(curve: Curve) -> tuple[float, float]:
+def span_from_above(curve: Curve) -> tuple[float, float]:
     """Return (start, sweep) of a circular arc in top view, counter-clockwise even if a block mirrors it."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     mirrored = ux * vy - uy * vx < 0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, no_limit, spline_points
+from leafcut.geometry.curves import MAX_DEGREE, Spend, allow_any_number, ellipse_path, fit_arcs_to_curve, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
     IDENTITY,
@@ -22,9 +22,9 @@ from leafcut.read.dxf_shapes import (
     half_axes,
     in_layout,
     is_flat,
-    moved,
-    need,
     real_vertices,
+    require_values,
+    transform_curve,
     vertices_of,
 )
 
@@ -74,7 +74,7 @@ class DxfStroke(NamedTuple):
     kind: str = "cut"
 
 
-class LeaningError(ValueError):
+class NotInPlaneError(ValueError):
     """The entity does not lie in the plane of the sheet."""
 
 
@@ -102,11 +102,11 @@ def _nest_data_of(entity: Any) -> tuple[str, str]:
 
 
 def _line(entity: Any) -> DxfPolyline:
-    need(entity, "start", "end")
-    return straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
+    require_values(entity, "start", "end")
+    return straight_polyline(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
 
 
-def straight(vertices: Floats, closed: bool) -> DxfPolyline:
+def straight_polyline(vertices: Floats, closed: bool) -> DxfPolyline:
     """Return straight lines through points float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
@@ -116,7 +116,7 @@ def _polyline(entity: Any) -> DxfPolyline | None:
         if not entity.is_3d_polyline:
             return None  # a mesh
         points = [v.dxf.location.xyz for v in real_vertices(entity)]
-        return straight(np.array(points).reshape(-1, 3), entity.is_closed) if points else None
+        return straight_polyline(np.array(points).reshape(-1, 3), entity.is_closed) if points else None
     vertices, closed, elevation = vertices_of(entity)
     if not vertices:
         return None
@@ -148,7 +148,7 @@ _MAKERS: dict[str, Any] = {
 
 
 def placed_stroke(
-    stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = no_limit
+    stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = allow_any_number
 ) -> Polyline:
     """Transform a stroke to model space, in top view, in mm; curves become arcs within `tolerance` mm.
 
@@ -161,17 +161,17 @@ def placed_stroke(
     """
     form = stroke.form
     if isinstance(form, Curve):
-        return _transform_curve(moved(matrix, form), factor, tolerance, spend)
+        return _transform_curve(transform_curve(matrix, form), factor, tolerance, spend)
     if isinstance(form, DxfPolyline):
         return _transform_polyline(form, matrix, factor, tolerance, spend)
     assert isinstance(form, Freeform)  # texts are placed stroke by stroke
     control = _transform(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
-    return fitted(points, tolerance, ends_meet, spend)
+    return fit_arcs_to_curve(points, tolerance, ends_meet, spend)
 
 
-def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
+def is_sloped(stroke: DxfStroke, matrix: Matrix) -> bool:
     """Return whether a line or polyline rises out of the plane of the sheet."""
     if not isinstance(stroke.form, DxfPolyline):
         return False
@@ -186,7 +186,7 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
     """Return the height of a stroke's first point, in drawing units."""
     form = stroke.form
     if isinstance(form, Curve):
-        return float(moved(matrix, form).center[2])
+        return float(transform_curve(matrix, form).center[2])
     assert not isinstance(form, Letters)
     points = form.vertices if isinstance(form, DxfPolyline) else form.control
     return float(points[0, 2] if matrix is IDENTITY else _transform(points[:1], matrix)[0, 2]) + 0.0
@@ -212,9 +212,9 @@ def _transform_polyline(
     bulges = np.where(np.arange(len(xy)) < count, polyline.bulges, 0.0)
     if not bulges.any():
         return Polyline(np.column_stack([xy, bulges]), polyline.closed)
-    plane = moved(matrix, Curve((0.0, 0.0, 0.0), polyline.ux, polyline.uy))
+    plane = transform_curve(matrix, Curve((0.0, 0.0, 0.0), polyline.ux, polyline.uy))
     if not is_flat(plane):
-        raise LeaningError
+        raise NotInPlaneError
     large, small = half_axes(plane)
     (ux, uy, _), (vx, vy, _) = plane.u, plane.v
     if large - small <= ROUND_SHARE * large:
@@ -248,6 +248,6 @@ def _scaled_arcs(
 
 def _transform_curve(curve: Curve, factor: float, tolerance: float, spend: Spend) -> Polyline:
     if not is_flat(curve):
-        raise LeaningError
+        raise NotInPlaneError
     center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
     return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance, spend)

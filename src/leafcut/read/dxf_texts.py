@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.geometry.arrays import Floats
-from leafcut.read.dxf_strokes import DxfStroke, Letters, straight
+from leafcut.read.dxf_strokes import DxfStroke, Letters, straight_polyline
 from leafcut.read.lettering import letters
 
 #: Most letters of an engraving.
@@ -35,7 +35,9 @@ def text_of(entity: Any) -> DxfStroke | None:
         problem = ""
     except ValueError as reason:
         lines, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
-    strokes = tuple(DxfStroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in lines)
+    strokes = tuple(
+        DxfStroke(kind, straight_polyline(line, closed=False), layer, handle, problem, "text") for line in lines
+    )
     return DxfStroke(kind, Letters(strokes), layer, handle, problem, "text")
 
 
@@ -45,7 +47,7 @@ def _text_strokes(text: str) -> tuple[list[Floats], float]:
     try:
         return letters(text)
     except ValueError as problem:
-        raise ValueError(f"'{shown(text)}': {problem}") from None
+        raise ValueError(f"'{printable(text)}': {problem}") from None
 
 
 def _text(entity: Any) -> list[Floats]:

@@ -14,10 +14,10 @@ from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_document import layers_of, open_document, units_of
-from leafcut.read.dxf_shapes import ROUND, Curve, Matrix, half_axes, is_flat, moved, placed, shape_of
-from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, straight, stroke_of
+from leafcut.read.dxf_shapes import ROUND, Curve, Matrix, half_axes, is_flat, shape_of, transform_curve, transform_point
+from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, straight_polyline, stroke_of
 from leafcut.read.dxf_texts import text_of
-from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copies_of, points_of
+from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copy_budget, point_budget
 
 #: Entities made of lines of their own, which are never machined.
 _DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
@@ -41,8 +41,8 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
     document = open_document(source, [])
     factor, unit = units_of(document, options)
     layers = layers_of(document, replace(options, layers=()))
-    walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers, _stroke_of, "lines")
-    strokes, holes = Strokes(factor, source.path, points_of(source)), []
+    walk = BlockWalk(document, copy_budget(source, "blocks", FREE_HOLES), layers, _stroke_of, "lines")
+    strokes, holes = Strokes(factor, source.path, point_budget(source)), []
     for stroke, matrix, layer in walk.shapes():
         source.on_progress()
         hole = _hole_of(stroke, matrix, layer, factor)
@@ -65,11 +65,11 @@ def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
 def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
     """Return None unless it is a point, or still a circle after placement."""
     if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
-        x, y, z = placed(matrix, stroke.form.vertices[0].tolist())
+        x, y, z = transform_point(matrix, stroke.form.vertices[0].tolist())
         return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
     if not isinstance(stroke.form, Curve) or stroke.dxftype != "CIRCLE":
         return None
-    curve = moved(matrix, stroke.form)
+    curve = transform_curve(matrix, stroke.form)
     large, small = half_axes(curve)
     if not is_flat(curve) or large - small > ROUND * large:
         return None
@@ -86,7 +86,7 @@ def _point_of(entity: Any) -> DxfStroke | None:
         return None
     point = np.array([entity.dxf.location.xyz])
     return DxfStroke(
-        "POINT", straight(point, closed=False), entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+        "POINT", straight_polyline(point, closed=False), entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
     )
 
 
@@ -131,4 +131,4 @@ def _flatten(curve: Any) -> DxfStroke:
     ends = np.array([p.xyz for p in curve.control_vertices()])
     size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
     points = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]
-    return DxfStroke("", straight(np.array(points).reshape(-1, 3), closed=False), "", "", "", "text")
+    return DxfStroke("", straight_polyline(np.array(points).reshape(-1, 3), closed=False), "", "", "", "text")

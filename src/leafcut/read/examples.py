@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leafcut.errors import ReadError, nearest, shown
+from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
@@ -274,7 +274,7 @@ def read_example(source: Source, options: ReadOptions) -> Part:
         return _random_map(source)
     name = source.path.removeprefix(EXAMPLE).strip().lower().replace("_", "-")
     if name not in EXAMPLE_NAMES:
-        raise ReadError(source.path, f"unknown example '{shown(name)}'{nearest(name, EXAMPLE_NAMES)}")
+        raise ReadError(source.path, f"unknown example '{printable(name)}'{name_suggestion(name, EXAMPLE_NAMES)}")
     if name == "ten-points":
         return _points(name, TEN_POINTS)
     drawn = plate(name)
@@ -298,7 +298,7 @@ def _random_map(source: Source) -> Part:
         valid = False
     if not valid:
         reason = f"a random map is random:N or random:N:SEED, N from 1 to {MAX_HOLES:,}, SEED from 0 to 2³²−1"
-        raise ReadError(shown(source.path), reason)
+        raise ReadError(printable(source.path), reason)
     side = round(math.sqrt(n) * 10.0, 3)
     xy = np.round(np.random.default_rng(seed).random((n, 2)) * side, 3)
     return _points(f"random-{n}-{seed}", xy.tolist(), f"{RANDOM}{n}:{seed}")

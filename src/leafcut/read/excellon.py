@@ -11,7 +11,7 @@ import warnings
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError, count_of, shown
+from leafcut.errors import ReadError, count_of, printable
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
@@ -24,7 +24,7 @@ from leafcut.read.format import (
     ReadBudget,
     Source,
     factor_of,
-    size_of,
+    size_text,
     too_many_holes,
     units_unknown,
 )
@@ -61,7 +61,7 @@ _TOOL_ZERO = 1_000_000
 
 
 @dataclass
-class _Prepared:
+class _TranslatedCommands:
     """The commands translated for gerbonara, with their line numbers."""
 
     lines: list[str] = field(default_factory=list)
@@ -91,7 +91,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         A command is unknown, a coordinate is ambiguous, or there are no holes and slots; `EmptyDrillFile` if there are
         no tools either.
     """
-    prepared = _prepare(source, options.units)
+    prepared = _translate_commands(source, options.units)
     issues: list[Issue] = []
     _check_whole(source, prepared, issues)
     parser = _parse(source, prepared, issues)
@@ -140,13 +140,13 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
     )
 
 
-def _prepare(source: Source, units: str | None) -> _Prepared:
+def _translate_commands(source: Source, units: str | None) -> _TranslatedCommands:
     max_holes = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
     reason = (
-        f"repeats (R) make more than {max_holes:,} holes of a file of {size_of(source)}; use fewer repeats, or split "
+        f"repeats (R) make more than {max_holes:,} holes of a file of {size_text(source)}; use fewer repeats, or split "
         f"the file"
     )
-    prepared, repeats = _Prepared(), ReadBudget(source.path, max_holes, reason)
+    prepared, repeats = _TranslatedCommands(), ReadBudget(source.path, max_holes, reason)
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
@@ -155,7 +155,7 @@ def _prepare(source: Source, units: str | None) -> _Prepared:
             continue
         line = "".join(line.split()).upper()
         if len(line) > MAX_COMMAND:
-            raise ReadError(source.path, f"'{shown(line, 30)}' is not an Excellon command", number)
+            raise ReadError(source.path, f"'{printable(line, 30)}' is not an Excellon command", number)
         if line == "M48":
             in_header = True
         elif line in ("%", "M95"):
@@ -175,7 +175,7 @@ def _prepare(source: Source, units: str | None) -> _Prepared:
     return prepared
 
 
-def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> None:
+def _check_whole(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> None:
     last = next((i for i in reversed(range(len(prepared.lines))) if prepared.lines[i][0] != ";"), None)
     if last is None or prepared.lines[last] in ("M30", "M00"):
         return
@@ -186,7 +186,7 @@ def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> No
     issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))
 
 
-def _comment(prepared: _Prepared, line: str, number: int) -> None:
+def _comment(prepared: _TranslatedCommands, line: str, number: int) -> None:
     if match := _FORMAT_COMMENT.match(line[:MAX_COMMAND]):
         prepared.digits = int(match.group(1)), int(match.group(2))
         prepared.has_format = True
@@ -198,7 +198,7 @@ def _comment(prepared: _Prepared, line: str, number: int) -> None:
         prepared.add(line, number)
 
 
-def _command(source: Source, prepared: _Prepared, line: str, number: int, in_header: bool) -> None:
+def _command(source: Source, prepared: _TranslatedCommands, line: str, number: int, in_header: bool) -> None:
     if re.match(r"G[0-5](?!\d)", line):
         line = f"G0{line[1:]}"
     if line == "G91":
@@ -208,12 +208,12 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
         return
     if line.startswith("G93"):
         reason = (
-            f"'{shown(line)}' moves the origin, but leafcut reads only drill files with a single origin; export the "
-            f"file without G93"
+            f"'{printable(line)}' moves the origin, but leafcut reads only drill files with a single origin; export "
+            "the file without G93"
         )
         raise ReadError(source.path, reason, number)
     if re.match(r"G0[23]", line):
-        raise ReadError(source.path, f"routed arc '{shown(line)}': only holes and straight slots are read", number)
+        raise ReadError(source.path, f"routed arc '{printable(line)}': only holes and straight slots are read", number)
     if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
         prepared.metric = match.group(1) in ("METRIC", "M71")
         prepared.has_format |= bool(re.search(r"0\.0", match.group(2) or ""))
@@ -227,14 +227,14 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
     if "G85" in line:
         match = _SLOT.fullmatch(line)
         if not match or not match.group(1) or not match.group(2):
-            raise ReadError(source.path, f"slot '{shown(line)}' needs a start and an end: X Y G85 X Y", number)
+            raise ReadError(source.path, f"slot '{printable(line)}' needs a start and an end: X Y G85 X Y", number)
         for word in (f"G00{match.group(1)}", "M15", f"G01{match.group(2)}", "M16", "G05"):
             prepared.add(word, number)
         return
     prepared.add(line, number)
 
 
-def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: bool) -> None:
+def _tool(prepared: _TranslatedCommands, match: re.Match[str], number: int, in_header: bool) -> None:
     """Feeds and speeds apply to the original machine only."""
     index, diameter = int(match.group(1)), _TOOL_DIAMETER.search(match.group(2))
     name = f"T{index or _TOOL_ZERO}"
@@ -249,7 +249,7 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
         prepared.add(name, number)
 
 
-def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
+def _parse(source: Source, prepared: _TranslatedCommands, issues: list[Issue]) -> Any:
     from gerbonara.cam import FileSettings
     from gerbonara.excellon import ExcellonParser
 
@@ -259,22 +259,22 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
         try:
             parser.do_parse("\n".join(prepared.lines), filename="drill file")
         except (SyntaxError, ValueError) as problem:
-            line, text, reason = _locate(str(problem), prepared)
-            raise ReadError(source.path, f"'{shown(text)}': {_reason(reason)}", line) from None
+            line, text, reason = _locate_error(str(problem), prepared)
+            raise ReadError(source.path, f"'{printable(text)}': {_error_reason(reason)}", line) from None
     for warning in caught:
         message = str(warning.message)
         if issubclass(warning.category, DeprecationWarning) or _HARMLESS.search(message):
             continue
-        line, text, reason = _locate(message, prepared)
+        line, text, reason = _locate_error(message, prepared)
         if "first tool definition" in reason or "Bare coordinate" in reason:
-            raise ReadError(source.path, f"'{shown(text)}' comes before any tool is selected", line)
-        issues.append(Issue("L101", f"'{shown(text)}': {shown(reason, 100)}", f"{source.file_name}:{line}"))
+            raise ReadError(source.path, f"'{printable(text)}' comes before any tool is selected", line)
+        issues.append(Issue("L101", f"'{printable(text)}': {printable(reason, 100)}", f"{source.file_name}:{line}"))
     if _TOOL_ZERO in parser.tools:
         parser.tools[0] = parser.tools.pop(_TOOL_ZERO)
     return parser
 
 
-def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
+def _locate_error(message: str, prepared: _TranslatedCommands) -> tuple[int | None, str, str]:
     """Return (line of the file, command, reason)."""
     match = _GERBONARA_PLACE.match(message)
     if match is None:
@@ -283,7 +283,7 @@ def _locate(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
     return prepared.numbers[row] if 0 <= row < len(prepared.numbers) else None, match.group(2), match.group(3)
 
 
-def _reason(text: str) -> str:
+def _error_reason(text: str) -> str:
     if "No number format" in text or "NoneType" in text:
         return (
             "the number has no decimal point, and the file does not state its position (METRIC or INCH is missing); "
@@ -291,7 +291,7 @@ def _reason(text: str) -> str:
         )
     if "Unknown excellon statement" in text:
         return "unknown Excellon command; export only drills: header M48, tools with a C size, and coordinates X Y"
-    return shown(text, 100)
+    return printable(text, 100)
 
 
 def _unit_name(unit: Any) -> str | None:

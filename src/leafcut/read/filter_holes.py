@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import count_of, shown
+from leafcut.errors import count_of, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import is_aside
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
-from leafcut.read.format import places_of
+from leafcut.read.format import places_text
 
 #: Holes of equal diameter closer than this are duplicates, mm.
 MERGE_TOLERANCE = 0.01
@@ -45,7 +45,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     if not skipped:
         return list(holes), []
     layers = Counter(hole.layer for hole in skipped)
-    layer_texts = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
+    layer_texts = ", ".join(f"{count} on layer {printable(layer, 30)}" for layer, count in layers.most_common(5))
     more = " …" if len(layers) > 5 else ""
     message = (
         "circles not drilled, because their layers are named like a drawing frame, text or dimension: "
@@ -53,7 +53,7 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
     )
     positions = [(hole.x, hole.y) for hole in skipped]
     return [hole for hole in holes if hole.layer not in skipped_layers], [
-        Issue("L204", message, places_of(positions, len(positions)))
+        Issue("L204", message, places_text(positions, len(positions)))
     ]
 
 
@@ -116,7 +116,7 @@ def _without_doubles(
     for select, reach in (([h.diameter > 0 for h in holes], tolerance), ([h.diameter <= 0 for h in holes], points)):
         rows = [i for i, chosen in enumerate(select) if chosen]
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
-        for row, first in zip(rows, anchors(table, reach), strict=True):
+        for row, first in zip(rows, anchor_points(table, reach), strict=True):
             double[row] = rows[first] != row
             # Both edges of a hole may be drawn: it starts at the upper one.
             highest[rows[first]] = max(highest[rows[first]], holes[row].z)
@@ -125,7 +125,7 @@ def _without_doubles(
             Issue(
                 "L301",
                 f"{count_of(len(duplicates), 'hole')} drawn on top of another of the same diameter: drilled once",
-                places_of(duplicates, len(duplicates)),
+                places_text(duplicates, len(duplicates)),
             )
         )
     return [_at_height(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
@@ -142,7 +142,7 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
     # Circles first: a point whose anchor is a circle marks its centre.
     ordered = circles + [h for h in holes if h.diameter <= 0]
     table = np.array([(h.x, h.y, 0.0) for h in ordered])
-    first_rows = anchors(table, tolerance)
+    first_rows = anchor_points(table, tolerance)
     marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if first_rows[i] < len(circles)}
     if marks:
         issues.append(
@@ -170,7 +170,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
     if raised:
         # Material remains above the lower circle; a rapid to its own height would enter it.
         message = "concentric circles are drawn at different heights: the hole starts at the highest"
-        issues.append(Issue("L406", message, places_of(raised, len(raised))))
+        issues.append(Issue("L406", message, places_text(raised, len(raised))))
     if removed:
         positions = [(holes[i].x, holes[i].y) for i in sorted(removed)]
         issues.append(
@@ -178,7 +178,7 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
                 "L302",
                 f"{count_of(len(removed), 'circle')} left out in favour of the {options.concentric} with the same "
                 f"centre",
-                places_of(positions, len(positions)),
+                places_text(positions, len(positions)),
                 missing=MissingWork("circle", len(positions), tuple(positions)),
             )
         )
@@ -186,8 +186,8 @@ def _select_concentric(holes: list[Hole], options: ReadOptions, issues: list[Iss
 
 
 def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
-    """Like `anchors`, with the tolerance of concentric circles."""
-    anchor_of = anchors(centres, tolerance)
+    """Like `anchor_points`, with the tolerance of concentric circles."""
+    anchor_of = anchor_points(centres, tolerance)
     table = np.column_stack([centres[:, :2], radii])
     pairs = []
     for k, neighbours, distances in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
@@ -251,7 +251,7 @@ def _neighbours(
         yield k, neighbours, np.hypot(x[neighbours] - x[k], y[neighbours] - y[k])
 
 
-def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
+def anchor_points(points: NDArray[np.float64], tolerance: float) -> list[int]:
     """Return the first anchor within `tolerance` of each row; a row without an earlier anchor is an anchor.
 
     Rows are processed in order, so anchors are more than `tolerance` apart. The grid only finds candidates; cell

@@ -12,9 +12,9 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError, parsing, shown
-from leafcut.files.whole_files import decoded
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.errors import ReadError, parser_errors, printable
+from leafcut.files.whole_files import decode_text
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
@@ -61,7 +61,7 @@ class Source:
 
     path: str
     data: bytes = b""
-    on_progress: Heartbeat = field(default=unseen, compare=False)
+    on_progress: Heartbeat = field(default=ignore_heartbeat, compare=False)
     cache: dict[str, Any] | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class Source:
             return self.data.decode("utf-16", errors="replace")
         if b"\0" in self.data:
             raise ReadError(self.path, "this is a binary file; a text file was expected")
-        return decoded(self.data)[0]
+        return decode_text(self.data)[0]
 
 
 @contextmanager
@@ -104,7 +104,7 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
     from defusedxml import DefusedXmlException
 
     line: int | None = None
-    with parsing(path, "the XML could not be read"):
+    with parser_errors(path, "the XML could not be read"):
         try:
             yield
             return
@@ -112,12 +112,15 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
             external = type(problem).__name__ == "ExternalReferenceForbidden"
             reason = f"refused: the file has an {'external reference' if external else 'entity declaration'}, {advice}"
         except SAXParseException as problem:
-            reason, line = f"not well-formed XML: {shown(str(problem.getMessage()), 80)}", problem.getLineNumber()
+            reason, line = (
+                f"not well-formed XML: {printable(str(problem.getMessage()), 80)}",
+                problem.getLineNumber(),
+            )
         except ParseError as problem:
-            reason, line = f"not well-formed XML: {shown(str(problem), 80)}", problem.position[0]
+            reason, line = f"not well-formed XML: {printable(str(problem), 80)}", problem.position[0]
         except (LookupError, ValueError) as problem:
             # An unknown encoding: only the declaration, in the first line, names one.
-            reason, line = f"not well-formed XML: {shown(str(problem), 80)}", 1
+            reason, line = f"not well-formed XML: {printable(str(problem), 80)}", 1
         raise ReadError(path, reason, line)
 
 
@@ -138,21 +141,21 @@ class ReadBudget:
             raise ReadError(self.path, self.reason)
 
 
-def copies_of(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
+def copy_budget(source: Source, noun: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for the elements that the blocks or uses of a drawing expand to."""
     limit = free + COPIES_PER_BYTE * len(source.data)
-    reason = f"the {noun} of this drawing, which has {size_of(source)}, expand to more than {limit:,} elements"
+    reason = f"the {noun} of this drawing, which has {size_text(source)}, expand to more than {limit:,} elements"
     return ReadBudget(source.path, limit, f"{reason}; explode fewer blocks")
 
 
-def points_of(source: Source) -> ReadBudget:
+def point_budget(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
     limit = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
-    reason = f"the curves of this drawing, which has {size_of(source)}, need more than {limit:,} points"
+    reason = f"the curves of this drawing, which has {size_text(source)}, need more than {limit:,} points"
     return ReadBudget(source.path, limit, f"{reason}; check its units")
 
 
-def size_of(source: Source) -> str:
+def size_text(source: Source) -> str:
     """Return the size of a file in kB, as text."""
     return f"{max(len(source.data) // 1000, 1):,} kB"
 
@@ -223,7 +226,7 @@ def load(path: str | Path) -> Source:
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror or problem})") from None
     except ValueError:
-        raise ReadError(shown(str(path)), "not a valid file name") from None
+        raise ReadError(printable(str(path)), "not a valid file name") from None
     if not data.strip():
         raise ReadError(path, "the file is empty")
     return Source(str(path), data)
@@ -240,7 +243,7 @@ def load_json(path: str | Path) -> Any:
     try:
         return parse_json(load(path).text())
     except (ValueError, RecursionError) as problem:
-        raise ReadError(path, f"is not JSON ({shown(str(problem), 100)})") from None
+        raise ReadError(path, f"is not JSON ({printable(str(problem), 100)})") from None
 
 
 def parse_json(text: str) -> Any:
@@ -266,7 +269,7 @@ def has_half_letter(value: Any) -> bool:
     return False
 
 
-def places_of(points: list[tuple[float, float]], number: int) -> str:
+def places_text(points: list[tuple[float, float]], number: int) -> str:
     """Return the first of `number` points as text, for `Issue.place`."""
     first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
     return f"at {first}" + (" …" if number > 3 else "")

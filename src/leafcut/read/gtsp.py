@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.geometry.arrays import Ints
 from leafcut.model.issue import Issue
 from leafcut.model.part import Grouping, Hole, Part
@@ -40,10 +40,10 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
         A key, section or number is missing, wrong, or of an unsupported kind.
     """
     path = source.path
-    keys, sections = tsplib.split(source)
+    keys, sections = tsplib.split_file(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
     tsplib.check_kind(path, keys, weight, KINDS)
-    n = tsplib.dimension(path, keys)
+    n = tsplib.node_count(path, keys)
     issues: list[Issue] = []
     matrix = tsplib.matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
     if matrix is not None:
@@ -51,7 +51,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
     points = tsplib.node_positions(path, sections, n, matrix is not None, issues)
     grouping = _grouping(path, keys, sections, n)
     return Part(
-        name=shown(keys.get("NAME", ("", 0))[0]).removesuffix(".pcglns") or source.name,
+        name=printable(keys.get("NAME", ("", 0))[0]).removesuffix(".pcglns") or source.name,
         holes=tuple([Hole(x, y, 0.0) for x, y in points.tolist()]),
         issues=tuple(issues),
         source=source.file_name,
@@ -95,7 +95,7 @@ def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: 
         raise ReadError(path, f"node {alone[0] + 1} is in no set", sections["GTSP_SET_SECTION"][0])
     text, line = keys.get("GTSP_SETS", ("", 0))
     if text and text != str(len(number)):
-        raise ReadError(path, f"GTSP_SETS says {shown(text)}, the section has {len(number)}", line)
+        raise ReadError(path, f"GTSP_SETS says {printable(text)}, the section has {len(number)}", line)
     first = _start(path, sections, number)
     return Grouping(cluster, _ordering(path, sections, number), first)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from leafcut.errors import ReadError, count_of
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
@@ -17,7 +17,9 @@ from leafcut.read.excellon import EmptyDrillFile
 from leafcut.read.filter_holes import select_holes
 
 
-def read_drill_files(sources: Sequence[Source], options: ReadOptions, on_progress: Heartbeat = unseen) -> Part:
+def read_drill_files(
+    sources: Sequence[Source], options: ReadOptions, on_progress: Heartbeat = ignore_heartbeat
+) -> Part:
     """Return one part with the holes and slots of several drill files; empty files are reported and left out.
 
     Raises

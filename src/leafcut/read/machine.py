@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.plugins import PluginKind, file_of
 from leafcut.files.schemas import MACHINE
 from leafcut.files.whole_files import parse_toml, read_toml
@@ -129,7 +129,7 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
         if name_or_path in MACHINES.names():
             path = MACHINES.load(name_or_path)
             return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
-        raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, machine_names())}")
+        raise OptionError(f"unknown machine '{name_or_path}'{name_suggestion(name_or_path, machine_names())}")
     file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
     return parse_toml(file.read_bytes(), file.name, MACHINE), file.name
 
@@ -210,18 +210,20 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
         file = Path(name)
         if file.is_absolute() or file.drive or ".." in file.parts:
             raise top.problem(
-                "controller", f"names '{shown(name)}', but a dialect file must be in the folder of the profile"
+                "controller", f"names '{printable(name)}', but a dialect file must be in the folder of the profile"
             )
         name = str(Path(place).parent / file)
         if not Path(name).is_file():
             raise top.problem(
-                "controller", f"names '{shown(str(file))}', which does not exist in the folder of the profile"
+                "controller", f"names '{printable(str(file))}', which does not exist in the folder of the profile"
             )
         return name, dialect(name).family
     if name in DIALECTS.names():
         return name, DIALECTS.load(name).family
     if name and name not in dialects():
-        raise top.problem("controller", f"is '{shown(name)}', which is not a dialect{nearest(name, dialects())}")
+        raise top.problem(
+            "controller", f"is '{printable(name)}', which is not a dialect{name_suggestion(name, dialects())}"
+        )
     return name, ""
 
 
@@ -300,7 +302,7 @@ def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]
     if name and method is None:
         raise refuse("cut_process", "is for a machine that cuts sheet, not for one with a spindle; leave it out")
     if name and method_of(name) != method:
-        raise refuse("cut_process", f"is '{shown(name)}', but its name must start with '{method}'")
+        raise refuse("cut_process", f"is '{printable(name)}', but its name must start with '{method}'")
 
 
 def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:

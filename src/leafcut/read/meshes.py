@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from leafcut.errors import OptionError, ReadError, parsing
+from leafcut.errors import OptionError, ReadError, parser_errors
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
 from leafcut.read.recognition import sniff_step
@@ -99,7 +99,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
     corners = _VERTEX.findall(data)
     if len(corners) % 3:
         raise ReadError(file, f"is truncated: its {len(corners):,} corners do not make whole triangles")
-    with parsing(file, "a corner is not a number"):
+    with parser_errors(file, "a corner is not a number"):
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from leafcut.errors import OptionError, ReadError, parsing, shown
+from leafcut.errors import OptionError, ReadError, parser_errors, printable
 from leafcut.read.format import load
 from leafcut.units import parse_angles
 
@@ -34,7 +34,7 @@ class WantedDrawing:
 
     def __post_init__(self) -> None:
         if self.quantity < 1:
-            raise OptionError(f"{shown(self.file)}: the quantity must be 1 or more")
+            raise OptionError(f"{printable(self.file)}: the quantity must be 1 or more")
 
 
 def read_wanted(arguments: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
@@ -74,7 +74,7 @@ def _drawings_named(argument: str) -> Iterator[WantedDrawing]:
         )
     file, quantity = file_and_quantity(argument)
     if quantity < 1:
-        raise OptionError(f"{shown(argument)}: the quantity must be 1 or more")
+        raise OptionError(f"{printable(argument)}: the quantity must be 1 or more")
     if not file.lower().endswith(".csv"):
         yield WantedDrawing(file, quantity)
         return
@@ -88,7 +88,7 @@ def _drawings_in_list(file: str) -> Iterator[WantedDrawing]:
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")
     n_drawings = 0
     for number, line in enumerate(lines, 1):
-        with parsing(file, "this line could not be read", number):
+        with parser_errors(file, "this line could not be read", number):
             fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter), [])]
         if not any(fields) or fields[0].startswith("#"):
             continue
@@ -109,7 +109,7 @@ def _line(file: str, number: int, fields: list[str]) -> WantedDrawing:
     try:
         pieces = int(quantity or "1")
     except ValueError:
-        raise ReadError(file, f"the quantity '{shown(quantity)}' is not a whole number", number) from None
+        raise ReadError(file, f"the quantity '{printable(quantity)}' is not a whole number", number) from None
     if pieces < 1:
         raise ReadError(file, f"the quantity is {pieces}; it must be 1 or more", number)
     angles = tuple(rotations.replace("/", " ").split())

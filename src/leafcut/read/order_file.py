@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.files.schemas import ORDER, check_schema
 from leafcut.read.format import load_json
 
@@ -111,5 +111,5 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 def _number(place: str, value: Any, label: str) -> int:
     """Convert a number counted from 1 to one counted from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
-        raise ReadError(place, f"{label}: {shown(json.dumps(value))} is not a whole number of 1 or more")
+        raise ReadError(place, f"{label}: {printable(json.dumps(value))} is not a whole number of 1 or more")
     return value - 1

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, ReadError, count_of, shown
+from leafcut.errors import OptionError, ReadError, count_of, printable
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -22,7 +22,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.read.format import MAX_COORDINATE, Source, places_of
+from leafcut.read.format import MAX_COORDINATE, Source, places_text
 from leafcut.read.recognition import picture_kind
 
 #: Most pixels: tracing needs about 30 bytes per pixel.
@@ -67,7 +67,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
 
     image = _open_picture(source)
     if options.pixel_size is None:
-        raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_by_density(image)}")
+        raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_pixel_size_hint(image)}")
     size = options.pixel_size
     if max(image.size) * size > MAX_COORDINATE:
         raise ReadError(source.path, f"with pixels of {size:g} mm the picture is {max(image.size) * size:g} mm long")
@@ -75,9 +75,9 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     issues: list[Issue] = []
     if options.threshold is None:
         grey = _level_light(grey, options.invert, issues)
-    level = _level(source, grey, options)
+    level = _threshold_level(source, grey, options)
     grey = _relative_to_level(grey, level)
-    steps = _steps(grey < 0.0)
+    steps = _count_transitions(grey < 0.0)
     if steps > MAX_STEPS:
         raise ReadError(
             source.path,
@@ -145,7 +145,9 @@ def _open_picture(source: Source) -> Any:
     except UnidentifiedImageError:
         raise ReadError(source.path, f"a damaged {kind} picture (invalid header); save it again") from None
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
-        raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it again") from None
+        raise ReadError(
+            source.path, f"a damaged {kind} picture ({printable(str(problem), 80)}); save it again"
+        ) from None
     if width * height > MAX_PIXELS:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
     if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
@@ -159,7 +161,7 @@ def _too_large(size_text: str) -> str:
     return f"the picture has {size_text}; the limit is {MAX_PIXELS:,}: crop it to the pocket or scale it down"
 
 
-def _by_density(image: Any) -> str:
+def _pixel_size_hint(image: Any) -> str:
     try:
         density = float(image.info["dpi"][0])
         return f"; its file says {density:.6g} pixels per inch: --pixel-size {25.4 / density:.6g}"
@@ -187,7 +189,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
                 grey /= 255.0
     except Exception as problem:  # decoders raise unrelated exceptions on damaged files
         raise ReadError(
-            source.path, f"a damaged or truncated picture ({shown(str(problem), 80)}); save it again"
+            source.path, f"a damaged or truncated picture ({printable(str(problem), 80)}); save it again"
         ) from None
     return 1.0 - grey if invert else grey
 
@@ -195,7 +197,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 # -- dark and bright -------------------------------------------------------------------------------------------------
 
 
-def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
+def _threshold_level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     """Return the brightness at which outlines are traced: the user's threshold, else midway between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if options.threshold is not None:
@@ -228,7 +230,7 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
         return grey
     step = max(max(grey.shape) // 200, 1)
     thin = light[::step, ::step].astype(np.float64)
-    terms, samples = _powers(thin.shape), thin.ravel()
+    terms, samples = _polynomial_terms(thin.shape), thin.ravel()
     surface: NDArray[np.float64] = np.ones_like(samples)
     for _ in range(LIGHT_ROUNDS):
         flat = samples / surface
@@ -244,18 +246,18 @@ def _level_light(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     levelled: Grey = np.empty_like(light)
     y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
     for row, dark in enumerate(light):  # row by row: the whole surface would take gigabytes
-        flat = np.clip(dark / np.maximum(_powers_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
+        flat = np.clip(dark / np.maximum(_terms_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
         levelled[row] = 1.2 - flat if invert else flat
     return levelled
 
 
-def _powers(shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _polynomial_terms(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return 1, x, y, x², xy, y² of every pixel, float64[n, 6], x and y from −1 to 1."""
     y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
-    return _powers_at(x, y)
+    return _terms_at(x, y)
 
 
-def _powers_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def _terms_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Return 1, x, y, x², xy, y² of points, float64[n, 6]."""
     y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
@@ -294,7 +296,7 @@ def otsu(grey: Grey) -> float:
 _HALF_PIXEL = 0.5
 
 
-def _steps(dark: NDArray[np.bool_]) -> int:
+def _count_transitions(dark: NDArray[np.bool_]) -> int:
     return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
 
 
@@ -323,7 +325,7 @@ def _without_dirt(
             f"{count_of(n_dirt, 'spot')} narrower than {narrow * size:g} mm ignored as dirt; change the limit with "
             f"--speckle"
         )
-        issues.append(Issue("L214", message, places_of(positions, n_dirt)))
+        issues.append(Issue("L214", message, places_text(positions, n_dirt)))
     return kept
 
 

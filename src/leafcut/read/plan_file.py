@@ -15,7 +15,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError, nearest, shown
+from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.files.schemas import PLAN, check_schema
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.read.format import load_json
@@ -119,18 +119,18 @@ class _PlanReader:
 
     def text(self, value: Any, label: str) -> str:
         if not isinstance(value, str):
-            raise self.refuse(label, f"{shown(json.dumps(value))} is not a text")
-        return shown(value, 200)
+            raise self.refuse(label, f"{printable(json.dumps(value))} is not a text")
+        return printable(value, 200)
 
     def number(self, value: Any, label: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or abs(value) > 1e9 or not math.isfinite(value):
-            raise self.refuse(label, f"{shown(json.dumps(value))} is not a number in range")
+            raise self.refuse(label, f"{printable(json.dumps(value))} is not a number in range")
         return float(value)
 
     def flag(self, value: Any, label: str) -> bool:
         if not isinstance(value, bool):
-            raise self.refuse(label, f"{shown(json.dumps(value))} is not true or false")
+            raise self.refuse(label, f"{printable(json.dumps(value))} is not true or false")
         return value
 
     def point(self, value: Any, label: str) -> tuple[float, float]:
@@ -141,11 +141,11 @@ class _PlanReader:
     def check_keys(self, data: dict[str, Any], label: str, keys: tuple[str, ...]) -> None:
         for key in data:
             if key not in keys:
-                raise self.refuse(label, f"unknown key '{shown(key)}'{nearest(key, keys)}")
+                raise self.refuse(label, f"unknown key '{printable(key)}'{name_suggestion(key, keys)}")
 
     def choice(self, value: Any, label: str, words: tuple[str, ...]) -> str:
         if value not in words:
-            raise self.refuse(label, f"{shown(json.dumps(value))} is not one of {', '.join(words)}")
+            raise self.refuse(label, f"{printable(json.dumps(value))} is not one of {', '.join(words)}")
         return str(value)
 
     def contour(self, data: Any, label: str) -> ContourPrint:
@@ -166,7 +166,8 @@ class _PlanReader:
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
-                    label, f"unknown contour {shown(json.dumps(number))}; contours are numbered 1 to {contours}"
+                    label,
+                    f"unknown contour {printable(json.dumps(number))}; contours are numbered 1 to {contours}",
                 )
         fixed = tuple(self.choice(w, f"{label}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
         choice = CutChoice(

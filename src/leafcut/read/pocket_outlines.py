@@ -16,11 +16,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import LeafcutError, ReadError, count_of, shown
-from leafcut.geometry.cleaning import cleaned, counter_clockwise
-from leafcut.geometry.containment import Conflict, conflicts, nesting
+from leafcut.errors import LeafcutError, ReadError, count_of, printable
+from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
+from leafcut.geometry.containment import Conflict, find_conflicts, nesting_depths
 from leafcut.geometry.overlaps import SAME
-from leafcut.geometry.tidying import join_advice, polygons, tidy
+from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.model.contour import Contour
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue, Severity
@@ -29,7 +29,7 @@ from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.read.filter_holes import layer_filter
-from leafcut.read.format import places_of
+from leafcut.read.format import places_text
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class PocketOutline:
 
     def __str__(self) -> str:
         x, y = self.contour.path.start
-        layer = f" on layer {shown(self.contour.layer, 30)}" if self.contour.layer else ""
+        layer = f" on layer {printable(self.contour.layer, 30)}" if self.contour.layer else ""
         return f"the {self.kind or 'outline'} that starts at ({x:.6g}, {y:.6g}){layer}"
 
 
@@ -93,7 +93,7 @@ def as_pockets(
         outlines = _outlines(part.contours, kinds, joining, issues)
         shapes = polygons([o.contour.path for o in outlines])
         _check_simple(outlines, shapes, picture)
-        contacts = conflicts(shapes)
+        contacts = find_conflicts(shapes)
         kept = _without_duplicates(outlines, contacts, issues)
         new_index = {k: index for index, k in enumerate(kept)}
         contacts = [
@@ -102,7 +102,7 @@ def as_pockets(
             if c.first in new_index and c.second in new_index
         ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
-        depth, parent = nesting(shapes)
+        depth, parent = nesting_depths(shapes)
         _check_reading(outlines, depth, outermost)
         _check_kinds(outlines, depth, parent)
         level = depth - (outermost == EDGE)
@@ -131,14 +131,14 @@ def _kinds(
         (options.island_layers, island_names, "--island-layers"),
     ):
         if given and not matching:
-            layer_names = shown(", ".join(name or "(without a name)" for name in names), 120)
+            layer_names = printable(", ".join(name or "(without a name)" for name in names), 120)
             raise ReadError(
                 path, f"no lines on the layers of {flag} {','.join(given)}; there are lines on {layer_names}"
             )
     guessed = [name for name in sorted(pocket_names) if not options.pocket_layers]
     guessed += [name for name in sorted(island_names) if not options.island_layers]
     if guessed:
-        layers = shown(", ".join(guessed), 80)
+        layers = printable(", ".join(guessed), 80)
         message = (
             f"pockets and islands are chosen by layer name: {layers}; to change this, use --pocket-layers and "
             f"--island-layers"
@@ -150,7 +150,7 @@ def _kinds(
     pocket = POCKET if island_names else EITHER
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else other_kind for c in contours]
     if left_out := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
-        layers = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left_out.most_common(5))
+        layers = ", ".join(f"{number} on layer {printable(name, 30)}" for name, number in left_out.most_common(5))
         issues.append(Issue("L211", f"lines that belong to no pocket: {layers}", severity=Severity.NOTE))
     return kinds, bool(pocket_names or island_names)
 
@@ -170,27 +170,27 @@ def _outlines(
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     zero_length = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
-        path = cleaned(contour.path) if kind is not None else None
+        path = cleaned_path(contour.path) if kind is not None else None
         if kind is not None and path is not None:
             strokes.setdefault(kind, []).append((k, replace(contour, path=path)))
         elif kind is not None:
             zero_length.append(contour.path.start)
     if zero_length:
         message = f"{count_of(len(zero_length), 'line')} of zero length left out"
-        issues.append(Issue("L313", message, places_of(zero_length, len(zero_length)), Severity.NOTE))
+        issues.append(Issue("L313", message, places_text(zero_length, len(zero_length)), Severity.NOTE))
     joined = [outline for kind, members in strokes.items() for outline in _join_strokes(members, kind, joining, issues)]
     opened = [o for o in joined if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
         paths = [o.contour.path for o in opened]
         x, y = paths[0].end
         raise LeafcutError(
-            f"{count_of(len(opened), 'open path')}, {places_of([p.start for p in paths], len(paths))}; the first ends "
-            f"at ({x:.6g}, {y:.6g}){join_advice(0, paths)}; close the outline, or use --open-paths drop"
+            f"{count_of(len(opened), 'open path')}, {places_text([p.start for p in paths], len(paths))}; "
+            f"the first ends at ({x:.6g}, {y:.6g}){join_advice(0, paths)}; close the outline, or use --open-paths drop"
         )
     if opened:
         positions = [o.contour.path.start for o in opened]
         issues.append(
-            Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_of(positions, len(opened)))
+            Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_text(positions, len(opened)))
         )
     closed = sorted((o for o in joined if o.contour.path.closed), key=lambda o: o.order)
     if not closed:
@@ -202,22 +202,22 @@ def _join_strokes(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
 ) -> list[PocketOutline]:
     """Each outline takes the layer and handle of its first stroke."""
-    tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
+    tidied = tidy_outlines([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for joined_path in tidied.paths for gap in joined_path.gaps]
     if gaps:
         message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
-        issues.append(Issue("L311", message, places_of([point for point, _ in gaps], len(gaps))))
+        issues.append(Issue("L311", message, places_text([point for point, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
         message = f"more than two ends meet at {number}: check the outlines"
-        issues.append(Issue("L314", message, places_of(tidied.branches, len(tidied.branches))))
+        issues.append(Issue("L314", message, places_text(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
-        issues.append(Issue("L312", message, places_of(tidied.doubles, len(tidied.doubles))))
+        issues.append(Issue("L312", message, places_text(tidied.doubles, len(tidied.doubles))))
     outlines = []
     for path, members, _ in tidied.paths:
         order, stroke = strokes[min(members)]
-        clean_path = cleaned(path)
+        clean_path = cleaned_path(path)
         if clean_path is not None:
             outlines.append(PocketOutline(replace(stroke, path=counter_clockwise(clean_path)), order, kind))
     return outlines
@@ -262,7 +262,7 @@ def _without_duplicates(
             Issue(
                 "L312",
                 f"{count_of(len(duplicates), 'outline')} drawn twice merged",
-                places_of(positions, len(positions)),
+                places_text(positions, len(positions)),
             )
         )
     return [k for k in range(len(outlines)) if k not in duplicates]
@@ -341,10 +341,10 @@ def _check_apart(
         )
     if touching:
         message = f"{count_of(len(touching), 'pair')} of pockets touch each other: no wall remains between them"
-        issues.append(Issue("L423", message, places_of(touching, len(touching))))
+        issues.append(Issue("L423", message, places_text(touching, len(touching))))
     if at_edge:
         message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall remains there"
-        issues.append(Issue("L423", message, places_of(at_edge, len(at_edge))))
+        issues.append(Issue("L423", message, places_text(at_edge, len(at_edge))))
 
 
 def _location(conflict: Conflict) -> str:

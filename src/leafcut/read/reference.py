@@ -20,22 +20,23 @@ from leafcut.read.registry import run
 JOINED = 0.05
 
 
-def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
+def read_whole_drawing(format_: Format, loaded: Source, options: ReadOptions) -> Part:
     """Return the complete drawing, ignoring the layer and hole selections of `options`. Raises like `read_whole`."""
     everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
     reader = format_.whole or format_.contours or format_.read
     return run(replace(format_, read=reader), loaded, everything)
 
 
-def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
+def reference_geometry(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
     """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all is machined.
 
-    All in drill files, point maps and pictures is machined; their holes count by their centres. Raises like `whole_of`.
+    All in drill files, point maps and pictures is machined; their holes count by their centres. Raises like
+    `read_whole_drawing`.
     """
     if format_.whole is None and format_.contours is None:
         filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
-        return whole_of(format_, loaded, options) if filtered else None
-    return outline_of(whole_of(format_, loaded, options))
+        return read_whole_drawing(format_, loaded, options) if filtered else None
+    return outline_of(read_whole_drawing(format_, loaded, options))
 
 
 def outline_of(whole: Part) -> Part:
@@ -44,7 +45,7 @@ def outline_of(whole: Part) -> Part:
     The outermost closed outline determines the bounding box. An open path around all of them is an outline with a gap,
     so the complete geometry is used.
     """
-    from leafcut.geometry.tidying import tidy  # start-up: it needs shapely
+    from leafcut.geometry.tidying import tidy_outlines  # start-up: it needs shapely
 
     drawn = [c for c in whole.contours if c.kind != "text"]
     kept = [c.path for c in drawn if not is_aside(c.layer)]
@@ -52,7 +53,7 @@ def outline_of(whole: Part) -> Part:
     if not kept and not holes:
         kept, holes = [c.path for c in drawn], list(whole.holes)
     try:
-        paths = [joined.path for joined in tidy(kept, JOINED).paths]
+        paths = [joined.path for joined in tidy_outlines(kept, JOINED).paths]
     except PlanError:  # hundreds of ends in one point: the outline is unknown
         paths = kept
     closed = _bounds([path for path in paths if path.closed], holes)

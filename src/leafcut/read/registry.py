@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, ReadError, parsing
-from leafcut.files.plugins import Plugin, PluginKind, on_call
+from leafcut.errors import OptionError, ReadError, parser_errors
+from leafcut.files.plugins import Plugin, PluginKind, lazy_function
 from leafcut.files.whole_files import StandardInput
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions, flag_name
 from leafcut.read import recognition
@@ -21,7 +21,7 @@ Input = str | Path | StandardInput | Source
 
 
 def _reader(place: str) -> Callable[..., Part]:
-    return on_call(f"leafcut.read.{place}")
+    return lazy_function(f"leafcut.read.{place}")
 
 
 BUILT_IN = (
@@ -170,7 +170,7 @@ def _unusable_format(plugin: Plugin[Format]) -> Format:
     return Format(plugin.name, (), plugin.refusal, refuse, error=plugin.error)
 
 
-def read_source(source: Input, on_progress: Heartbeat = unseen) -> tuple[Format, Source]:
+def read_source(source: Input, on_progress: Heartbeat = ignore_heartbeat) -> tuple[Format, Source]:
     """Return the format of an input, and its bytes.
 
     A `Source` is not read again, and keeps its own `on_progress` unless another is given.
@@ -187,7 +187,7 @@ def read_source(source: Input, on_progress: Heartbeat = unseen) -> tuple[Format,
     if isinstance(source, StandardInput):
         source = Source(str(source), source.data)
     loaded = source if isinstance(source, Source) else load(source)
-    if on_progress is not unseen:
+    if on_progress is not ignore_heartbeat:
         loaded = replace(loaded, on_progress=on_progress)
     return choose(known, loaded), loaded
 
@@ -246,5 +246,5 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
                 raise OptionError(
                     f"{flag_name(name)}: {format_.name} has no solids; remove the option, or use a STEP file"
                 )
-    with parsing(source.path, f"could not be read as {format_.name}"):
+    with parser_errors(source.path, f"could not be read as {format_.name}"):
         return format_.read(source, options)

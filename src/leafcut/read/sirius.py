@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, MissingWork
@@ -78,7 +78,7 @@ def _entries(source: Source) -> list[tuple[str, list[Any]]]:
         data = parse_json(source.text())
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
-        raise ReadError(source.path, f"not JSON: {shown(str(problem), 80)}", line) from None
+        raise ReadError(source.path, f"not JSON: {printable(str(problem), 80)}", line) from None
     return list(_check_entries(source, data))
 
 
@@ -89,7 +89,7 @@ def _check_entries(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]
         paths = entry.get("paths") if isinstance(entry, dict) else None
         if not isinstance(paths, list):
             raise ReadError(source.path, f"part {number} of the list has no 'paths'")
-        yield shown(str(entry.get("partid", "")), 60), paths
+        yield printable(str(entry.get("partid", "")), 60), paths
 
 
 def _path(rows: Any, factor: float) -> Polyline:

@@ -24,7 +24,7 @@ from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import select_holes
-from leafcut.read.format import Source, places_of
+from leafcut.read.format import Source, places_text
 from leafcut.read.step_shapes import ONLY
 
 #: Largest file, bytes: OpenCASCADE needs about twenty times as much memory.
@@ -118,14 +118,14 @@ def read_pockets_of_step(
         raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
     # Round openings may be as wide as the tool: the pocket process decides whether to drill them.
     openings = tuple(
-        Opening(_oriented(opening["outline"], clockwise=False), opening["diameter"])
+        Opening(_oriented_path(opening["outline"], clockwise=False), opening["diameter"])
         for opening in data["openings"]
         if opening["diameter"]
     )
     pockets = tuple(
         Pocket(
-            _oriented(pocket["outline"], clockwise=False),
-            tuple(_oriented(row, clockwise=True) for row in pocket["islands"]),
+            _oriented_path(pocket["outline"], clockwise=False),
+            tuple(_oriented_path(row, clockwise=True) for row in pocket["islands"]),
             source.name if len(pocket_data) == 1 else str(number), depth=round(data["highest"] - pocket["z"], 6),
             top=round(data["highest"], 6) + 0.0,
         )
@@ -160,7 +160,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
 
 
 def _read_solid(source: Source, options: ReadOptions, features: str) -> dict[str, Any]:
-    return _solid(
+    return _run_step_reader(
         source.path, source.data, features, options.solid, Pose.of(options), boxed=isinstance(options.origin, str)
     )[0]
 
@@ -183,7 +183,7 @@ def _check_units(options: ReadOptions) -> None:
         raise OptionError("--units: a STEP file states its unit; leave it out")
 
 
-def _oriented(vertices: list[list[float]], clockwise: bool) -> Polyline:
+def _oriented_path(vertices: list[list[float]], clockwise: bool) -> Polyline:
     path = Polyline(np.array(vertices), True)
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
@@ -193,7 +193,7 @@ def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_
 
     The errors are those of `read_step`.
     """
-    return _solid(path, data, "mesh", which, pose)[1]
+    return _run_step_reader(path, data, "mesh", which, pose)[1]
 
 
 def _issues(data: dict[str, Any], up: str) -> list[Issue]:
@@ -280,7 +280,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             )
         )
     openings = [
-        _oriented(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]
+        _oriented_path(opening["outline"], clockwise=False) for opening in data["openings"] if not opening["diameter"]
     ]
     if openings:
         positions = tuple(_centre(outline) for outline in openings)
@@ -288,7 +288,7 @@ def _issues_of_pockets(data: dict[str, Any]) -> list[Issue]:
             Issue(
                 "L219",
                 f"{count_of(len(openings), 'opening')} through the part, not milled: a pocket has a floor",
-                places_of([*positions], len(positions)),
+                places_text([*positions], len(positions)),
                 missing=MissingWork("opening", len(openings), positions, tuple(openings)),
             )
         )
@@ -307,16 +307,18 @@ def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
     """
     data = _read_solid(source, options, "pockets")
     issues = _issues_of_pockets(data)
-    outlines = [_oriented(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]]
+    outlines = [
+        _oriented_path(pocket["outline"], clockwise=False) for pocket in data["pockets"] if not pocket["diameter"]
+    ]
     if outlines:
         positions = tuple(_centre(outline) for outline in outlines)
         message = f"{count_of(len(outlines), 'pocket')} not milled: no drill can make it; use leafcut pocket"
         missing = MissingWork("pocket", len(outlines), positions, tuple(outlines))
-        issues.append(Issue("L219", message, places_of([*positions], len(positions)), missing=missing))
+        issues.append(Issue("L219", message, places_text([*positions], len(positions)), missing=missing))
     return issues
 
 
-def _solid(
+def _run_step_reader(
     path: str, data: bytes, features: str, which: WhichSolid, pose: Pose, boxed: bool = False
 ) -> tuple[dict[str, Any], NDArray[np.float64]]:
     """Run the subprocess; return the features of a solid, and its triangles. `boxed` adds the exact bounding box."""

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.containment import nesting
+from leafcut.geometry.containment import nesting_depths
 from leafcut.geometry.joining import join
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons as polygons_of
@@ -125,7 +125,7 @@ def pockets_of(
             if ring in rings_done:
                 continue
             rings_done.add(ring)
-            if hangs_over(triangles, section.region(ring), height + 2.0 * OVER):
+            if is_overhung(triangles, section.region(ring), height + 2.0 * OVER):
                 result["covered"] += 1
             elif any(section.rings[k].leans for k in (ring, *section.within(ring))):
                 result["leaning"] += 1
@@ -141,7 +141,7 @@ def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
     """
     film, openings = 0.5 * NARROWEST, []
     rings = shapely.MultiPolygon(
-        [shapely.Polygon(ring) for piece in polygons_of(_shadow(triangles)) for ring in piece.interiors]
+        [shapely.Polygon(ring) for piece in polygons_of(_area_from_above(triangles)) for ring in piece.interiors]
     )
     for shape in polygons_of(rings.buffer(-film).buffer(film, join_style="mitre")):
         round_ = 4.0 * math.pi * shape.area > ROUND * shape.length**2
@@ -164,7 +164,7 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     heights = [middle] if min(abs(z - middle) for z in (*steps, lowest)) > OVER else []
     heights += [lowest + OVER, highest - OVER]
     heights += [z + offset for z in steps for offset in (OVER, -OVER) if lowest < z + offset < highest]
-    shadow = _shadow(triangles)
+    shadow = _area_from_above(triangles)
     allowed = SAME_EDGE * shadow.length
     sections = [section_at(shape, z) for z in heights]
     missing = [float(shapely.area(shadow.symmetric_difference(section.material))) for section in sections]
@@ -203,7 +203,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
         strokes.append(Polyline(vertices[:-1], True) if closed else Polyline(vertices))
     paths = [joined.path for joined in join(strokes, ENDS).paths if joined.path.closed and abs(joined.path.area) > 1e-6]
     shapes = np.array(list(polygons(paths)), dtype=object)
-    depth, parent = nesting(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    depth, parent = nesting_depths(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     points: Any = shapely.points(leaning) if leaning else []
     edges = shapely.boundary(shapes)
     leans = [bool(len(points)) and bool(shapely.dwithin(edge, points, 0.02).any()) for edge in edges]
@@ -212,7 +212,7 @@ def section_at(shape: Any, z: float) -> LevelSection:
     )
 
 
-def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
+def is_overhung(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
     """Return whether a surface above a height overhangs a region, except along the edge of the region."""
     inner = region.buffer(-HANGS)
     if inner.is_empty:
@@ -236,7 +236,7 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
     }
 
 
-def _shadow(triangles: NDArray[np.float64]) -> Any:
+def _area_from_above(triangles: NDArray[np.float64]) -> Any:
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
     up = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) > (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     flat: Any = shapely.polygons(triangles[up, :, :2])  # every triangle that faces down has one above it that faces up

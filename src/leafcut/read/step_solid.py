@@ -93,7 +93,7 @@ def labels(values: list[float]) -> list[int]:
     return [int(label) for label in number]
 
 
-def joined(walls: list[RoundWall]) -> list[RoundWall]:
+def join_walls(walls: list[RoundWall]) -> list[RoundWall]:
     """Join the pieces of each wall, and return the walls that cover a full turn; others are not holes.
 
     The pieces of a wall lie on one cylinder or cone and overlap or touch in height; on a sloping surface they end at
@@ -125,7 +125,7 @@ def _merge(pieces: list[RoundWall]) -> RoundWall:
     return high._replace(low=low.low, low_radius=low.low_radius, covers=covers)
 
 
-def columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
+def hole_columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
     """Yield the walls of each hole from above: walls of one axis without material between them.
 
     A gap between walls means that another feature opens into the hole, such as a cross hole or a groove.
@@ -356,7 +356,7 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         return _line_meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
 
     holes, excluded = [], {"below": 0, "obstructed": 0, "free": free}
-    for column in columns(joined(walls), apart):
+    for column in hole_columns(join_walls(walls), apart):
         hole = hole_of(column)
         if hole is None:
             continue
@@ -431,7 +431,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
         start = round_.Radius() if kind == GeomAbs_Cylinder else round_.RefRadius()
         ends = [(location.Z() + v * math.cos(slope) * axis.Z(), abs(start + v * math.sin(slope))) for v in (v0, v1)]
         (low, low_radius), (high, high_radius) = sorted(ends)
-        covers = _covers(round_.Position(), u0, u1)
+        covers = _covered_degrees(round_.Position(), u0, u1)
         walls.append(RoundWall(location.X(), location.Y(), low, high, low_radius, high_radius, covers))
     by_direction: dict[str, int] = {}
     for key, turn in aside.items():
@@ -441,7 +441,7 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
     return walls, by_direction, free
 
 
-def _covers(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
+def _covered_degrees(axes: Any, start_angle: float, stop_angle: float) -> frozenset[int]:
     """Return the whole degrees covered by a piece of a round wall, in top view."""
     angle = np.linspace(start_angle, stop_angle, max(int(math.degrees(stop_angle - start_angle) * 4.0), 2))
     along, across = axes.XDirection(), axes.YDirection()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from leafcut.errors import ReadError, parsing, shown
+from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
@@ -39,12 +39,12 @@ def read_strip_instance(
         The file is not an instance, or an item is incomplete; names the item.
     """
     file, text = source.path, source.text()
-    with parsing(file, "this is not JSON"):
+    with parser_errors(file, "this is not JSON"):
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
         raise ReadError(file, f"a strip instance has a list 'items' of 1 to {MAX_ITEMS:,} items")
-    name = shown(str(data.get("name") or "strip"))
+    name = printable(str(data.get("name") or "strip"))
     given = (angles,) if turned else ()
     return [_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
 
@@ -61,14 +61,14 @@ def _item(
     try:
         kind, points = item["shape"]["type"], item["shape"]["data"]
         if kind != "simple_polygon":
-            raise ReadError(file, f"item {number} is a {shown(str(kind))}; only simple_polygon is read")
+            raise ReadError(file, f"item {number} is a {printable(str(kind))}; only simple_polygon is read")
         demand, turns = item["demand"], item.get("allowed_orientations")
         corners = [(unit * float(x), unit * float(y)) for x, y in points[:MAX_POINTS]]
         rotations = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
-        label = f"{name}-{shown(str(item.get('id', number)))}"
+        label = f"{name}-{printable(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
         raise ReadError(
-            file, f"item {number} is incomplete ({type(problem).__name__}: {shown(str(problem))})"
+            file, f"item {number} is incomplete ({type(problem).__name__}: {printable(str(problem))})"
         ) from None
     if type(demand) is not int or demand < 1:
         raise ReadError(file, f"item {number}: the demand must be a whole number, 1 or more")

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import LeafcutError, ReadError, count_of, shown
+from leafcut.errors import LeafcutError, ReadError, count_of, printable
 from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -27,9 +27,9 @@ from leafcut.read.format import (
     OUT_OF_RANGE,
     ReadBudget,
     Source,
-    copies_of,
+    copy_budget,
     parsing_xml,
-    points_of,
+    point_budget,
     too_many_segments,
 )
 from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, outlines_of, placed_outline
@@ -40,10 +40,10 @@ from leafcut.read.svg_transform import (
     class_rules,
     declarations,
     length,
+    parse_transform,
     parts_of_length,
-    transform,
-    view,
     view_box,
+    viewport_transform,
 )
 from leafcut.units import MM_PER_UNIT
 
@@ -85,8 +85,8 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
         source.path,
         page,
         layer_filter(options.layers),
-        points_of(source),
-        copies_of(source, "uses"),
+        point_budget(source),
+        copy_budget(source, "uses"),
         source.on_progress,
     )
     walk.look_up(root)
@@ -132,7 +132,7 @@ def _root(source: Source) -> Any:
     with parsing_xml(source.path, "which it does not need; save it as plain SVG"):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
     if _tag(root) != "svg":
-        raise ReadError(source.path, f"this is not an SVG drawing: its root is <{shown(_tag(root), 30)}>")
+        raise ReadError(source.path, f"this is not an SVG drawing: its root is <{printable(_tag(root), 30)}>")
     return root
 
 
@@ -150,7 +150,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
             raise ValueError("a view box needs four numbers")
         view_size = [box[2] if box else 0.0, box[3] if box else 0.0]
         px = [v * PX_PER_UNIT[u] if u != "%" else reference for (v, u), reference in zip(sizes, view_size, strict=True)]
-        fit = view(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
+        fit = viewport_transform(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
     except ValueError as problem:
         raise ReadError(path, f"the size of the drawing is invalid: {problem}") from None
     mm, has_size = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
@@ -249,8 +249,8 @@ class _Walk:
         except (ValueError, ArithmeticError, LeafcutError) as problem:
             if isinstance(problem, ReadError):
                 raise
-            self.broken.setdefault(f"<{tag}>: {shown(str(problem) or type(problem).__name__, 80)}", []).append(
-                shown(element.get("id", "?"), 30)
+            self.broken.setdefault(f"<{tag}>: {printable(str(problem) or type(problem).__name__, 80)}", []).append(
+                printable(element.get("id", "?"), 30)
             )
 
     def _style(self, element: Any) -> dict[str, str]:
@@ -286,7 +286,7 @@ class _Walk:
         return _Attributes(
             shown,
             "" if visibility == "inherit" else visibility,
-            transform(attributes["transform"]) if shown and attributes.get("transform") else None,
+            parse_transform(attributes["transform"]) if shown and attributes.get("transform") else None,
             " ".join(layer.split())[:100],
             classes[0][:100] if classes else "",
             " ".join(stroke.split())[:40] if stroke and stroke != "none" else "",
@@ -311,7 +311,7 @@ class _Walk:
         w = length(element.get("width", "100%"), frame.width)
         h = length(element.get("height", "100%"), frame.height)
         box = view_box(element.get("viewBox", ""))
-        inner = view(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
+        inner = viewport_transform(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
         return context._replace(matrix=context.matrix.of(Affine(e=x, f=y)).of(inner))
 
     def _use(self, element: Any, name: str, context: _Context, depth: int, trail: tuple[str, ...]) -> None:
@@ -326,7 +326,7 @@ class _Walk:
             if target.get("viewBox"):
                 size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
                 w, h = length(size["width"], frame.width), length(size["height"], frame.height)
-                inner = view(view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
+                inner = viewport_transform(view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
                 context = context._replace(matrix=context.matrix.of(inner))
             self.children(target, context, depth, (*trail, name))
         else:
@@ -335,7 +335,7 @@ class _Walk:
     def _draw(self, tag: str, element: Any, context: _Context, trail: tuple[str, ...]) -> None:
         layer = context.layer or context.css or context.stroke
         if not self.chosen(layer):
-            self.hidden[f"on layer {shown(layer)}"] += 1
+            self.hidden[f"on layer {printable(layer)}"] += 1
             return
         outlines = self._cached("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
         self.n_clipped += context.clipped
@@ -362,13 +362,15 @@ class _Walk:
     def issues(self) -> list[Issue]:
         issues = []
         if self.others:
-            texts = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))
+            texts = ", ".join(f"{number} <{printable(kind, 30)}>" for kind, number in self.others.most_common(8))
             issues.append(Issue("L210", f"not cut: {texts}; convert text to paths to cut it", severity=Severity.NOTE))
         if self.hidden:
             texts = ", ".join(f"{number} {reason}" for reason, number in self.hidden.most_common(5))
             issues.append(Issue("L204", f"left out: {texts}", severity=Severity.NOTE))
         for name, number in list(self.unfollowed.items())[:5]:
-            message = f"{count_of(number, 'use')} of '{shown(name)}', which is not in the drawing or refers to itself"
+            message = (
+                f"{count_of(number, 'use')} of '{printable(name)}', which is not in the drawing or refers to itself"
+            )
             issues.append(Issue("L206", message, missing=MissingWork("element", number)))
         for reason, names in list(self.broken.items())[:20]:
             location = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")

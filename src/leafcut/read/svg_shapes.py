@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, no_limit
+from leafcut.geometry.curves import Spend, allow_any_number, bezier_points, ellipse_path, fit_arcs_to_curve
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.svg_transform import Affine, length, numbers
 
@@ -19,7 +19,7 @@ _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
 _FULL = 2.0 * math.pi
 
 
-class Bend(NamedTuple):
+class EllipseArc(NamedTuple):
     """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`."""
 
     center: Point
@@ -32,7 +32,7 @@ class Bend(NamedTuple):
 class SvgSubpath(NamedTuple):
     """A subpath in user units: lines and Bézier curves as control points, and elliptical arcs."""
 
-    pieces: list[list[Point] | Bend]
+    pieces: list[list[Point] | EllipseArc]
     closed: bool
 
 
@@ -68,12 +68,12 @@ def _corners(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[S
             raise ValueError("points with an odd number of coordinates")
         points = list(zip(values[::2], values[1::2], strict=True))
         if len(points) > 1:
-            yield SvgSubpath(_sides(points, closed), closed)
+            yield SvgSubpath(_polygon_sides(points, closed), closed)
 
     return read
 
 
-def _sides(points: list[Point], closed: bool) -> list[list[Point] | Bend]:
+def _polygon_sides(points: list[Point], closed: bool) -> list[list[Point] | EllipseArc]:
     after = [*points[1:], points[0]] if closed else points[1:]
     return [[p, q] for p, q in zip(points, after, strict=False)]
 
@@ -87,14 +87,14 @@ def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     if not (w > 0.0 and h > 0.0):
         return
     if not (rx > 0.0 and ry > 0.0):
-        yield SvgSubpath(_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
+        yield SvgSubpath(_polygon_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
         return
-    pieces: list[list[Point] | Bend] = []
+    pieces: list[list[Point] | EllipseArc] = []
     quarter = 0.5 * math.pi
     for k, (cx, cy) in enumerate(
         [(x + w - rx, y + ry), (x + w - rx, y + h - ry), (x + rx, y + h - ry), (x + rx, y + ry)]
     ):
-        pieces.append(Bend((cx, cy), (rx, 0.0), (0.0, ry), (k - 1) * quarter, quarter))
+        pieces.append(EllipseArc((cx, cy), (rx, 0.0), (0.0, ry), (k - 1) * quarter, quarter))
     starts = [(x + rx, y), (x + w, y + ry), (x + w - rx, y + h), (x, y + h - ry)]
     ends = [(x + w - rx, y), (x + w, y + h - ry), (x + rx, y + h), (x, y + ry)]
     sides = [[p, q] for p, q in zip(starts, ends, strict=True)]
@@ -108,7 +108,7 @@ def _ellipse(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
         rx, ry = _length(a, "rx", frame.width), _length(a, "ry", frame.height)
     if rx > 0.0 and ry > 0.0:
         center = (_length(a, "cx", frame.width), _length(a, "cy", frame.height))
-        yield SvgSubpath([Bend(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
+        yield SvgSubpath([EllipseArc(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
 
 
 def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
@@ -129,7 +129,7 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
 def _subpaths(text: str) -> Iterator[SvgSubpath]:
     from svgelements import Close, Move, Path
 
-    pieces: list[list[Point] | Bend] = []
+    pieces: list[list[Point] | EllipseArc] = []
     for segment in Path(text):
         if isinstance(segment, Move):
             if pieces:
@@ -146,7 +146,7 @@ def _subpaths(text: str) -> Iterator[SvgSubpath]:
         yield SvgSubpath(pieces, closed=False)
 
 
-def _piece(segment: Any) -> list[Point] | Bend:
+def _piece(segment: Any) -> list[Point] | EllipseArc:
     from svgelements import Arc, CubicBezier, QuadraticBezier
 
     if isinstance(segment, Arc):
@@ -155,7 +155,7 @@ def _piece(segment: Any) -> list[Point] | Bend:
             return [_pair(segment.start), _pair(segment.end)]
         cx, cy = _pair(center)
         axes = [(float(p.x) - cx, float(p.y) - cy) for p in (u, v)]
-        return Bend((cx, cy), axes[0], axes[1], float(segment.get_start_t()), float(segment.sweep))
+        return EllipseArc((cx, cy), axes[0], axes[1], float(segment.get_start_t()), float(segment.sweep))
     if isinstance(segment, CubicBezier):
         return [_pair(p) for p in (segment.start, segment.control1, segment.control2, segment.end)]
     if isinstance(segment, QuadraticBezier):
@@ -184,22 +184,24 @@ SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]]
 }
 
 
-def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = no_limit) -> Polyline | None:
+def placed_outline(
+    outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = allow_any_number
+) -> Polyline | None:
     """Return an outline in mm with curves as arcs within `tolerance` mm; None if it has no length."""
     first = outline.pieces[0]
-    if len(outline.pieces) == 1 and isinstance(first, Bend):
+    if len(outline.pieces) == 1 and isinstance(first, EllipseArc):
         return _bend_path(first, matrix, tolerance, spend)
     rows, curve = [], [np.zeros((0, 2))]
 
     def end_curve() -> None:
         points = np.concatenate(curve)
         if len(points) > 1:
-            rows.append(fitted(points, tolerance, closed=False, spend=spend).vertices[:-1])
+            rows.append(fit_arcs_to_curve(points, tolerance, closed=False, spend=spend).vertices[:-1])
         curve[:] = [np.zeros((0, 2))]
 
     last: Point = (0.0, 0.0)
     for piece in outline.pieces:
-        if isinstance(piece, Bend):
+        if isinstance(piece, EllipseArc):
             end_curve()
             bend = _bend_path(piece, matrix, tolerance, spend)
             rows.append(bend.vertices[: None if bend.closed else -1])
@@ -222,6 +224,6 @@ def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend:
     return Polyline(table, outline.closed) if len(table) > 1 else None
 
 
-def _bend_path(bend: Bend, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
+def _bend_path(bend: EllipseArc, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
     center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
     return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance, spend)

@@ -77,7 +77,7 @@ def parts_of_length(text: str) -> tuple[float, str]:
     return float(match.group(1)), unit
 
 
-def transform(text: str) -> Affine:
+def parse_transform(text: str) -> Affine:
     """Parse a transform attribute; raise ValueError if it is invalid."""
     result, position, text = Affine(), 0, text.strip()
     while position < len(text):
@@ -114,7 +114,7 @@ def view_box(text: str) -> list[float]:
     return numbers(text)
 
 
-def view(box: list[float], width: float, height: float, aspect: str) -> Affine:
+def viewport_transform(box: list[float], width: float, height: float, aspect: str) -> Affine:
     """Return the transform from a view box (x, y, width, height) to a viewport at the origin (SVG 1.1, section 7.8)."""
     x, y, w, h = box
     if not (w > 0.0 and h > 0.0):

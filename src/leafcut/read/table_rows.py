@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 
 
 def separator_of(lines: list[str]) -> str | None:
@@ -43,7 +43,7 @@ def cell_number(text: str, separator: str | None) -> float:
             raise ValueError
         return float(plain)
     except ValueError:
-        raise ValueError(f"'{shown(text, 30)}' is not a number") from None
+        raise ValueError(f"'{printable(text, 30)}' is not a number") from None
 
 
 def is_number(text: str, separator: str | None) -> bool:

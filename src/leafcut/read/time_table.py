@@ -7,8 +7,8 @@ import io
 import re
 from pathlib import Path
 
-from leafcut.errors import OptionError, ReadError, shown
-from leafcut.files.whole_files import decoded
+from leafcut.errors import OptionError, ReadError, printable
+from leafcut.files.whole_files import decode_text
 from leafcut.units import parse_quantity
 
 #: Largest table, bytes, and most rows.
@@ -58,7 +58,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
         raise ReadError(path, f"is larger than {_MOST_BYTES // 1000} kB; the limit for a table of times")
     if b"\0" in data:
         raise ReadError(path, "is a binary file; a table of program,seconds was expected")
-    text = decoded(data)[0]
+    text = decode_text(data)[0]
     delimiter = ";" if ";" in text.partition("\n")[0] else ","
     times: list[tuple[str, float]] = []
     for count, row in enumerate(csv.reader(io.StringIO(text), delimiter=delimiter), 1):
@@ -66,7 +66,7 @@ def read_times(path: str | Path) -> list[tuple[str, float]]:
         if not any(cells):
             continue
         if len(cells) < 2 or not cells[0]:
-            raise ReadError(path, f"'{shown(','.join(cells), 40)}' is not program,seconds", count)
+            raise ReadError(path, f"'{printable(','.join(cells), 40)}' is not program,seconds", count)
         try:
             seconds = parse_clock(cells[1])
         except OptionError as problem:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
-from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
@@ -26,7 +26,7 @@ class TomlTable:
         known = tuple(keys)
         for key in values:
             if key not in known:
-                raise DataError(f"{place}: unknown key '{_shown(key)}'{nearest(key[:80], known)}")
+                raise DataError(f"{place}: unknown key '{_shown(key)}'{name_suggestion(key[:80], known)}")
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
@@ -46,7 +46,7 @@ class TomlTable:
             raise self.problem(key, f"is {_shown(value)}, but must be a text of one line")
         known = tuple(choices)
         if known and value not in known:
-            raise self.problem(key, f"is '{_shown(value)}'{nearest(value[:80], known)}")
+            raise self.problem(key, f"is '{_shown(value)}'{name_suggestion(value[:80], known)}")
         return value
 
     def flag(self, key: str, default: bool) -> bool:
@@ -130,4 +130,4 @@ def _shown(value: Any) -> str:
         text = value if isinstance(value, str) else repr(value)
     except ValueError:  # the integer has more digits than Python prints
         text = "a very long number"
-    return shown(text)
+    return printable(text)

@@ -19,7 +19,7 @@ from lzma import LZMAError
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, shown
+from leafcut.errors import DataError, printable
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in, tap_in
@@ -87,24 +87,25 @@ def _for_material(values: dict[str, Any] | str | list[Preset], material: str) ->
     """
     if not isinstance(values, list):
         return values
-    material_words = _words(material)
-    if len(values) == 1 and not (material_words and _words(values[0][0]) & _MATERIALS):
+    material_words = _material_words(material)
+    if len(values) == 1 and not (material_words and _material_words(values[0][0]) & _MATERIALS):
         return values[0][1]
     fitting = [
         preset
         for preset in values
-        if material_words and (material_words <= _words(preset[0]) or material_words >= _words(preset[0]))
+        if material_words
+        and (material_words <= _material_words(preset[0]) or material_words >= _material_words(preset[0]))
     ]
-    exact = [preset for preset in fitting if _words(preset[0]) == material_words]
+    exact = [preset for preset in fitting if _material_words(preset[0]) == material_words]
     candidates = exact or fitting or ([] if material_words else values)
     if candidates and all(row == candidates[0][1] for _, row in candidates):
         return candidates[0][1]
-    names = ", ".join(f"'{shown(name, 30)}'" for name, _ in values[:6])
-    fault = f"no single preset for '{shown(material, 30)}'" if material_words else "several presets"
+    names = ", ".join(f"'{printable(name, 30)}'" for name, _ in values[:6])
+    fault = f"no single preset for '{printable(material, 30)}'" if material_words else "several presets"
     return f"it has {fault}; name one with --material: {names}{', …' if len(values) > 6 else ''}"
 
 
-def _words(text: str) -> frozenset[str]:
+def _material_words(text: str) -> frozenset[str]:
     return frozenset(re.findall(r"\w+", text.lower().replace("_", " ").replace("aluminum", "aluminium")))
 
 
@@ -117,7 +118,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
             continue
         values = {word[0].upper(): word[1:] for word in entries.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
-            raise DataError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
+            raise DataError(f"{path}: line {number}: '{printable(line, 40)}' is not a line of a LinuxCNC tool table")
         yield f"T{values['T']}", _linuxcnc_row(values, comment.strip(), units)
 
 
@@ -127,7 +128,7 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
         kind = cone[0]
     elif kind is None and pitch is not None:
         kind = "tap"
-    remark = f"its comment '{shown(comment, 30)}'"
+    remark = f"its comment '{printable(comment, 30)}'"
     if not comment:
         return "it has no comment that names its kind, such as drill or end mill"
     if kind is None:
@@ -147,7 +148,7 @@ def _linuxcnc_row(values: dict[str, str], comment: str, units: str) -> dict[str,
 
 
 def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
-    library = _json(path, _unzipped(path, data) if path.suffix.lower() == ".tools" else data)
+    library = _json(path, _unzip_json(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
         raise DataError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
@@ -162,11 +163,11 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         if "type" not in tool:
             yield name, "it has no type"
         elif kind is None:
-            yield name, f"leafcut has no tool of type '{shown(str(tool['type']), 30)}'"
+            yield name, f"leafcut has no tool of type '{printable(str(tool['type']), 30)}'"
         elif "unit" not in tool:
             yield name, "it has no unit"
         elif unit is None:
-            yield name, f"its unit '{shown(str(tool['unit']), 20)}' is not millimeters or inches"
+            yield name, f"its unit '{printable(str(tool['unit']), 20)}' is not millimeters or inches"
         else:
             presets = list(_fusion_presets(tool)) or [("", {})]
             yield name, [(name, _fusion_row(tool, kind, unit, number, preset)) for name, preset in presets]
@@ -268,7 +269,10 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
         candidates = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
         bit = next((candidate for candidate in candidates if candidate.is_file()), None)
         if bit is None:
-            yield f"T{number}", f"its file {shown(Path(file).name, 40)} lies neither beside the library nor in ../Bit"
+            yield (
+                f"T{number}",
+                f"its file {printable(Path(file).name, 40)} lies neither beside the library nor in ../Bit",
+            )
             continue
         yield f"T{number}", _freecad_row(bit, _json(bit, bit.read_bytes()[:MAX_BYTES]), number)
 
@@ -279,7 +283,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     shape = Path(str(bit.get("shape", ""))).stem.lower()
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:
-        return f"leafcut has no tool of shape '{shown(shape, 30)}'"
+        return f"leafcut has no tool of shape '{printable(shape, 30)}'"
     # FreeCAD writes numbers in the user's locale without thousands separators: '3,175 mm'.
     values = {
         key: value.replace(",", ".") if isinstance(value, str) else value
@@ -312,10 +316,10 @@ def _json(path: Path, data: bytes) -> Any:
     try:
         return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
-        raise DataError(f"{path}: is not JSON ({shown(str(problem), 60)})") from None
+        raise DataError(f"{path}: is not JSON ({printable(str(problem), 60)})") from None
 
 
-def _unzipped(path: Path, data: bytes) -> bytes:
+def _unzip_json(path: Path, data: bytes) -> bytes:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             inner = next((i for i in packed.infolist() if i.filename.lower().endswith(".json")), None)
@@ -341,7 +345,7 @@ def _with_unit(value: Any, unit: str) -> str | None:
 
 
 def _name(text: str) -> str:
-    return shown(text.strip(), 40)
+    return printable(text.strip(), 40)
 
 
 READERS = {

@@ -15,8 +15,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, shown
-from leafcut.files.whole_files import decoded
+from leafcut.errors import DataError, printable
+from leafcut.files.whole_files import decode_text
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 
@@ -63,13 +63,13 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     """
     if b"\0" in data:
         raise DataError(f"{path}: is a binary file; a table of tools was expected")
-    text = decoded(data)[0]
+    text = decode_text(data)[0]
     first = text.partition("\n")[0]
     delimiter = max(",;\t", key=first.count)
     try:
         rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     except csv.Error as problem:
-        raise DataError(f"{path}: is not a table ({shown(str(problem), 60)})") from None
+        raise DataError(f"{path}: is not a table ({printable(str(problem), 60)})") from None
     if len(rows) > _MOST_ROWS:
         raise DataError(f"{path}: has more than {_MOST_ROWS} rows")
     columns = [_column(cell) for cell in rows[0]] if rows else []
@@ -115,21 +115,21 @@ def _column(cell: str) -> tuple[str, str]:
 
 def _tool(cells: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
     if not re.fullmatch(r"[0-9]{1,9}", number):
-        return f"its number '{shown(number, 20)}' is not a whole number"
+        return f"its number '{printable(number, 20)}' is not a whole number"
     unit = units
     if "unit" in cells:
         word = cells["unit"][0].lower()
         if word not in _UNIT_WORDS:
-            return f"its unit '{shown(word, 20)}' is not mm or in"
+            return f"its unit '{printable(word, 20)}' is not mm or in"
         unit = _UNIT_WORDS[word]
     name = cells.get("name", ("", ""))[0]
     word = cells.get("kind", ("", ""))[0]
     kind = _kind(word, name)
     if kind is None:
-        return f"'{shown(word or name, 30)}' is not a kind of tool"
+        return f"'{printable(word or name, 30)}' is not a kind of tool"
     row: dict[str, Any] = {"number": int(number), "kind": kind}
     if name:
-        row["name"] = shown(name, 40)
+        row["name"] = printable(name, 40)
     for key in _LENGTHS:
         _set_quantity(row, cells, key, unit)
     for key in _FEEDS:

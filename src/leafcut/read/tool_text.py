@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, count_of, shown
+from leafcut.errors import OptionError, count_of, printable
 from leafcut.files.schemas import TOOLS
 from leafcut.files.whole_files import check_is_there
 from leafcut.model.tool import ToolLibrary
@@ -33,8 +33,8 @@ def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str,
     check_is_there("FILE", path)
     rows, library = foreign_rows(path, units, material)
     lines = [
-        f"# Tool library from {shown(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",
-        *(f"# left out: {shown(line, 110)}" for line in library.left_out),
+        f"# Tool library from {printable(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",
+        *(f"# left out: {printable(line, 110)}" for line in library.left_out),
     ]
     if library.without_feeds:
         lines.append("# The file has no feeds and speeds: add 'feed' and 'spindle_speed', else leafcut assumes them.")

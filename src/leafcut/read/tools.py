@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, OptionError, shown
+from leafcut.errors import DataError, OptionError, printable
 from leafcut.files.schemas import TOOLS
 from leafcut.files.whole_files import read_toml
 from leafcut.model.kinds import ToolMaterial
@@ -175,8 +175,8 @@ def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
         if not separator or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
             raise table.problem(
                 key,
-                f"has the section '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in "
-                f"mm",
+                f"has the section '{printable(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, "
+                "in mm",
             )
         segments.append(BodySegment(*lengths))
     return tuple(segments)

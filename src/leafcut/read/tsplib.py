@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import LeafcutError, ReadError, nearest, shown
+from leafcut.errors import LeafcutError, ReadError, name_suggestion, printable
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -53,14 +53,14 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     ReadError
         A key, section or number is missing, wrong, or of an unsupported kind.
     """
-    keys, sections = split(source)
+    keys, sections = split_file(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
     check_kind(source.path, keys, weight, ("TSP",))
-    n = dimension(source.path, keys)
+    n = node_count(source.path, keys)
     issues: list[Issue] = []
     costs = matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
     points = node_positions(source.path, sections, n, costs is not None, issues)
-    name = shown(keys.get("NAME", ("", 0))[0]) or source.name
+    name = printable(keys.get("NAME", ("", 0))[0]) or source.name
     return Part(
         name=name,
         holes=tuple([Hole(x, y, 0.0) for x, y in points.tolist()]),
@@ -79,7 +79,7 @@ Sections = dict[str, DataSection]
 SpecificationKeys = dict[str, tuple[str, int]]
 
 
-def split(source: Source) -> tuple[SpecificationKeys, Sections]:
+def split_file(source: Source) -> tuple[SpecificationKeys, Sections]:
     """Split a file into keys and sections."""
     keys: SpecificationKeys = {}
     sections: Sections = {}
@@ -92,7 +92,7 @@ def split(source: Source) -> tuple[SpecificationKeys, Sections]:
             continue
         match = _KEY.match(line.rstrip())
         if match is None:
-            raise ReadError(source.path, f"'{shown(line)}' is neither a key nor numbers", number)
+            raise ReadError(source.path, f"'{printable(line)}' is neither a key nor numbers", number)
         key = match.group(1).upper()
         if key == "EOF":
             break
@@ -110,19 +110,21 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
-        raise ReadError(path, f"TYPE '{shown(kind)}' is not supported; expected {expected}", line)
+        raise ReadError(path, f"TYPE '{printable(kind)}' is not supported; expected {expected}", line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]
-        raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is unknown{nearest(weight, WEIGHT_TYPES)}", line)
+        raise ReadError(
+            path, f"EDGE_WEIGHT_TYPE '{printable(weight)}' is unknown{name_suggestion(weight, WEIGHT_TYPES)}", line
+        )
 
 
-def dimension(path: str, keys: SpecificationKeys) -> int:
+def node_count(path: str, keys: SpecificationKeys) -> int:
     """Return the number of nodes."""
     if "DIMENSION" not in keys:
         raise ReadError(path, "DIMENSION is missing")
     text, line = keys["DIMENSION"]
     if not text.isdecimal() or not 0 < len(text) < 10 or int(text) < 1:
-        raise ReadError(path, f"DIMENSION '{shown(text)}' is not a number of nodes", line)
+        raise ReadError(path, f"DIMENSION '{printable(text)}' is not a number of nodes", line)
     if int(text) > MAX_HOLES:
         raise too_many_holes(path)
     return int(text)
@@ -144,7 +146,7 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
             except ValueError:
                 valid = False
             if not valid:
-                raise ReadError(path, f"'{shown(word, 30)}' is not a number", first + offset)
+                raise ReadError(path, f"'{printable(word, 30)}' is not a number", first + offset)
     return values
 
 
@@ -156,7 +158,7 @@ def node_positions(path: str, sections: Sections, n: int, explicit: bool, issues
         raise ReadError(path, "NODE_COORD_SECTION is missing")
     if "DISPLAY_DATA_SECTION" in sections:
         return _coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
-    return _on_circle(n)
+    return _nodes_on_circle(n)
 
 
 def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
@@ -185,8 +187,8 @@ def matrix(
     form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
-        known = nearest(form, MATRIX_FORMATS)
-        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{shown(form)}' is unknown{known}", line or None)
+        known = name_suggestion(form, MATRIX_FORMATS)
+        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{printable(form)}' is unknown{known}", line or None)
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]
@@ -209,7 +211,7 @@ def matrix(
     return symmetric_matrix
 
 
-def _on_circle(n: int) -> NDArray[np.float64]:
+def _nodes_on_circle(n: int) -> NDArray[np.float64]:
     angle = np.arange(n) * (math.tau / n)
     return np.column_stack([np.cos(angle), np.sin(angle)]) * (10.0 * n / math.tau)
 
@@ -239,7 +241,7 @@ def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool
     nodes = [int(i) for i in order]
     if sorted(nodes) != list(range(len(nodes))) if every else len(set(nodes)) < len(nodes):
         raise LeafcutError(f"{name}: a tour visits every node once; this order does not")
-    lines = [f"NAME : {shown(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
+    lines = [f"NAME : {printable(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
     return "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
 
 
@@ -252,13 +254,13 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
         The file is not a tour, or does not visit every node once.
     """
     source = load(path)
-    keys, sections = split(source)
+    keys, sections = split_file(source)
     if "TOUR_SECTION" not in sections:
         raise ReadError(path, "TOUR_SECTION is missing")
     values = numbers(source.path, sections["TOUR_SECTION"])
     ends = np.flatnonzero(values == -1)
     order = (values[: ends[0]] if len(ends) else values) - 1
-    if "DIMENSION" in keys and dimension(source.path, keys) != len(order):
+    if "DIMENSION" in keys and node_count(source.path, keys) != len(order):
         raise ReadError(path, f"DIMENSION says {keys['DIMENSION'][0]} nodes, the tour has {len(order)}")
     if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
         raise ReadError(path, f"the tour does not visit each of its {len(order)} nodes once")

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import ReadError, parsing, shown
+from leafcut.errors import ReadError, parser_errors, printable
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -24,7 +24,7 @@ from leafcut.read.format import (
     MAX_SEGMENTS,
     Source,
     factor_of,
-    places_of,
+    places_text,
     too_many_segments,
     units_unknown,
 )
@@ -63,7 +63,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, f"the text has more than {MAX_BYTES >> 20} MiB; split it")
     factor = factor_of(options, None)
-    rings, issues = _Rings(source.path, factor), []
+    rings, issues = _RingCollector(source.path, factor), []
     for line, text in _geometries(source):
         source.on_progress()
         rings.add(_parse_geometry(source.path, line, text), line)
@@ -75,7 +75,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         issues.append(Issue("L210", f"no region: {words}", severity=Severity.NOTE))
     if rings.heights:
         message = "corners have different heights: projected onto the plane"
-        issues.append(Issue("L202", message, places_of(rings.heights, len(rings.heights))))
+        issues.append(Issue("L202", message, places_text(rings.heights, len(rings.heights))))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.rings)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
     if options.units is None:
@@ -106,13 +106,13 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 def _parse_geometry(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
-    with parsing(path, "this is not well-known text", line), warnings.catch_warnings():
+    with parser_errors(path, "this is not well-known text", line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # invalid numbers are reported below
         try:
             prefix = _PREFIX.match(text)
             return shapely.from_wkt(text[prefix.end() if prefix else 0 :].strip())
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
-            message = shown(str(problem), 120)
+            message = printable(str(problem), 120)
             reason = message.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
             raise ReadError(path, f"this is not well-known text: {reason}", line) from None
 
@@ -124,7 +124,7 @@ class _Ring(NamedTuple):
     kind: str
 
 
-class _Rings:
+class _RingCollector:
     """The rings of all polygons in mm, and counts of other geometries."""
 
     def __init__(self, path: str, factor: float) -> None:

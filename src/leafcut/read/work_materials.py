@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, OptionError, nearest
+from leafcut.errors import DataError, OptionError, name_suggestion
 from leafcut.files.schemas import MATERIAL
 from leafcut.files.whole_files import parse_toml, read_toml
 from leafcut.model.kinds import CuttingWork, ToolMaterial
@@ -60,8 +60,10 @@ def load_material(name_or_path: str) -> WorkMaterial:
     by_synonym = {synonym: name for name in material_names() for synonym in _shipped(name).also}
     if key in by_synonym:
         return _shipped(by_synonym[key])
-    known = [*material_names(), *by_synonym] if nearest(key, by_synonym).startswith("; did") else material_names()
-    raise OptionError(f"unknown material '{name_or_path}'{nearest(key, known)}")
+    known = (
+        [*material_names(), *by_synonym] if name_suggestion(key, by_synonym).startswith("; did") else material_names()
+    )
+    raise OptionError(f"unknown material '{name_or_path}'{name_suggestion(key, known)}")
 
 
 def material_list() -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError, nearest, shown
+from leafcut.errors import ReadError, name_suggestion, printable
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
@@ -107,7 +107,7 @@ class _Map:
         self.units = UNIT_WORDS.get(word, word)
         if self.units not in MM_PER_UNIT:
             known = [u for u in MM_PER_UNIT if u != '"']
-            raise ReadError(self.path, f"unknown units '{shown(unit_text)}'{nearest(word, known)}", line)
+            raise ReadError(self.path, f"unknown units '{printable(unit_text)}'{name_suggestion(word, known)}", line)
 
 
 def read_xml(source: Source, options: ReadOptions) -> Part:
@@ -120,7 +120,7 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
     """
     point_map = _parse(source)
     if not point_map.points:
-        tags = ", ".join(f"{n} <{shown(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
+        tags = ", ".join(f"{n} <{printable(t, 30)}>" for t, n in list(point_map.tags.items())[:5])
         raise ReadError(source.path, f"no points: expected <{'>, <'.join(POINT_TAGS)}>, found {tags or 'nothing'}")
     factor = factor_of(options, point_map.units)
     holes, issues = [], []
@@ -153,7 +153,7 @@ def _hole(point: _Point, factor: float) -> Hole:
         try:
             numbers[name] = to_mm(float(text), factor)
         except ValueError:
-            raise ValueError(f"{name} is '{shown(text, 20)}'") from None
+            raise ValueError(f"{name} is '{printable(text, 20)}'") from None
     if not all(abs(v) <= MAX_COORDINATE for v in numbers.values()) or numbers["d"] < 0 or math.isnan(numbers["d"]):
         raise ValueError(f"x {numbers['x']:g}, y {numbers['y']:g}, diameter {numbers['d']:g} mm is out of range")
     values = {k: " ".join(v.split())[:100] for k, v in point.values.items()}

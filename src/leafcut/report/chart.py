@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
     if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
         return ""
-    history = sorted(_thinned(history))
+    history = sorted(_thinned_history(history))
     levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}
     known = {name: level for name, level in levels.items() if level is not None and math.isfinite(level)}
     under = _SPACE_UNDER_BOUND if "lower bound" in known else _MARGIN
@@ -78,13 +78,13 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
         *lines,
         _curve(axes, history, solution.unit),
         *_level_labels(axes, known, solution.unit),
-        viewBox=f"0 0 {short(WIDTH)} {short(HEIGHT)}",
+        viewBox=f"0 0 {svg_number(WIDTH)} {svg_number(HEIGHT)}",
         class_="chart",
         role="img",
     )
 
 
-def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _thinned_history(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
     if len(history) <= _MAX_POINTS:
         return history
     last = len(history) - 1
@@ -115,16 +115,16 @@ def _grid(axes: _Axes, factor: float, unit: str) -> str:
     lines, numbers = [], []
     for value in ticks(low, high, step):
         y = axes.y(value / factor)
-        lines.append(f"M{short(_LEFT)} {short(y)}H{short(WIDTH - _RIGHT)}")
+        lines.append(f"M{svg_number(_LEFT)} {svg_number(y)}H{svg_number(WIDTH - _RIGHT)}")
         numbers.append(text(tick_words(value, step), _LEFT - 7, y, text_anchor="end", dy="0.34em"))
-    marks = [f"M{short(_LEFT)} {short(bottom)}H{short(WIDTH - _RIGHT)}"]
+    marks = [f"M{svg_number(_LEFT)} {svg_number(bottom)}H{svg_number(WIDTH - _RIGHT)}"]
     for seconds, words in _second_ticks(axes):
         x = axes.x(seconds)
-        marks.append(f"M{short(x)} {short(bottom)}v4")
+        marks.append(f"M{svg_number(x)} {svg_number(bottom)}v4")
         numbers.append(text_within(words, x, bottom + 16, WIDTH))
     middle = (_TOP + bottom) / 2
     names = text("seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle") + text(
-        f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {short(middle)})"
+        f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {svg_number(middle)})"
     )
     return (
         element("path", d="".join(lines), class_="gridline")
@@ -148,9 +148,9 @@ def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
 def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
     points = [(axes.x(s), axes.y(c)) for s, c in history]
     (x, y), *rest = points
-    words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
+    words = [f"M{svg_number(x)} {svg_number(y)}", *(f"H{svg_number(px)}V{svg_number(py)}" for px, py in rest)]
     end_x, end_y = WIDTH - _RIGHT, points[-1][1]
-    words.append(f"H{short(end_x)}")
+    words.append(f"H{svg_number(end_x)}")
     # The cost never rises, so there is space above the curve. The label is above the highest step within its width.
     over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
     label_y = min([end_y, *over]) - 8
@@ -161,8 +161,10 @@ def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
 
 
 def _level_line(axes: _Axes, name: str, level: float) -> str:
-    y = short(axes.y(level))
-    return element("path", d=f"M{short(_LEFT)} {y}H{short(WIDTH - _RIGHT)}", class_=f"level {name.partition(' ')[0]}")
+    y = svg_number(axes.y(level))
+    return element(
+        "path", d=f"M{svg_number(_LEFT)} {y}H{svg_number(WIDTH - _RIGHT)}", class_=f"level {name.partition(' ')[0]}"
+    )
 
 
 def _level_labels(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from leafcut.report.json_answer import issues_as_json
-from leafcut.report.wording import NO_VALUE, clean, count
+from leafcut.report.wording import NO_VALUE, count, replace_unprintable
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def print_cutting_data(data: CuttingData, save: str | None, plot: str | None, co
     from rich.table import Table
 
     def show(words: str, style: str = "") -> None:
-        console.print(clean(words), style=style, markup=False, highlight=False, soft_wrap=True)
+        console.print(replace_unprintable(words), style=style, markup=False, highlight=False, soft_wrap=True)
 
     show(f"{data.material.name} on {data.machine.name}, chosen for {data.objective}", "bold")
     for front in data.tools:

@@ -15,8 +15,8 @@ from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
 from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.part_edge import edge_segments, near_edge
-from leafcut.report.plan_view import Trace, trace
-from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
+from leafcut.report.plan_view import PlanView, plan_view
+from leafcut.report.svg import STEPS, dots_data, element, lines_data, scaled_group, text
 
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
@@ -84,8 +84,8 @@ class Scene:
     slots: tuple[tuple[int, float, NDArray[np.float64]], ...]
     numbered: bool
     enlarged: bool
-    before: Trace
-    after: Trace
+    before: PlanView
+    after: PlanView
     discs: NDArray[np.float64]
     unsized: bool = False
     extent: tuple[float, float] = (0.0, 0.0)
@@ -96,7 +96,7 @@ class Scene:
 def build_scene(outcome: Outcome) -> Scene:
     """Return the scene of an outcome; an empty part gives an empty frame."""
     part = outcome.part
-    before, after = (trace(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
+    before, after = (plan_view(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
     ends = np.array([(s.start, s.end) for s in part.slots], dtype=np.float64).reshape(-1, 2)
     radius = np.concatenate([diameters / 2, np.repeat([s.width / 2 for s in part.slots], 2)])[:, None]
@@ -130,7 +130,7 @@ def build_scene(outcome: Outcome) -> Scene:
     return Scene(
         frame=frame,
         tools=tools,
-        dots=_dots(placed, sizes, of_hole),
+        dots=_group_holes(placed, sizes, of_hole),
         slots=slots,
         numbered=numbered,
         enlarged=bool((true_sizes[sized] < smallest).any()),
@@ -169,7 +169,7 @@ def _median_spacing(places: NDArray[np.float64]) -> float:
     return float(np.median(apart.min(axis=1)))
 
 
-def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
+def _group_holes(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
     """Group the holes by tool and size, the largest first, so that no hole hides a smaller one."""
     if len(np.unique(sizes)) > _MAX_GROUPS:  # too many sizes: round them to steps of 5 %
         sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
@@ -188,7 +188,7 @@ def tool_class(scene: Scene, tool: int) -> str:
     return f"t{tool % TOOL_COLOURS}" + (f" again{manner}" if manner else "")
 
 
-def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
+def toolpath_drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
     """Return the drawing of the path ``before`` or ``after`` as an SVG element with the title `words`.
 
     If `holes` is ``"=name"``, the holes are drawn as a group with this id. If it is ``"#name"``, they are taken from
@@ -201,7 +201,9 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     if len(scene.edge):
         drawn = (
             element(
-                "g", in_steps(element("path", d=lines_data(scene.edge), class_="plate")), clip_path=f"url(#{window})"
+                "g",
+                scaled_group(element("path", d=lines_data(scene.edge), class_="plate")),
+                clip_path=f"url(#{window})",
             )
             + drawn
         )
@@ -227,10 +229,10 @@ def _holes(scene: Scene, name: str) -> str:
         parts.append(element("path", d=data, class_=f"slot {of_tool}", stroke_width=width * STEPS))
         if width > 4 * _RING:
             parts.append(element("path", d=data, class_=f"inside {of_tool}", stroke_width=(width - 2 * _RING) * STEPS))
-    return element("g", in_steps(*parts), id=name or None)
+    return element("g", scaled_group(*parts), id=name or None)
 
 
-def _rapids(scene: Scene, path: Trace) -> str:
+def _rapids(scene: Scene, path: PlanView) -> str:
     """Draw the rapids in one colour if the stops have numbers, otherwise in a colour ramp from first to last."""
     segments = scene.frame.place(path.rapids)
     width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
@@ -239,7 +241,7 @@ def _rapids(scene: Scene, path: Trace) -> str:
     else:
         chunks = np.array_split(segments, RAMP)
         lines = [element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)]
-    return element("g", in_steps(*lines), stroke_width=width * STEPS)
+    return element("g", scaled_group(*lines), stroke_width=width * STEPS)
 
 
 def cut_tools(scene: Scene) -> dict[int, int]:
@@ -250,7 +252,7 @@ def cut_tools(scene: Scene) -> dict[int, int]:
     return {number: index for index, number in enumerate(scene.tools) if number in cutting}
 
 
-def _cuts(scene: Scene, path: Trace) -> str:
+def _cuts(scene: Scene, path: PlanView) -> str:
     if not len(path.cuts):
         return ""
     segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
@@ -263,10 +265,10 @@ def _cuts(scene: Scene, path: Trace) -> str:
         if selected.any():
             css_class = f"cut tool {tool_class(scene, colours[number])}" if number is not None else "cut"
             lines.append(element("path", d=lines_data(segments[selected]), class_=css_class, stroke_width=width))
-    return in_steps(*lines)
+    return scaled_group(*lines)
 
 
-def _end_marks_and_numbers(scene: Scene, path: Trace) -> list[str]:
+def _end_marks_and_numbers(scene: Scene, path: PlanView) -> list[str]:
     if not len(path.stops):
         return []
     visits: dict[tuple[float, float], list[str]] = {}
@@ -285,7 +287,7 @@ def _end_marks_and_numbers(scene: Scene, path: Trace) -> list[str]:
     ]
 
 
-def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
+def _numbers(scene: Scene, path: PlanView, stops: NDArray[np.float64], words: list[str]) -> str:
     """Draw the numbers of the stops.
 
     `stops`, float64[k, 4], has x, y, the radius to keep clear, and the radius of the hole, user units.

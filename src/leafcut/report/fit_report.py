@@ -13,13 +13,15 @@ from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
-    from leafcut.timing.fitting import Fitted
+    from leafcut.timing.fitting import MachineFit
 
 #: Tool changes with more than this share of the time are reported, because their time in the profile may be wrong.
 _LARGE_SHARE = 0.1
 
 
-def print_fit(fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float], console: Console) -> None:
+def print_fit(
+    fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float], console: Console
+) -> None:
     """Print the times of all programs, and the fitted values."""
     is_fitted = fitted.acceleration is not None or fitted.corner is not None
     table = Table("Program", box=None, pad_edge=False)
@@ -35,7 +37,7 @@ def print_fit(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
+def fit_lines(fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
     """Return the lines below the table of a fit."""
     lines = []
     if len(measured) > 1:
@@ -62,7 +64,7 @@ def fit_lines(fitted: Fitted, simulations: Sequence[Simulation], measured: Seque
 
 
 def fit_as_json(
-    fitted: Fitted, simulations: Sequence[Simulation], measured: Sequence[float], written: str
+    fitted: MachineFit, simulations: Sequence[Simulation], measured: Sequence[float], written: str
 ) -> dict[str, Any]:
     """Return the fit as plain values for the JSON answer."""
     programs = [

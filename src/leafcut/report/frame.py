@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 
 #: Width of a drawing, user units: about the width of one column, or of both columns, on a screen in pixels.
 WIDTH = 480.0
@@ -93,8 +93,8 @@ class Frame:
             title(words),
             element("clipPath", edge, id=window),
             self.axes(),
-            element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
-            viewBox=f"0 0 {short(width)} {short(height)}",
+            element("g", *inside, transform=f"translate({svg_number(x)} {svg_number(y)})"),
+            viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
             width=width if size else None,
             height=height if size else None,
             class_=kind,
@@ -110,11 +110,11 @@ class Frame:
         bottom = y0 + self.height
         for value in ticks(self.low[0], self.high[0], step):
             x = x0 + (value - self.low[0]) * self.scale
-            marks.append(f"M{short(x)} {short(bottom)}v{short(_TICK)}")
+            marks.append(f"M{svg_number(x)} {svg_number(bottom)}v{svg_number(_TICK)}")
             numbers.append(text_within(tick_words(value, step), x, bottom + 15, self.size[0]))
         for value in ticks(self.low[1], self.high[1], step):
             y = y0 + (self.high[1] - value) * self.scale
-            marks.append(f"M{short(x0)} {short(y)}h{short(-_TICK)}")
+            marks.append(f"M{svg_number(x0)} {svg_number(y)}h{svg_number(-_TICK)}")
             numbers.append(text(tick_words(value, step), x0 - _TICK - 3, y, text_anchor="end", dy="0.34em"))
         edge = element("rect", x=x0, y=y0, width=self.width, height=self.height, rx=1.0, class_="edge")
         names = text("x mm", x0, bottom + 36) + text(
@@ -124,7 +124,7 @@ class Frame:
 
     @staticmethod
     def _upright(x: float, y: float) -> str:
-        return f"rotate(-90 {short(x)} {short(y)})"
+        return f"rotate(-90 {svg_number(x)} {svg_number(y)})"
 
     def _bar(self, step: float) -> str:
         """Return a scale bar as long as a tick step; unlike a ratio, it stays correct when the page is scaled or
@@ -132,7 +132,7 @@ class Frame:
         """
         length = step * self.scale
         x, y = self.left + self.width - length, _TOP + self.height + 33
-        path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"
+        path = f"M{svg_number(x)} {svg_number(y - 3)}v6m0 -3h{svg_number(length)}m0 -3v6"
         return element("path", d=path, class_="bar") + text(
             f"{tick_words(step, step)} mm", x - 6, y, text_anchor="end", dy="0.34em"
         )

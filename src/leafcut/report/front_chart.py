@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError
 from leafcut.report.drawing import RAMP
 from leafcut.report.styles import drawing_css
-from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
+from leafcut.report.svg import element, nice_step, svg_number, text, text_within, tick_words, ticks, title
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def front_svg(data: CuttingData) -> str:
     lives = [point.life for tool in data.tools for point in tool.points]
     shade = _colour_index(min(lives), max(lives))
     width, row_height = 2 * _WIDE, _HEAD + _HIGH
-    rows = [element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {short(k * row_height)})")
+    rows = [element("g", _tool_panels(tool, data, shade), transform=f"translate(0 {svg_number(k * row_height)})")
             for k, tool in enumerate(data.tools)]  # fmt: skip
     bottom = len(rows) * row_height
     height = bottom + _FOOT
@@ -115,7 +115,7 @@ def front_svg(data: CuttingData) -> str:
             *rows,
             _legend(min(lives), max(lives), bottom, any(map(_given_point, data.tools))),
             xmlns="http://www.w3.org/2000/svg",
-            viewBox=f"0 0 {short(width)} {short(height)}",
+            viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
             width=width,
             height=height,
             class_="drawing front",
@@ -178,14 +178,18 @@ def _panel(
     card = element("rect", x=start, y=top, width=end - start, height=bottom - top, class_="card")
     grid, numbers = [], []
     for value, words in y.marks():
-        grid.append(f"M{short(start)} {short(y.at(value))}H{short(end)}")
+        grid.append(f"M{svg_number(start)} {svg_number(y.at(value))}H{svg_number(end)}")
         numbers.append(text(words, start - 7, y.at(value), text_anchor="end", dy="0.34em"))
     for value, words in x.marks():
-        grid.append(f"M{short(x.at(value))} {short(top)}V{short(bottom)}")
+        grid.append(f"M{svg_number(x.at(value))} {svg_number(top)}V{svg_number(bottom)}")
         numbers.append(text_within(words, x.at(value), bottom + 16, left + _WIDE))
     middle = (top + bottom) / 2
     axes = text(names[0], (start + end) / 2, bottom + 34, text_anchor="middle") + text(
-        names[1], left + 16, middle, text_anchor="middle", transform=f"rotate(-90 {short(left + 16)} {short(middle)})"
+        names[1],
+        left + 16,
+        middle,
+        text_anchor="middle",
+        transform=f"rotate(-90 {svg_number(left + 16)} {svg_number(middle)})",
     )
 
     def place(point: CuttingPoint) -> Point:
@@ -218,7 +222,7 @@ def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], sh
     by_colour: dict[int, list[str]] = {}
     for point in points:
         px, py = place(point)
-        by_colour.setdefault(shade(point.life), []).append(f"M{short(px)} {short(py)}h0")
+        by_colour.setdefault(shade(point.life), []).append(f"M{svg_number(px)} {svg_number(py)}h0")
     return "".join(element("path", d="".join(d), class_=f"dots r{c}") for c, d in sorted(by_colour.items()))
 
 
@@ -281,14 +285,14 @@ def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _
 
 
 def _diamond(x: float, y: float) -> str:
-    return element("path", d=f"M{short(x)} {short(y - 6)}l6 6l-6 6l-6 -6z", class_="own")
+    return element("path", d=f"M{svg_number(x)} {svg_number(y - 6)}l6 6l-6 6l-6 -6z", class_="own")
 
 
 def _legend(shortest: float, longest: float, top: float, has_given: bool) -> str:
     start, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)
-    places = [f"M{short(start + i * step)} {short(y)}h{short(step)}" for i in range(RAMP - 1)]
+    places = [f"M{svg_number(start + i * step)} {svg_number(y)}h{svg_number(step)}" for i in range(RAMP - 1)]
     steps = [element("path", d=place, class_=f"swatch r{i}") for i, place in enumerate(places)]
     words = (
         text("tool life in the cut", 16, y + 4)

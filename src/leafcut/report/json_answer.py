@@ -7,7 +7,14 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
-from leafcut.report.wording import Said, algorithm_words, feed_mm_min, figure, plain_number, search_seconds
+from leafcut.report.wording import (
+    TranslatableText,
+    algorithm_words,
+    fact_value_text,
+    feed_mm_min,
+    plain_number,
+    search_seconds,
+)
 
 if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
@@ -52,7 +59,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
     }
     for fact in report.facts:
         if fact.key:
-            _put(answer, fact.key.split("."), fact.value)
+            _set_nested(answer, fact.key.split("."), fact.value)
     return answer | {
         "seconds": plain_number(outcome.seconds),
         "search_seconds": plain_number(search_seconds(outcome)),
@@ -64,7 +71,7 @@ def as_json(report: PathReport[Any]) -> dict[str, Any]:
     }
 
 
-def _put(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
+def _set_nested(answer: dict[str, Any], key: Sequence[str], value: Any) -> None:
     for name in key[:-1]:
         answer = answer.setdefault(name, {})
     answer[key[-1]] = plain_number(value) if isinstance(value, float) else value
@@ -216,15 +223,15 @@ def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
         "kinds": tables["times"]["kinds"],
         "rows": [{key: row[key] for key in ("name", "seconds", "total")} for row in tables["times"]["rows"]],
     }
-    shown = [(fact.name, figure(fact), fact.sentence) for fact in report.facts if fact.name]
+    shown = [(fact.name, fact_value_text(fact), fact.sentence) for fact in report.facts if fact.name]
     tiles = [dict(zip(("name", "figure", "words"), tile, strict=True)) for tile in shown if tile[1]]
-    plain: dict[str, Any] = _plain({**tables, "tiles": tiles, "times": times})
+    plain: dict[str, Any] = _plain_value({**tables, "tiles": tiles, "times": times})
     return plain
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, Said):
-        return {"words": value.template, "values": {name: _plain(v) for name, v in value.values.items()}}
+def _plain_value(value: Any) -> Any:
+    if isinstance(value, TranslatableText):
+        return {"words": value.template, "values": {name: _plain_value(v) for name, v in value.values.items()}}
     if isinstance(value, dict):
-        return {name: _plain(v) for name, v in value.items()}
-    return [_plain(v) for v in value] if isinstance(value, list | tuple) else value
+        return {name: _plain_value(v) for name, v in value.items()}
+    return [_plain_value(v) for v in value] if isinstance(value, list | tuple) else value

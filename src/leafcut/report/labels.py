@@ -96,11 +96,13 @@ def _costs(
         covered = np.hypot(*(around.holes[:, :2] - nearest).T) < around.holes[:, 2] + 0.5
         costs[number] += _ON_HOLE * (covered & other_holes).sum()
         if number or not inside:
-            costs[number] += _ON_LINE * crossing(around.lines, low, high).sum()
+            costs[number] += _ON_LINE * segments_crossing_box(around.lines, low, high).sum()
     return costs
 
 
-def crossing(lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+def segments_crossing_box(
+    lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.bool_]:
     """Return a mask of the segments, float64[m, 2, 2], that intersect the box from `low` to `high` (slab test)."""
     if not len(lines):
         return np.zeros(0, dtype=bool)

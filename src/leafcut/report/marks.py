@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, short, text
+from leafcut.report.svg import element, svg_number, text
 
 _MAX_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
@@ -37,16 +37,16 @@ def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
         if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
             continue
         middles.append((mx, my))
-        heads.append(head((mx, my), (dx, dy), reach))
+        heads.append(arrow_head((mx, my), (dx, dy), reach))
     return element("path", d="".join(heads), class_="arrow")
 
 
-def head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
+def arrow_head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
     """Return the path data of an arrow head with a centre, a unit direction, and half its length (`reach`)."""
     (mx, my), (dx, dy) = middle, along
     wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
     tip = (mx + dx * reach, my + dy * reach)
-    return "M" + "L".join(f"{short(px)} {short(py)}" for px, py in (wings[0], tip, wings[1])) + "z"
+    return "M" + "L".join(f"{svg_number(px)} {svg_number(py)}" for px, py in (wings[0], tip, wings[1])) + "z"
 
 
 def end_marks(
@@ -57,11 +57,12 @@ def end_marks(
     If `size` has the width and height of the drawing, the words "start" and "end" are added.
     """
     (x0, y0, ring), (x1, y1, half) = first, last
-    square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
+    side = svg_number(2 * half)
+    square = f"M{svg_number(x1 - half)} {svg_number(y1 - half)}h{side}v{side}h{svg_number(-2 * half)}z"
     shapes = (element("circle", cx=x0, cy=y0, r=ring), element("path", d=square))
     marks = [element("g", *shapes, class_="halo"), element("g", *shapes, class_="end")]
     if size:
-        marks += [_word("start", x0, y0, ring, *size), _word("end", x1, y1, half, *size)]
+        marks += [_mark_text("start", x0, y0, ring, *size), _mark_text("end", x1, y1, half, *size)]
     return marks
 
 
@@ -70,7 +71,7 @@ def word_side(x: float, width: float) -> float:
     return -1.0 if x > width - _WORD else 1.0
 
 
-def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
+def _mark_text(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
     side = word_side(x, width)
     y = min(max(y, 8.0), height - 8.0)
     return text(

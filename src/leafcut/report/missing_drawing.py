@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from leafcut.report.svg import element, in_steps, lines_data, short, title
-from leafcut.report.wording import clean
+from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
+from leafcut.report.wording import replace_unprintable
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
@@ -45,17 +45,17 @@ def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
 
 
 def _draw_missing_work(frame: Frame, work: MissingWork, reason: str) -> str:
-    words = title(f"missing: {clean(reason)}")
+    words = title(f"missing: {replace_unprintable(reason)}")
     if work.outlines:
         rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MAX_MARKS]]
         edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
         hatch = "".join(_hatch_lines(ring) for ring in rings)
-        return element("g", words, in_steps(element("path", d=edges)), element("path", d=hatch), class_="missing")
+        return element("g", words, scaled_group(element("path", d=edges)), element("path", d=hatch), class_="missing")
     if not work.where:
         return ""
-    size = short(2.0 * _CROSS)
+    size = svg_number(2.0 * _CROSS)
     crosses = "".join(
-        f"M{short(x - _CROSS)} {short(y - _CROSS)}l{size} {size}m0 -{size}l-{size} {size}"
+        f"M{svg_number(x - _CROSS)} {svg_number(y - _CROSS)}l{size} {size}m0 -{size}l-{size} {size}"
         for x, y in frame.place(np.array(work.where[:_MAX_MARKS])).tolist()
     )
     return element("g", words, element("path", d=crosses), class_="missing")
@@ -70,4 +70,4 @@ def _hatch_lines(ring: Points) -> str:
     lines = shapely.linestrings([[(s - y1, y1), (s - y0, y0)] for s in sums.tolist()])
     parts = shapely.get_parts(shapely.intersection(lines, area))
     ends = [shapely.get_coordinates(part)[[0, -1]].ravel().tolist() for part in parts if part.length > 0.0]
-    return "".join(f"M{short(a)} {short(b)}L{short(c)} {short(d)}" for a, b, c, d in ends)
+    return "".join(f"M{svg_number(a)} {svg_number(b)}L{svg_number(c)} {svg_number(d)}" for a, b, c, d in ends)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from leafcut.model.fact import Fact
-from leafcut.model.saving import plain
-from leafcut.report.wording import clean, said
+from leafcut.model.json_values import plain
+from leafcut.report.wording import replace_unprintable, translatable
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -26,22 +26,22 @@ def pace_facts(pace: PaceChange | None) -> list[Fact]:
         return []
     facts = [Fact("pace", plain(pace))]
     if pace.retracts_s is not None:
-        lower = said("saved; heights unchanged")
+        lower = translatable("saved; heights unchanged")
         if pace.lowered:
-            lower = said("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
-        facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, said("Retracts")))
+            lower = translatable("saved; heights lowered: {number}", number=f"{pace.lowered:,}")
+        facts.append(Fact("pace.retracts_s", pace.retracts_s, "s", lower, translatable("Retracts")))
     if pace.air_s is not None:
         number, near = f"{pace.rapids:,}", pace.clearance_mm
-        words = said("saved; no air cut can become a rapid")
+        words = translatable("saved; no air cut can become a rapid")
         if pace.rapids:
-            words = said("saved; air cuts converted to rapids: {number}", number=number)
+            words = translatable("saved; air cuts converted to rapids: {number}", number=number)
         if pace.rapids and near is not None:
             template = "saved; air cuts converted to rapids: {number}, {near} mm or more from any material"
-            words = said(template, number=number, near=f"{near:.2g}")
-        facts.append(Fact("pace.air_s", pace.air_s, "s", words, said("Air")))
+            words = translatable(template, number=number, near=f"{near:.2g}")
+        facts.append(Fact("pace.air_s", pace.air_s, "s", words, translatable("Air")))
     if pace.feeds_s is not None:
-        words = said("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
-        facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, said("Feeds")))
+        words = translatable("saved" if pace.feeds_s >= 0.0 else "saved; the tools need slower feeds")
+        facts.append(Fact("pace.feeds_s", pace.feeds_s, "s", words, translatable("Feeds")))
         facts += [Fact(sentence=_tool_words(tool), name="feeds") for tool in pace.tools]
     return facts
 
@@ -50,7 +50,7 @@ def _tool_words(tool: ToolPace) -> str:
     before, after = (_feed_words(*feeds) for feeds in (tool.feed_before, tool.feed_after))
     origin = "from its feed and speed" if tool.limit_stated else "the thickest of the program"
     return (
-        f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
+        f"{replace_unprintable(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({origin})"
         + "".join(f"; {_limit_words(limit)}" for limit in tool.limits)
     )

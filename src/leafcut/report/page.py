@@ -13,17 +13,17 @@ from leafcut.errors import LeafcutError
 from leafcut.model.issue import missing_words
 from leafcut.report import views
 from leafcut.report.styles import drawing_css, page_templates, style_sheet
-from leafcut.report.svg import styled
+from leafcut.report.svg import embed_styles
 from leafcut.report.wording import (
     COMPILED,
     algorithm_words,
-    clean,
-    figure,
-    limits,
-    line,
+    fact_line,
+    fact_value_text,
+    replace_unprintable,
     search_words,
     time_words,
     title_words,
+    verification_limits,
 )
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _whole_flags(html: str) -> str:
 
 def path_svg(report: PathReport[Any], which: Which) -> str:
     """Return the path ``before`` or ``after`` over the work as a stand-alone SVG."""
-    return styled(report.drawing(which), drawing_css() + _own_css(report))
+    return embed_styles(report.drawing(which), drawing_css() + _own_css(report))
 
 
 def _own_css(report: PathReport[Any]) -> str:
@@ -74,38 +74,42 @@ def _hash(css: str) -> str:
 def _content(report: PathReport[Any]) -> dict[str, Any]:
     outcome, facts, savings = report.outcome, report.facts, report.savings()
     return {
-        "name": clean(outcome.part.name),
+        "name": replace_unprintable(outcome.part.name),
         "came_in": report.came_in,
-        "source": clean(outcome.part.source),
-        "output": clean(outcome.output),
+        "source": replace_unprintable(outcome.part.source),
+        "output": replace_unprintable(outcome.output),
         "sha256": outcome.program_sha256,
-        "machine": clean(outcome.machine.name),
-        "machine_words": clean(outcome.machine.description),
-        "dialect": clean(outcome.dialect),
-        "process": clean(outcome.process),
-        "algorithm": clean(algorithm_words(outcome)) if report.ordered else "",
+        "machine": replace_unprintable(outcome.machine.name),
+        "machine_words": replace_unprintable(outcome.machine.description),
+        "dialect": replace_unprintable(outcome.dialect),
+        "process": replace_unprintable(outcome.process),
+        "algorithm": replace_unprintable(algorithm_words(outcome)) if report.ordered else "",
         "proof": report.proof,
         "template": f"{report.template}.html.jinja",
         "counts": title_words(facts),
-        "orders": views.cards(outcome, report.orders()),
-        "tiles": [(f.name, figure(f), f.sentence) for f in facts if f.name and f not in savings and figure(f)],
-        "savings": [(f.name, line(f)) for f in savings if f.name],
+        "orders": views.order_cards(outcome, report.orders()),
+        "tiles": [
+            (f.name, fact_value_text(f), f.sentence)
+            for f in facts
+            if f.name and f not in savings and fact_value_text(f)
+        ],
+        "savings": [(f.name, fact_line(f)) for f in savings if f.name],
         **report.tables(),
         "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
-        "limits": limits(outcome.issues),
+        "limits": verification_limits(outcome.issues),
         "seed": outcome.seed,
-        "version": clean(outcome.version),
+        "version": replace_unprintable(outcome.version),
         "seconds": time_words(outcome.seconds),
         "search": search_words(outcome) if report.ordered else "",
         "compiling": time_words(outcome.compile_seconds) if outcome.compile_seconds >= COMPILED else "",
         "verified": outcome.verified,
         "missing": missing_words(outcome.issues),
-        "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
-        "searches": views.searches(outcome, report.search_name, report.nearest_cost()) if report.ordered else [],
+        "options": [(replace_unprintable(flag), replace_unprintable(value)) for flag, value in outcome.options.items()],
+        "searches": views.search_rows(outcome, report.search_name, report.nearest_cost()) if report.ordered else [],
         "left_out": max(0, len(outcome.operations) - views.MAX_SEARCHES),
-        "workers": views.workers(outcome) if report.ordered else {"rows": []},
-        "issues": views.issues(outcome),
-        "program": views.program(outcome),
+        "workers": views.worker_rows(outcome) if report.ordered else {"rows": []},
+        "issues": views.issue_rows(outcome),
+        "program": views.program_view(outcome),
         "stock": stock_pictures(report),
     }
 

@@ -11,16 +11,16 @@ from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
 from leafcut.report import views
-from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
+from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, tool_class, toolpath_drawing
 from leafcut.report.wording import (
     at_most_words,
-    clean,
     count,
-    heading,
+    fact_heading,
     length_words,
     method_words,
-    said,
+    replace_unprintable,
     tool_count,
+    translatable,
 )
 
 if TYPE_CHECKING:
@@ -75,7 +75,11 @@ class PathReport(Generic[D]):
 
     def order_names(self) -> tuple[str, str, str]:
         """Return the names of the three orders."""
-        return said(f"{self.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS)
+        return (
+            translatable(f"{self.came_in.capitalize()} order"),
+            translatable("Nearest neighbour"),
+            translatable(views.OURS),
+        )
 
     # -- facts -------------------------------------------------------------------------------------------------------
 
@@ -128,11 +132,11 @@ class PathReport(Generic[D]):
         """Return the rows of the summary's table, titles first, each with its cells and a flag for the written
         order.
         """
-        rows = views.cards(self.outcome, self.orders())
+        rows = views.order_cards(self.outcome, self.orders())
         cells = [
             (
                 (
-                    heading(row["name"]).removesuffix(" order"),
+                    fact_heading(row["name"]).removesuffix(" order"),
                     *(row[key] for key in ("travel", "cut", "time", "saved")),
                 ),
                 row["ours"],
@@ -143,7 +147,7 @@ class PathReport(Generic[D]):
 
     def tables(self) -> dict[str, Any]:
         """Return the tables that page and studio share, by name; ``times`` has the seconds by kind of motion."""
-        return {"times": views.times(self.outcome, self.orders())}
+        return {"times": views.time_rows(self.outcome, self.orders())}
 
     def search_name(self, number: int) -> str:
         """Return the tool and the work of an operation: ``T1 drill Ø6.35, 70 holes``."""
@@ -175,12 +179,12 @@ class PathReport(Generic[D]):
             "size": self.size(scene),
             "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
             "saved": self.saved(),
-            "before": drawing(scene, "before", self._path_words("before"), holes="=holes"),
-            "after": drawing(scene, "after", self._path_words("after"), holes="#holes"),
+            "before": toolpath_drawing(scene, "before", self._path_words("before"), holes="=holes"),
+            "after": toolpath_drawing(scene, "after", self._path_words("after"), holes="#holes"),
             "wide": scene.frame.wide,
             "travel": [self._travel_words(measure) for measure in (outcome.before, outcome.after)],
             "legend": _legend(outcome, scene),
-            "tools": views.tools(outcome, scene),
+            "tools": views.tool_rows(outcome, scene),
             "tool_columns": views.tool_columns(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MAX_TOOL_ROWS),
             "staying": self.staying(),
@@ -189,7 +193,7 @@ class PathReport(Generic[D]):
 
     def saved(self) -> views.PageRow:
         """Return the headline figure about the savings, with its text."""
-        return views.saved(self.outcome, self.came_in, self.bound_words())
+        return views.savings_headline(self.outcome, self.came_in, self.bound_words())
 
     def staying(self) -> list[str]:
         """Return lines about tasks that keep their position, with reasons; empty for drawings."""
@@ -202,7 +206,7 @@ class PathReport(Generic[D]):
 
     def drawing(self, which: Which) -> str:
         """Return the drawing of a path as a stand-alone SVG without styles."""
-        return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
+        return toolpath_drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
 
     def tried_paths(self) -> Iterator[tuple[str, Toolpath]]:
         """Yield the name and the path of each strategy that was tried; processes without strategies yield nothing."""
@@ -222,7 +226,7 @@ class PathReport(Generic[D]):
 
     def _path_words(self, which: Which) -> str:
         order = f"the {self.came_in}’s order" if which == "before" else "leafcut’s order"
-        return f"Path of {clean(self.outcome.part.name)} in {order}"
+        return f"Path of {replace_unprintable(self.outcome.part.name)} in {order}"
 
     def _travel_words(self, measure: Measure) -> str:
         kind = "with the beam off" if self.outcome.process in BEAMS else "travel"

@@ -14,10 +14,10 @@ from leafcut.model.simulation import Simulation
 from leafcut.model.solution import Solved
 from leafcut.report.frame import Frame
 from leafcut.report.part_edge import path_segments
-from leafcut.report.plan_view import trace
+from leafcut.report.plan_view import plan_view
 from leafcut.report.styles import drawing_css
-from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, styled, title
-from leafcut.report.wording import clean, count
+from leafcut.report.svg import STEPS, element, embed_styles, lines_data, scaled_group, svg_number, title
+from leafcut.report.wording import count, replace_unprintable
 
 if TYPE_CHECKING:
     from leafcut.material.stock_cut import StockCut
@@ -31,7 +31,7 @@ _NO_LINES = np.zeros((0, 2, 2))
 
 def simulation_picture(simulation: Simulation) -> str:
     """Draw the path of a program from above, as a stand-alone SVG."""
-    view = trace(simulation.path)
+    view = plan_view(simulation.path)
     return _picture(f"Path of {simulation.program}", {"rapid": view.rapids, "cut": view.cuts})
 
 
@@ -67,10 +67,10 @@ def stock_picture(stock_cut: StockCut) -> str:
     address = f"data:image/png;base64,{base64.b64encode(data).decode()}"
     return element(
         "svg",
-        title(clean(f"Stock after {stock_cut.program}")),
+        title(replace_unprintable(f"Stock after {stock_cut.program}")),
         element("image", href=address, width=float(width), height=float(height)),
         xmlns="http://www.w3.org/2000/svg",
-        viewBox=f"0 0 {short(width)} {short(height)}",
+        viewBox=f"0 0 {svg_number(width)} {svg_number(height)}",
         width=float(width),
         height=float(height),
         role="img",
@@ -87,4 +87,4 @@ def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
         for name, segments in lines.items()
         if len(segments)
     ]
-    return styled(frame.drawing(words, "window", (in_steps(*paths),), "drawing", size=True), drawing_css())
+    return embed_styles(frame.drawing(words, "window", (scaled_group(*paths),), "drawing", size=True), drawing_css())

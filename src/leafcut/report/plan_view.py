@@ -17,7 +17,7 @@ _SMALLEST_MOVE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class PlanView:
     """A toolpath seen from above, mm.
 
     Attributes
@@ -46,7 +46,7 @@ class Trace:
         return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
 
 
-def trace(path: Toolpath, beam: bool = False) -> Trace:
+def plan_view(path: Toolpath, beam: bool = False) -> PlanView:
     """Return the plan view of a toolpath; moves from or to an unknown position are omitted.
 
     For a `beam`, feed moves with the beam off count as rapids.
@@ -72,7 +72,7 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
     feeds = np.isin(kind, [Kind.FEED, *_ARCS]) & known & ~dark & (moved | (end[:, 2] < start[:, 2]))
     changes = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
     stops = np.where(drills[:, None], end, start)[stop_rows(drills, feeds, np.cumsum(rapid | ~known) + changes), :2]
-    return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]))
+    return PlanView(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]))
 
 
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Playback of a toolpath: action, tool position and time of each row, in the order of execution."""
+"""Playback of a toolpath: action, tool position, time and program line of each row, in the order of execution."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.cycles import expand
 from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
-from leafcut.report.line_map import written_lines
 from leafcut.report.plan_view import spindle_speed, stop_rows
 
 if TYPE_CHECKING:
@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 #: Number of chords of an arc outside the XY plane, which is no circle when seen from above.
 _CHORDS = 24
 _SMALLEST_MOVE = 1e-9
+
+#: Tolerance of positions, mm. Each rounding error is at most half of 0.0001 inch, but the errors may add up.
+_ROUNDING = 0.01
+#: Number of rows of the program that are searched for the next row of the plan.
+_AHEAD = 40
+_RAPIDS = (Kind.RAPID, Kind.MACHINE)
 
 
 class Activity(IntEnum):
@@ -111,10 +117,10 @@ def playback(
         The expanded cycles have too many moves.
     """
     from leafcut.timing.grbl import SentLines
-    from leafcut.timing.toolpath import clock
+    from leafcut.timing.toolpath import time_rows
 
     lines = None if measured is None or measured.lines is None else SentLines(*measured.lines)
-    timed = clock(path, machine, lines, None if measured is None else measured.start)
+    timed = time_rows(path, machine, lines, None if measured is None else measured.start)
     rows = timed.path
     before = rows.before
     place = np.concatenate([before[1:], _final_position(rows, before)])[: len(rows)]
@@ -210,3 +216,61 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
         arc=whole.arc,
         stops=first[whole.stops],
     )
+
+
+def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
+    """Return the program line of every row of a planned toolpath without canned cycles, int32[n], from 1.
+
+    `written` is the program read back. Moves are matched in order, by kind and end position. Rows that the program does
+    not state, such as the descent of a torch, get the line of the next row. If no row matches, all lines are 0.
+    """
+    written = expand(written)
+    plan_rows, written_rows = _moving_rows(planned), _moving_rows(written)
+    a, b = (_move_keys(path, rows) for path, rows in ((planned, plan_rows), (written, written_rows)))
+    matches = _match_rows(a, b)
+    line = np.zeros(len(planned), dtype=np.int32)
+    known = matches >= 0
+    line[plan_rows[known]] = written.line[written_rows[matches[known]]]
+    return _fill_gaps(line)
+
+
+def _moving_rows(path: Toolpath) -> NDArray[np.int64]:
+    before = path.before
+    moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
+    # A row that sets the first position of an axis counts as a move.
+    unmoved = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
+    return np.flatnonzero(moves & ~unmoved.all(axis=1))
+
+
+def _move_keys(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the data by which moves are matched, float64[k, 4]: rapid or not, and end position."""
+    return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
+
+
+def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether moves match; unknown coordinates match any value."""
+    near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
+    return np.asarray(near.all(axis=-1))
+
+
+def _match_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return for every row of `a` the matching row of `b`, or -1; matches are in ascending order."""
+    if len(a) == len(b) and _equal(a, b).all():
+        return np.arange(len(a))
+    matches = np.full(len(a), -1, dtype=np.int64)
+    start = 0
+    for row in range(len(a)):
+        equal = np.flatnonzero(_equal(a[row], b[start : start + _AHEAD]))
+        if len(equal):
+            matches[row] = start + equal[0]
+            start += int(equal[0]) + 1
+    return matches
+
+
+def _fill_gaps(line: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Replace missing lines by the next known line, or at the end by the last known line."""
+    rows = np.flatnonzero(line)
+    if not len(rows):
+        return line
+    after = np.minimum(np.searchsorted(rows, np.arange(len(line))), len(rows) - 1)
+    return line[rows[after]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from leafcut.report.wording import NO_VALUE, clean, count, length_words, percent_words, time_words
+from leafcut.report.wording import NO_VALUE, count, length_words, percent_words, replace_unprintable, time_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,7 +100,7 @@ def _table(first: str, *columns: str) -> Table:
 def _add_row(table: Table, name: str, cells: Iterable[str], last: str, style: str) -> None:
     from rich.text import Text
 
-    table.add_row(*(Text(clean(words), style) for words in (name, *cells, last)))
+    table.add_row(*(Text(replace_unprintable(words), style) for words in (name, *cells, last)))
 
 
 def _worst_issues(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
@@ -125,7 +125,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
         if issue["severity"] == severity
     ]
     for line in worst:
-        console.print(Text(clean(line), "bold red", overflow="fold"))
+        console.print(Text(replace_unprintable(line), "bold red", overflow="fold"))
     if worst:
         console.print("")
     console.print(table)
@@ -133,7 +133,7 @@ def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], c
     failed = sum("error" in row for row in rows)
     footer = [f"refused   {count(failed, 'input')}, listed above", *lines] if failed else lines
     for line in footer:
-        console.print(Text(clean(line), overflow="fold"))
+        console.print(Text(replace_unprintable(line), overflow="fold"))
     if footer:
         console.print("")
 

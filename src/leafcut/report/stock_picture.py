@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.report.svg import nice_step, tick_words, ticks
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture
@@ -205,7 +205,7 @@ def _draw_scale(
     for height in (top, *_scale_heights(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)
         draw.text(
-            (x + 38, y + share * length), fixed(height, decimals), fill=_INK, font=font,
+            (x + 38, y + share * length), to_fixed(height, decimals), fill=_INK, font=font,
             anchor="lt" if share == 0.0 else "lm",
         )  # fmt: skip
         draw.line((x + 27, y + share * length, x + 32, y + share * length), fill=_INK)

@@ -6,7 +6,16 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
-from leafcut.report.wording import MOTION, IssueGroup, clean, group_issues, heading, limits, line, title_words
+from leafcut.report.wording import (
+    MOTION,
+    IssueGroup,
+    fact_heading,
+    fact_line,
+    group_issues,
+    replace_unprintable,
+    title_words,
+    verification_limits,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -48,7 +57,7 @@ def _worst_issues(outcome: Outcome) -> list[RenderableType]:
     from rich.text import Text
 
     issues = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
-    lines = [Text(f"{i.severity}: {clean(str(i))}", "bold red", overflow="fold") for i in issues]
+    lines = [Text(f"{i.severity}: {replace_unprintable(str(i))}", "bold red", overflow="fold") for i in issues]
     return [*lines, ""] if lines else []
 
 
@@ -60,8 +69,8 @@ def _title(report: PathReport[Any]) -> Text:
     from rich.text import Text
 
     outcome = report.outcome
-    machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
-    name = (clean(outcome.part.name), "bold")
+    machine = f"{replace_unprintable(outcome.machine.name)} ({replace_unprintable(outcome.dialect)})"
+    name = (replace_unprintable(outcome.part.name), "bold")
     return Text.assemble(name, f" · {title_words(report.facts)}", "\n", (machine, "dim"), overflow="fold")
 
 
@@ -87,18 +96,20 @@ def _facts(report: PathReport[Any]) -> Table:
     outcome = report.outcome
     verified = Text(f"yes, {report.found}", "green") if outcome.verified else Text("no", "bold red")
     if outcome.missing:
-        verified.append(f"; missing: {clean(missing_words(outcome.issues))}", "bold red")
+        verified.append(f"; missing: {replace_unprintable(missing_words(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
-    facts += [(name, Text(words, "yellow")) for name, words in limits(_other_issues(outcome))]
-    facts += [(heading(fact.name), Text(clean(line(fact)))) for fact in report.facts if fact.name]
+    facts += [(name, Text(words, "yellow")) for name, words in verification_limits(_other_issues(outcome))]
+    facts += [
+        (fact_heading(fact.name), Text(replace_unprintable(fact_line(fact)))) for fact in report.facts if fact.name
+    ]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
-        (name, Text(clean(place), "cyan", overflow="fold"))
+        (name, Text(replace_unprintable(place), "cyan", overflow="fold"))
         for name, place in (("program", outcome.output), ("report", outcome.report))
         if place
     ]
     if outcome.defaults:
-        facts.append(("defaults", Text(clean(", ".join(outcome.defaults)))))
+        facts.append(("defaults", Text(replace_unprintable(", ".join(outcome.defaults)))))
     if not outcome.output:
         facts.append(("program", Text("not written: name a file for it, -o FILE")))
     table = Table.grid(padding=(0, 2, 0, 0))

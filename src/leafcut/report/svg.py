@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.wording import clean
+from leafcut.report.wording import replace_unprintable
 
 #: Number of integer steps of path data per user unit. The steps are invisible, and the numbers are short.
 STEPS = 32
@@ -23,14 +23,14 @@ def element(tag: str, *children: str, **attributes: str | float | None) -> str:
     words = [tag]
     for name, value in attributes.items():
         if value is not None:
-            text = clean(value) if isinstance(value, str) else short(value)
+            text = replace_unprintable(value) if isinstance(value, str) else svg_number(value)
             words.append(f'{name.rstrip("_").replace("_", "-")}="{escape(text)}"')
     return f"<{' '.join(words)}>{''.join(children)}</{tag}>"
 
 
 def text(words: str, x: float, y: float, **attributes: str | float | None) -> str:
     """Return a text element with escaped words."""
-    return element("text", escape(clean(words)), x=x, y=y, **attributes)
+    return element("text", escape(replace_unprintable(words)), x=x, y=y, **attributes)
 
 
 def text_within(words: str, x: float, y: float, width: float) -> str:
@@ -41,16 +41,16 @@ def text_within(words: str, x: float, y: float, width: float) -> str:
 
 def title(words: str) -> str:
     """Return the accessible title of a drawing."""
-    return element("title", escape(clean(words)))
+    return element("title", escape(replace_unprintable(words)))
 
 
-def styled(svg: str, css: str) -> str:
+def embed_styles(svg: str, css: str) -> str:
     """Embed styles into a drawing; return the text of an SVG file."""
     head, end_of_title, rest = svg.partition("</title>")
     return f"{head}{end_of_title}{element('style', css)}{rest}\n"
 
 
-def short(value: float) -> str:
+def svg_number(value: float) -> str:
     """Return a finite number with at most two decimals, without trailing zeros."""
     words = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if words == "-0" else words
@@ -91,7 +91,7 @@ def _coordinates(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
-def in_steps(*children: str) -> str:
+def scaled_group(*children: str) -> str:
     """Return a group that scales path data in `STEPS` to user units."""
     return element("g", *children, transform=f"scale({1 / STEPS:g})")
 

@@ -15,19 +15,19 @@ from leafcut.report.wording import (
     SEVERITIES,
     SPARED,
     at_most_words,
-    clean,
     clean_lines,
     cost_words,
     count,
+    ended_by_payoff,
     feed_mm_min,
     group_issues,
     length_words,
     number_words,
     percent_words,
-    said,
+    replace_unprintable,
     saved_percent,
     time_words,
-    was_spared,
+    translatable,
 )
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ _KIND_WORDS = {
 }
 
 
-def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
+def order_cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
     """Return a card for each order; savings refer to the first order, and the last order is the written one."""
     longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
     return [
@@ -76,7 +76,7 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
     ]
 
 
-def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
+def savings_headline(outcome: Outcome, came_in: str, bound: str) -> PageRow:
     """Return the headline figure about the savings, with its text; `bound` is a sentence on the proved gap."""
     seconds = outcome.before.time_s - outcome.after.time_s
     is_slower = seconds < 0
@@ -91,16 +91,16 @@ def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
     }
 
 
-def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
+def time_rows(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
     """Return the seconds by kind of motion of each order, with stacked bars; kinds that never occur are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
-    return stacked(
-        {k: said(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
+    return stacked_bars(
+        {k: translatable(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
     )
 
 
-def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
+def stacked_bars(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
     """Return stacked bars of seconds by kind on a common scale; each row has a name, its seconds, and the total as
     text.
     """
@@ -130,16 +130,16 @@ def tool_columns(outcome: Outcome) -> PageRow:
     }
 
 
-def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
+def tool_rows(outcome: Outcome, scene: Scene) -> list[PageRow]:
     """Return a row of the tool table for each operation."""
     return [
         {
             "class": tool_class(scene, scene.tools.index(o.tool.number)),
             "number": number_of(o.tool) or NO_VALUE,
             "lines": f"{o.lines[0]:,} – {o.lines[1]:,}" if o.lines else NO_VALUE,
-            "kind": clean(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
+            "kind": replace_unprintable(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
             "diameter": f"{o.tool.diameter:.4g}" if o.tool.diameter > 0 else NO_VALUE,
-            "cycle": clean(o.cycle) or NO_VALUE,
+            "cycle": replace_unprintable(o.cycle) or NO_VALUE,
             "feed": number_words(feed_mm_min(o.tool.feed)),
             "speed": number_words(o.tool.spindle_rpm),
             "work": work_words(o),
@@ -156,7 +156,9 @@ def number_of(tool: Tool) -> str:
 
 def tool_words(tool: Tool) -> str:
     """Return ``T3 drill Ø6.35``, or ``T3 drill`` without a known diameter."""
-    return clean(tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip())
+    return replace_unprintable(
+        tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip()
+    )
 
 
 def work_words(operation: OperationOutcome) -> str:
@@ -169,21 +171,21 @@ def work_words(operation: OperationOutcome) -> str:
     return ", ".join(words)
 
 
-def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
+def search_rows(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
     """Return a description of the search of each operation, with a chart if the search improved the order."""
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
     for number in sorted(by_size[:MAX_SEARCHES]):
         operation = outcome.operations[number]
         solution = operation.solution
-        facts = [clean(solution.algorithm), cost_words(solution.cost, solution.unit)]
+        facts = [replace_unprintable(solution.algorithm), cost_words(solution.cost, solution.unit)]
         if solution.iterations:
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
             facts.append(at_most_words(solution.gap, solution.unit))
         if solution.stopped_early and (solution.gap is None or solution.gap > MIN_GAP):
             facts.append("stopped early")
-        if was_spared(solution):
+        if ended_by_payoff(solution):
             facts.append(SPARED)
         words = name_of(number)
         rows.append(
@@ -197,7 +199,7 @@ def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: floa
     return rows
 
 
-def workers(outcome: Outcome) -> PageRow:
+def worker_rows(outcome: Outcome) -> PageRow:
     """Return a row with bars of ants and seconds for each worker of each operation, and the number of omitted rows.
 
     Workers without ants are left out, because the optimum was known before they started to search.
@@ -224,15 +226,15 @@ def workers(outcome: Outcome) -> PageRow:
     return {"rows": rows, "several": several, "left_out": len(every) - len(rows)}
 
 
-def issues(outcome: Outcome) -> PageRow:
+def issue_rows(outcome: Outcome) -> PageRow:
     """Return the groups of issues, and at most `MAX_ISSUE_ROWS` issues, the worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
             "code": i.code,
             "severity": i.severity.value,
-            "message": clean(i.message),
-            "place": clean(i.place),
+            "message": replace_unprintable(i.message),
+            "place": replace_unprintable(i.place),
         }
         for i in ordered[:MAX_ISSUE_ROWS]
     ]
@@ -243,7 +245,7 @@ def issues(outcome: Outcome) -> PageRow:
     return {"rows": rows, "worst": worst, "missing": missing, "groups": groups, "left_out": left_out, "number": number}
 
 
-def program(outcome: Outcome) -> PageRow:
+def program_view(outcome: Outcome) -> PageRow:
     """Return the text of the program, or its first lines, and a caption."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES

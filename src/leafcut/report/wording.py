@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 NO_VALUE = "–"
 #: Maximum gap of a path that counts as optimal.
 MIN_GAP = 1e-4
-#: Reason why a search ended early (`order.stop.Thrift`).
+#: Reason why a search ended early (`order.stop.PayoffLimit`).
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
@@ -31,28 +31,28 @@ MINUS = "−"
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
-class Said(str):
+class TranslatableText(str):
     """A text with its template and values; the studio builds a translation from them."""
 
     template: str
     values: dict[str, str]
 
 
-def said(template: str, **values: str) -> Said:
+def translatable(template: str, **values: str) -> TranslatableText:
     """Fill a template with values; the result can be translated."""
-    words = Said(template.format(**values))
+    words = TranslatableText(template.format(**values))
     words.template, words.values = template, values
     return words
 
 
-def clean(text: str) -> str:
+def replace_unprintable(text: str) -> str:
     """Replace unprintable characters (line ends, escape sequences, direction marks) by ``�``."""
     return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)
 
 
 def clean_lines(text: str) -> list[str]:
-    """Return the lines of a text, each sanitised by `clean`."""
-    return [clean(line.replace("\t", "    ")) for line in text.splitlines()]
+    """Return the lines of a text, each sanitised by `replace_unprintable`."""
+    return [replace_unprintable(line.replace("\t", "    ")) for line in text.splitlines()]
 
 
 def plain_number(value: float | None) -> float | None:
@@ -142,7 +142,7 @@ _FIGURES: dict[str, Callable[[float], str]] = {
 }
 
 
-def figure(fact: Fact) -> str:
+def fact_value_text(fact: Fact) -> str:
     """Return the value of a fact as text; "" for lists, for dicts, and without a value."""
     if isinstance(fact.value, int | float):
         if not math.isfinite(fact.value):
@@ -151,9 +151,9 @@ def figure(fact: Fact) -> str:
     return fact.value if isinstance(fact.value, str) else ""
 
 
-def line(fact: Fact) -> str:
+def fact_line(fact: Fact) -> str:
     """Return figure and sentence of a fact in one line."""
-    return ", ".join(filter(None, (figure(fact), fact.sentence)))
+    return ", ".join(filter(None, (fact_value_text(fact), fact.sentence)))
 
 
 def title_words(facts: Iterable[Fact]) -> str:
@@ -161,7 +161,7 @@ def title_words(facts: Iterable[Fact]) -> str:
     return " · ".join(fact.sentence for fact in facts if fact.sentence and not fact.name)
 
 
-def heading(name: str) -> str:
+def fact_heading(name: str) -> str:
     """Return the name of a fact as a heading in lower case; abbreviations such as ``T1`` keep their capitals."""
     return name[:1].lower() + name[1:] if name[1:2].islower() else name
 
@@ -228,13 +228,13 @@ def search_words(outcome: Outcome) -> str:
 
 def method_words(outcome: Outcome) -> str:
     """Return algorithm, seed, times of search and job, and the reason if the search ended early."""
-    words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
+    words = f"{replace_unprintable(algorithm_words(outcome))}, seed {outcome.seed}, {search_words(outcome)}"
     if outcome.compile_seconds >= COMPILED:
         words += f" and {time_words(outcome.compile_seconds)} of compiling"
-    return f"{words}; {SPARED}" if any(was_spared(o.solution) for o in outcome.operations) else words
+    return f"{words}; {SPARED}" if any(ended_by_payoff(o.solution) for o in outcome.operations) else words
 
 
-def was_spared(solution: Solution) -> bool:
+def ended_by_payoff(solution: Solution) -> bool:
     """Return whether a search ended because it no longer paid off, although the optimum was not known."""
     return solution.spared and (solution.gap is None or solution.gap > MIN_GAP)
 
@@ -261,7 +261,7 @@ class IssueGroup:
     place: str
 
 
-def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
+def verification_limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
     """Return the limits of the verification as pairs (name, text): assumptions, and areas that are not cut.
 
     All limits are listed, because users would mistake a hidden assumption for a fact.
@@ -283,4 +283,9 @@ def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[I
         numbers[key] += 1
         first.setdefault(key, issue)
     order = sorted(first, key=lambda key: (SEVERITIES.index(key[1]), not key[0].startswith(MOTION), key[0]))
-    return [IssueGroup(*key[:2], numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]
+    return [
+        IssueGroup(
+            *key[:2], numbers[key], replace_unprintable(first[key].message), replace_unprintable(first[key].place)
+        )
+        for key in order
+    ]

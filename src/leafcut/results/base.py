@@ -98,7 +98,7 @@ class Result:
         return found
 
 
-def as_result(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
+def result_of(kind: type[R], found: Any, inputs: Iterable[object]) -> R:
     """Convert a result of `model` to a result of the library; `inputs` are the files that were read, or None."""
     values = {field.name: getattr(found, field.name) for field in fields(found)}
     return kind(**values, inputs=tuple(dict.fromkeys(str(one) for one in inputs if one is not None)))

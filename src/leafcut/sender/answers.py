@@ -86,13 +86,13 @@ class Report:
 
 
 @dataclass(frozen=True)
-class Strange:
+class InvalidAnswer:
     """A line that is not a valid answer."""
 
     text: str
 
 
-ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | Strange
+ControllerAnswer = Accepted | Refused | Alarm | Greeting | Status | Report | InvalidAnswer
 
 
 def numbers_in(text: str) -> tuple[float, ...] | None:

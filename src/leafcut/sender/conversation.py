@@ -6,7 +6,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 
-from leafcut.errors import SendError, shown
+from leafcut.errors import SendError, printable
 from leafcut.model.machine import XYZ
 from leafcut.sender.answers import (
     LONGEST_ANSWER,
@@ -14,13 +14,13 @@ from leafcut.sender.answers import (
     Alarm,
     ControllerAnswer,
     Greeting,
+    InvalidAnswer,
     Refused,
     Report,
     Status,
-    Strange,
 )
-from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
-from leafcut.sender.facts import Facts
+from leafcut.sender.controller_facts import Facts
+from leafcut.sender.error_texts import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.port import Port
 
 #: Time limits, s: for an answer, for the start of a board that restarts when its port is opened, and for homing.
@@ -63,7 +63,7 @@ class Conversation(ABC):
     homed
         Whether the machine was homed since the connection was opened.
     family
-        Firmware that the board has reported; it selects the list of errors and alarms (`explained.family_of`).
+        Firmware that the board has reported; it selects the list of errors and alarms (`meaning_of.family_of`).
     max_lines
         Maximum number of lines without an answer; None if only the buffer limits it.
     max_ahead
@@ -111,11 +111,11 @@ class Conversation(ABC):
         """
 
     @abstractmethod
-    def gather(self) -> Facts:
+    def read_facts(self) -> Facts:
         """Return the facts that the controller reports while it is idle."""
 
     @abstractmethod
-    def gather_settings(self) -> tuple[str, str]:
+    def read_settings_text(self) -> tuple[str, str]:
         """Return the kind and the text of the settings, in the format that `leafcut machine import` reads."""
 
     @abstractmethod
@@ -173,7 +173,7 @@ class Conversation(ABC):
 
     # Methods that all firmwares share.
 
-    def _until(self, seconds: float) -> float:
+    def _deadline(self, seconds: float) -> float:
         return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
@@ -194,16 +194,16 @@ class Conversation(ABC):
         *lines, self._rest = self._rest.replace(b"\r", b"").split(b"\n")
         if len(self._rest) > LONGEST_ANSWER:
             lines, self._rest = [*lines, self._rest], b""
-        return [self._heard_line(line.decode("ascii", "replace")) for line in lines if line.strip()]
+        return [self._parse_line(line.decode("ascii", "replace")) for line in lines if line.strip()]
 
-    def _heard_line(self, text: str) -> ControllerAnswer:
+    def _parse_line(self, text: str) -> ControllerAnswer:
         answer = self.parse(text)
-        self.log("<", text if isinstance(answer, Status) else shown(text, 200))
+        self.log("<", text if isinstance(answer, Status) else printable(text, 200))
         if isinstance(answer, Status):
-            self.keep(answer)
+            self.store_status(answer)
         return answer
 
-    def keep(self, status: Status) -> None:
+    def store_status(self, status: Status) -> None:
         """Store a status and pass it to `on_status`."""
         self.status, self.offset = status, status.offset or self.offset
         self.on_status(status)
@@ -215,7 +215,7 @@ class Conversation(ABC):
 
         `ask` replaces the status query. The first query is sent at once, or with `later` after the first interval.
         """
-        until, next_query = self._until(seconds), self.clock() + (every or 0.0) * later
+        until, next_query = self._deadline(seconds), self.clock() + (every or 0.0) * later
         while self.clock() < until:
             if every is not None and self.clock() >= next_query:
                 (ask or self.ask_status)()
@@ -224,20 +224,20 @@ class Conversation(ABC):
 
     def facts(self) -> Facts:
         """Return the facts that the controller reports; raise `SendError` if the machine moves or a fact is missing."""
-        if movement := self._moving():
+        if movement := self._moving_state():
             raise SendError(f"the machine is {movement}; wait until it has stopped, or use --unlock")
-        return self.gather()
+        return self.read_facts()
 
     def settings(self) -> tuple[str, str]:
         """Return the kind (`importing.KINDS`) and text of the settings.
 
         Raise `SendError` if they cannot be read now.
         """
-        if movement := self._moving():
+        if movement := self._moving_state():
             raise SendError(f"the machine is {movement}; wait until it has stopped")
-        return self.gather_settings()
+        return self.read_settings_text()
 
-    def _moving(self) -> str:
+    def _moving_state(self) -> str:
         status = self.fresh_status()
         return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
@@ -253,14 +253,14 @@ class Conversation(ABC):
                 case Accepted():
                     return answers
                 case Refused():
-                    raise SendError(f"'{text}' was refused: {self.explained(answer)}")
+                    raise SendError(f"'{text}' was refused: {self.meaning_of(answer)}")
                 case Alarm():
-                    raise SendError(f"'{text}': {self.explained(answer)}")
+                    raise SendError(f"'{text}': {self.meaning_of(answer)}")
                 case Greeting():
                     raise SendError(f"the controller was reset at '{text}'")
                 case Status():
                     continue
-                case Strange(words):
+                case InvalidAnswer(words):
                     raise SendError(f"invalid answer to '{text}': '{words}'")
                 case _:
                     answers.append(answer)
@@ -273,7 +273,7 @@ class Conversation(ABC):
                 return answer
         raise SendError(f"{self.port.name} no longer responds")
 
-    def explained(self, answer: Refused | Alarm) -> str:
+    def meaning_of(self, answer: Refused | Alarm) -> str:
         """Return the meaning of an error or alarm in words, according to the firmware."""
         if isinstance(answer.why, str):
             return answer.why
@@ -311,7 +311,7 @@ class Conversation(ABC):
         """Wait for the message or greeting that follows an alarm; return whether it arrived in time."""
         return any(isinstance(answer, Report | Greeting) for answer in self.receive(seconds))
 
-    def pass_time(self, seconds: float) -> None:
+    def discard_answers(self, seconds: float) -> None:
         """Read and discard answers for a given time, s."""
         until = self.clock() + seconds
         while self.clock() < until:
@@ -331,7 +331,7 @@ def wrong_firmware(port: str, answers: list[str], firmware: str) -> NotThisFirmw
     if not answers:
         words = f"no response on {port}; is the machine on, and are port and --baud right?"
     else:
-        text = shown(answers[-1], 40)
+        text = printable(answers[-1], 40)
         words = f"the device on {port} is not {firmware} ('{text}')"
         if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
             words = f"{port} sends invalid data ('{text}'); check --baud and the cable"
@@ -347,7 +347,7 @@ def answer_text(answer: ControllerAnswer) -> str:
             return f"error:{why}"
         case Alarm(why):
             return f"ALARM:{why}"
-        case Strange(text):
+        case InvalidAnswer(text):
             return text
         case _:
             return str(answer)

@@ -20,7 +20,7 @@ _SPEAKERS: dict[str, type[Conversation]] = {
 }
 
 
-def speaker_of(machine: Machine, name: str) -> type[Conversation]:
+def conversation_class(machine: Machine, name: str) -> type[Conversation]:
     """Return the conversation class for a machine; raise `OptionError` if leafcut cannot send to its controller.
 
     `name` is the value of ``--machine``, for the message.
@@ -45,7 +45,7 @@ ASKED: dict[str, type[Conversation]] = {
 }
 
 
-def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
+def query_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
     """Return the kind of the settings of the board at a port, and their text in the format of a settings file.
 
     Without a kind, GRBL is tried first, then Marlin, which ignores GRBL's query as an unknown command. Raise

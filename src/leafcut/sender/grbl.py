@@ -14,9 +14,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from leafcut.errors import SendError, shown
+from leafcut.errors import SendError, printable
 from leafcut.sender import grbl_lines
-from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, Refused, Report, Status, Strange
+from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, InvalidAnswer, Refused, Report, Status
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import (
     ANSWER_SECONDS,
     LOCKED,
@@ -31,9 +32,8 @@ from leafcut.sender.conversation import (
     ignore_answer,
     wrong_firmware,
 )
-from leafcut.sender.explained import family_of
-from leafcut.sender.facts import Facts
-from leafcut.sender.grbl_facts import gathered
+from leafcut.sender.error_texts import firmware_family
+from leafcut.sender.grbl_facts import facts_of_answers
 from leafcut.sender.port import Port
 
 #: Soft reset; the same byte for all three firmwares.
@@ -78,7 +78,7 @@ class GrblConversation(Conversation):
     def parse(self, line: str) -> ControllerAnswer:
         """Convert a line to an answer, and record the firmware that it names."""
         answer = grbl_lines.parse(line)
-        if not self.family and isinstance(answer, Greeting | Report) and (family := family_of(line)):
+        if not self.family and isinstance(answer, Greeting | Report) and (family := firmware_family(line)):
             self.family = family
             if family == "grblHAL":
                 self.act = _GRBLHAL
@@ -91,10 +91,10 @@ class GrblConversation(Conversation):
     def connect(self) -> Status:
         """Wait for the controller and return its status; raise `SendError` if nothing or another firmware answers."""
         replies: list[str] = []
-        for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._knock):
+        for answer in self.receive(START_SECONDS, SLOW_POLL_SECONDS, self._query_board):
             if isinstance(answer, Status):
                 if self._knocks > 1:
-                    self._find_bytes()
+                    self._detect_realtime_bytes()
                 return answer
             if isinstance(answer, Greeting):
                 self.restarted = True
@@ -103,7 +103,7 @@ class GrblConversation(Conversation):
                 replies.append(answer_text(answer))
         if not replies and not self._rest:
             replies = self._answers_to_line()
-        replies += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+        replies += [printable(self._rest.decode("ascii", "replace"))] * bool(self._rest)
         raise wrong_firmware(self.port.name, replies, "GRBL")
 
     def _answers_to_line(self) -> list[str]:
@@ -111,7 +111,7 @@ class GrblConversation(Conversation):
         self.write(b"\n")
         return [answer_text(answer) for answer in self.receive(_LINE_SECONDS)]
 
-    def _knock(self) -> None:
+    def _query_board(self) -> None:
         """Query an unknown board.
 
         From the second query on, the query byte of grblHAL is sent as well, because a grblHAL board may ignore
@@ -122,28 +122,28 @@ class GrblConversation(Conversation):
             self.port.write(_GRBLHAL.ask)
         self.ask_status()
 
-    def _find_bytes(self) -> None:
+    def _detect_realtime_bytes(self) -> None:
         """Switch to grblHAL's bytes if the board answers grblHAL's status query. GRBL ignores that byte."""
-        self.pass_time(SLOW_POLL_SECONDS)
+        self.discard_answers(SLOW_POLL_SECONDS)
         self.port.write(_GRBLHAL.ask)
         if any(isinstance(answer, Status) for answer in self.receive(SLOW_POLL_SECONDS)):
             self.act = _GRBLHAL
 
-    def gather(self) -> Facts:
+    def read_facts(self) -> Facts:
         """Return the facts of the controller; raise `SendError` for another firmware, or if a fact is missing."""
-        self._settle()
+        self._end_partial_line()
         answers: list[ControllerAnswer] = []
         for question in ("$I", "$$", "$#", "$G"):
             answers += self.ask(question)
         configuration = self._configuration() if self.family == "FluidNC" else ""
-        return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
+        return facts_of_answers(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
-    def gather_settings(self) -> tuple[str, str]:
+    def read_settings_text(self) -> tuple[str, str]:
         """Return the kind and the text of the settings (for FluidNC: its configuration).
 
         Raise `SendError` if the controller does not report them.
         """
-        self._settle()
+        self._end_partial_line()
         build_info = self.ask("$I")
         if not any(isinstance(report, Report) for report in build_info):
             raise wrong_firmware(self.port.name, ["ok"], "GRBL")
@@ -153,7 +153,7 @@ class GrblConversation(Conversation):
         lines = [f"{report.name}={report.text}" if report.name.startswith("$") else f"[{report}]" for report in reports]
         return "grbl", "\n".join(lines) + "\n"
 
-    def _settle(self) -> None:
+    def _end_partial_line(self) -> None:
         """End a partial line that may be in the controller's buffer, and wait for the answer."""
         self.write(b"\n")
         if not any(isinstance(answer, Accepted | Refused) for answer in self.receive(ANSWER_SECONDS)):
@@ -172,12 +172,12 @@ class GrblConversation(Conversation):
             self._raw = None
         return "\n".join(lines) + "\n"
 
-    def _heard_line(self, text: str) -> ControllerAnswer:
-        if self._raw is not None and isinstance(grbl_lines.parse(text), Strange):
+    def _parse_line(self, text: str) -> ControllerAnswer:
+        if self._raw is not None and isinstance(grbl_lines.parse(text), InvalidAnswer):
             self._raw.append(text)
-            self.log("<", shown(text, 200))
+            self.log("<", printable(text, 200))
             return Report("", "")
-        return super()._heard_line(text)
+        return super()._parse_line(text)
 
     def send(self, text: str) -> None:
         """Send a line."""
@@ -247,7 +247,7 @@ class GrblConversation(Conversation):
             on_answer(answer)
             if isinstance(answer, Greeting):
                 return
-            if isinstance(answer, Status) and (answer.state in _AT_REST or at_hold(answer)):
+            if isinstance(answer, Status) and (answer.state in _AT_REST or has_come_to_rest(answer)):
                 return
 
     def reset(self, on_answer: OnAnswer = ignore_answer) -> Status:
@@ -272,7 +272,7 @@ class GrblConversation(Conversation):
             if isinstance(answer, Greeting):
                 break
         if sent > 1:
-            self.pass_time(RESET_SECONDS)  # repeated resets may be answered as well
+            self.discard_answers(RESET_SECONDS)  # repeated resets may be answered as well
         return self.fresh_status()
 
     def halt(self, on_answer: OnAnswer = ignore_answer) -> Status:
@@ -286,12 +286,12 @@ class GrblConversation(Conversation):
     def stop_unanswered(self) -> str:
         """Send a hold, wait until the machine should be at rest, and send a reset, in case it still receives."""
         self.hold()
-        self.pass_time(UNANSWERED_SECONDS)
+        self.discard_answers(UNANSWERED_SECONDS)
         self.write(RESET)
         return "a hold and a reset were sent anyway"
 
 
-def at_hold(status: Status) -> bool:
+def has_come_to_rest(status: Status) -> bool:
     """Return whether a machine in the state Hold or Door has come to rest.
 
     Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`);

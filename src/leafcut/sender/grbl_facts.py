@@ -18,8 +18,8 @@ from leafcut.errors import ReadError, SendError
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.fluidnc import FluidConfiguration, configuration_of
 from leafcut.sender.answers import ControllerAnswer, Report, Status
-from leafcut.sender.counting import GRBL_BUFFER
-from leafcut.sender.facts import Clock, Facts, SettingNames, moving, scaled
+from leafcut.sender.character_counting import GRBL_BUFFER
+from leafcut.sender.controller_facts import Clock, Facts, SettingNames, checked_axis_values, position_in_mm
 from leafcut.units import MM_PER_INCH
 
 _LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
@@ -32,29 +32,29 @@ _ZERO_AT_HOME, _NO_LOCK = "Z", "L"
 _PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
 
 
-def _numbered(first: int) -> tuple[str, str, str]:
+def _three_settings(first: int) -> tuple[str, str, str]:
     return (f"${first}", f"${first + 1}", f"${first + 2}")
 
 
-def _of_axes(key: str) -> tuple[str, str, str]:
+def _axis_keys(key: str) -> tuple[str, str, str]:
     return (f"{key} of x", f"{key} of y", f"{key} of z")
 
 
 _GRBL_NAMES = SettingNames(
-    "$22=0", "$20=0", _numbered(_TRAVELS), _numbered(_RATES), _numbered(_ACCELERATIONS), "$30", "$32"
+    "$22=0", "$20=0", _three_settings(_TRAVELS), _three_settings(_RATES), _three_settings(_ACCELERATIONS), "$30", "$32"
 )
 _FLUIDNC_NAMES = SettingNames(
     "not every axis has a homing cycle",
     "soft_limits",
-    _of_axes("max_travel_mm"),
-    _of_axes("max_rate_mm_per_min"),
-    _of_axes("acceleration_mm_per_sec2"),
+    _axis_keys("max_travel_mm"),
+    _axis_keys("max_rate_mm_per_min"),
+    _axis_keys("acceleration_mm_per_sec2"),
     "speed_map",
     "$32",
 )
 
 
-def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
+def facts_of_answers(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
     """Return the facts from the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
     `homed`: the machine was homed since the connection was opened. `configuration`: FluidNC's answer to ``$CD``.
@@ -74,10 +74,12 @@ def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, co
     elif not configuration:
         raise SendError(f"the controller does not report the size of its buffer ([OPT:{options.text}])")
     modes = next((tuple(report.text.split()) for report in reports if report.name == "GC"), ())
-    facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
-    facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
+    facts = _facts_of_numbers(
+        settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES)
+    )
+    facts = replace(facts, modes=modes, places=_stored_positions(reports, facts.unit))
     if configuration:
-        return _by_configuration(facts, configuration, homed=homed)
+        return _facts_of_configuration(facts, configuration, homed=homed)
     return replace(facts, homed=True if homed else _reports_homed(reports, letters))
 
 
@@ -100,13 +102,13 @@ class _Settings(dict[str, str]):
         return self.number(setting) if self.get(f"${setting}") else None
 
     def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
-        if not all(self.get(name) for name in _numbered(first)):
+        if not all(self.get(name) for name in _three_settings(first)):
             return None
         x, y, z = (self.number(first + axis) * factor for axis in range(3))
-        return moving((x, y, z), _numbered(first))
+        return checked_axis_values((x, y, z), _three_settings(first))
 
 
-def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
+def _facts_of_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
     low, high = [], []
     to_min = int(settings.number(_HOME_TO_MIN))
     for axis in range(3):
@@ -146,7 +148,7 @@ def _reports_homed(reports: list[Report], letters: str) -> bool | None:
     return None if _NO_LOCK in letters else True
 
 
-def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
+def _facts_of_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
     """Return the facts, completed from FluidNC's configuration. Without ``must_home``, `homed` may stay unknown."""
     try:
         configuration: FluidConfiguration = configuration_of(text, "$CD")
@@ -162,20 +164,20 @@ def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
         soft_limits=configuration.soft_limits,
         fastest=configuration.fastest,
         clock=Clock(
-            moving(configuration.rates, _FLUIDNC_NAMES.rates),
-            moving(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
-            moving(configuration.steps, _of_axes("steps_per_mm")),
+            checked_axis_values(configuration.rates, _FLUIDNC_NAMES.rates),
+            checked_axis_values(configuration.accelerations, _FLUIDNC_NAMES.accelerations),
+            checked_axis_values(configuration.steps, _axis_keys("steps_per_mm")),
             configuration.deviation,
             configuration.arc_tolerance,
         ),
     )
 
 
-def _places(reports: list[Report], unit: float) -> dict[str, XYZ]:
+def _stored_positions(reports: list[Report], unit: float) -> dict[str, XYZ]:
     places: dict[str, XYZ] = {}
     for report in reports:
         values = report.numbers if report.name in _PLACES else None
         if values:
             x, y, z = values[:3] if len(values) >= 3 else (0.0, 0.0, values[-1])
-            places[report.name] = scaled((x, y, z), unit)
+            places[report.name] = position_in_mm((x, y, z), unit)
     return places

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import re
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.sender.answers import (
     Accepted,
     Alarm,
     ControllerAnswer,
     Greeting,
+    InvalidAnswer,
     Refused,
     Report,
     Status,
-    Strange,
     numbers_in,
     place_in,
 )
@@ -32,25 +32,25 @@ _REMARK = re.compile(r"\s+\(.*\)\s*$")
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Convert a line of a controller to an answer; an invalid line becomes `Strange`."""
+    """Convert a line of a controller to an answer; an invalid line becomes `InvalidAnswer`."""
     line = line.strip()
     if line == "ok":
         return Accepted()
     if match := _NUMBERED.fullmatch(line):
         return (Refused if match[1].lower() == "error" else Alarm)(int(match[2]))
     if line.startswith("<") and line.endswith(">"):
-        return _status(line[1:-1]) or Strange(shown(line))
+        return _status(line[1:-1]) or InvalidAnswer(printable(line))
     if line.startswith("[") and line.endswith("]"):
         name, colon, rest = line[1:-1].partition(":")
-        return Report(name, _plain(rest)) if colon else Report("", shown(name, 120))
+        return Report(name, _plain(rest)) if colon else Report("", printable(name, 120))
     if match := _GREETING.match(line):
         return Greeting(match[1], match[2] or "")
     if match := _SETTING.match(line):
         return Report(f"${match[1]}", _plain(_REMARK.sub("", match[2]).strip()))
     # Start-up lines, echoed when they are executed, and additional output of grblHAL and FluidNC.
     if line.startswith((">", "$N")):
-        return Report("", shown(line))
-    return Strange(shown(line))
+        return Report("", printable(line))
+    return InvalidAnswer(printable(line))
 
 
 def _plain(text: str) -> str:

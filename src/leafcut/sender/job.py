@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, ReadError, shown
+from leafcut.errors import OptionError, ReadError, printable
 from leafcut.files.whole_files import read_program
 from leafcut.gcode.dialects import Dialect, dialect
 from leafcut.gcode.languages import other_language
@@ -23,9 +23,9 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
-from leafcut.sender.counting import SentLine
-from leafcut.sender.firmware import speaker_of
-from leafcut.sender.lines import Pause, SentStep, in_dialect, steps_of
+from leafcut.sender.character_counting import SentLine
+from leafcut.sender.firmware import conversation_class
+from leafcut.sender.lines import Pause, SentStep, lines_in_dialect, steps_of
 
 #: Codes that need --accept whatever their severity: dangers, limits of the machine, unknown effects.
 _NEVER = ("L803", "L806", "L808")
@@ -85,9 +85,9 @@ class SendJob:
     def seconds(self) -> tuple[Floats, Floats]:
         """Seconds per line at feed, and in all other lines: two float64[lines + 1], indexed by line number."""
         from leafcut.timing.grbl import sent_lines
-        from leafcut.timing.toolpath import clock
+        from leafcut.timing.toolpath import time_rows
 
-        timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
+        timed = time_rows(self.program.path, self.machine, sent_lines(self.program.lines))
         at_feed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
         count = len(self.program.lines) + 1
@@ -113,7 +113,7 @@ class SendJob:
     def text(self, line: int) -> str:
         """Return a line of the program, shortened for a message."""
         lines = self.program.lines
-        return shown(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
+        return printable(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
 
 
 def read_job(
@@ -137,7 +137,7 @@ def read_job(
     """
     known = load_machine(machine)
     controller_dialect = dialect(dialect_name or known.controller)
-    speaker_of(known, machine)
+    conversation_class(known, machine)
     return job_of(program_text(file, file), file, known, controller_dialect, units, accept)
 
 
@@ -164,10 +164,10 @@ def job_of(
     """Return the job for the text of a program; see `read_job`."""
     program = interpret_program(text, controller_dialect, file, units=units or machine.units)
     steps = (
-        *_opening(program, controller_dialect, units or machine.units),
+        *_opening_lines(program, controller_dialect, units or machine.units),
         *steps_of(program.lines, controller_dialect, file),
     )
-    _check_known(program, file)
+    _check_known_positions(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
         if (issue.severity is Severity.DANGER or issue.code in _NEVER) and issue.code not in accept:
@@ -181,18 +181,18 @@ def job_of(
     return SendJob(file, machine, controller_dialect, program, steps, tuple(issues), tuple(accept))
 
 
-def _opening(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
+def _opening_lines(program: Program, controller_dialect: Dialect, units: str) -> list[SentLine]:
     """Return the lines that set the modes with which the program was read, whatever modes the controller is in."""
-    if not in_dialect(controller_dialect, _UNITS[units]):
+    if not lines_in_dialect(controller_dialect, _UNITS[units]):
         raise OptionError(f"{controller_dialect.name} has no {_UNITS[units]}; write the program in millimetres")
     blocks = [_AT_FIRST, "G54", _UNITS[units]]
     # A program that never starts the spindle relies on a spindle started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         blocks += ["M5", "M9"]
-    return [SentLine(text) for text in in_dialect(controller_dialect, *blocks)]
+    return [SentLine(text) for text in lines_in_dialect(controller_dialect, *blocks)]
 
 
-def _check_known(program: Program, file: str) -> None:
+def _check_known_positions(program: Program, file: str) -> None:
     path = program.path
     for kind, reason in _LOST.items():
         rows = np.flatnonzero(path.kind == kind)
@@ -244,6 +244,6 @@ def _tool_name(change: Pause) -> str | None:
     return f"{name} ({change.remark})" if change.remark else name
 
 
-def issues_to_tell(issues: Sequence[Issue]) -> list[Issue]:
+def issues_to_show(issues: Sequence[Issue]) -> list[Issue]:
     """Return the issues that the operator must see before the start: all except notes."""
     return [issue for issue in issues if issue.severity is not Severity.NOTE]

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, Word, split_line, words_of
-from leafcut.sender.counting import SentLine
+from leafcut.sender.character_counting import SentLine
 
 #: Maximum line length of GRBL, without line ending (LINE_BUFFER_SIZE in protocol.h).
 LONGEST_LINE = 79
@@ -49,16 +49,16 @@ SentStep = SentLine | Pause
 _DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
 
 
-def in_dialect(dialect: Dialect, *texts: str) -> list[str]:
+def lines_in_dialect(dialect: Dialect, *texts: str) -> list[str]:
     """Return lines such as ``G21 G90 F100`` in a controller's dialect, without the words that it lacks.
 
     If the controller accepts one command per line, ``F100`` alone becomes ``G1 F100``, which moves nothing; any
     other word without a command is dropped.
     """
-    return [line for text in texts for line in _in_dialect(dialect, text)]
+    return [line for text in texts for line in _line_in_dialect(dialect, text)]
 
 
-def _in_dialect(dialect: Dialect, text: str) -> list[str]:
+def _line_in_dialect(dialect: Dialect, text: str) -> list[str]:
     commands: list[list[str]] = []
     for word in words_of(text):
         if word.letter == "G" and round(word.value * 10) not in dialect.g_codes:
@@ -70,8 +70,8 @@ def _in_dialect(dialect: Dialect, text: str) -> list[str]:
             if alone and word.letter != "F":
                 continue
             commands.append(["G1"] if alone else [])
-        commands[-1].append(_written(word))
-    return [_joined(dialect, command) for command in commands]
+        commands[-1].append(_word_text(word))
+    return [_join_words(dialect, command) for command in commands]
 
 
 def dwell(dialect: Dialect, seconds: float) -> str:
@@ -79,7 +79,7 @@ def dwell(dialect: Dialect, seconds: float) -> str:
     return f"G4 P{seconds / _DWELL_UNITS[dialect.dwell_unit]:g}"
 
 
-def _joined(dialect: Dialect, parts: Sequence[str]) -> str:
+def _join_words(dialect: Dialect, parts: Sequence[str]) -> str:
     return (" " if dialect.one_command else "").join(parts)
 
 
@@ -145,14 +145,14 @@ class _LineReader:
         words = words_of(body.removeprefix("/"))
         self._check(words)
         if comments:
-            self.remark, self.remarked = shown(comments[-1]), number
+            self.remark, self.remarked = printable(comments[-1]), number
         for word in words:
             if word.letter == "T":
                 self.tool, self.chosen = int(word.value), number
         self.begun |= bool(words)
         codes = {int(word.value) for word in words if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = _joined(self.dialect, [_written(word) for word in words if not _is_for_sender(word)])
+        text = _join_words(self.dialect, [_word_text(word) for word in words if not _is_sender_word(word)])
         if self.dialect.one_command and codes & {*self.stops, 6}:
             text = ""  # text after M0 is a message for the operator
         if len(text) > LONGEST_LINE:
@@ -186,9 +186,9 @@ class _LineReader:
                 raise BlockError(f"{word} is not a word of {self.dialect.name}; {advice}")
 
 
-def _is_for_sender(word: Word) -> bool:
+def _is_sender_word(word: Word) -> bool:
     return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
 
 
-def _written(word: Word) -> str:
+def _word_text(word: Word) -> str:
     return f"{word.letter}{word.text.removeprefix('+')}"

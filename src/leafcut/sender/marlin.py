@@ -29,21 +29,23 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from leafcut.errors import ReadError, SendError, shown
+from leafcut.errors import ReadError, SendError, printable
 from leafcut.model.machine import XYZ
-from leafcut.read.controllers.importing import imported
+from leafcut.read.controllers.importing import machine_from_settings
 from leafcut.sender import marlin_lines
 from leafcut.sender.answers import (
     Accepted,
     Alarm,
     ControllerAnswer,
     Greeting,
+    InvalidAnswer,
     Refused,
     Report,
     Status,
-    Strange,
     place_in,
 )
+from leafcut.sender.character_counting import GRBL_BUFFER
+from leafcut.sender.controller_facts import Clock, Facts, SettingNames
 from leafcut.sender.conversation import (
     ANSWER_SECONDS,
     STOPPED_SHORT,
@@ -53,8 +55,6 @@ from leafcut.sender.conversation import (
     ignore_answer,
     wrong_firmware,
 )
-from leafcut.sender.counting import GRBL_BUFFER
-from leafcut.sender.facts import Clock, Facts, SettingNames
 from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
 from leafcut.sender.port import Port
 
@@ -81,12 +81,17 @@ _ENDS = re.compile(r"(Min|Max):\s*X\s*(-?[\d.]+)\s*Y\s*(-?[\d.]+)\s*Z\s*(-?[\d.]
 _M211_WORD = re.compile(r"M211 S([01])")
 
 
-def _each(word: str) -> tuple[str, str, str]:
+def _axis_words(word: str) -> tuple[str, str, str]:
     return (f"{word} X", f"{word} Y", f"{word} Z")
 
 
 _NAMES = SettingNames(
-    "M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"), coordinates="the program's coordinates"
+    "M211",
+    "M211 S0",
+    _axis_words("M211"),
+    _axis_words("M203"),
+    _axis_words("M201"),
+    coordinates="the program's coordinates",
 )
 
 
@@ -156,18 +161,18 @@ class MarlinConversation(Conversation):
 
         Requests to repeat a line are handled here.
         """
-        answers = self._take_turn()
+        answers = self._send_next()
         for answer in super().listen(seconds):
             if answer != _WAITS:
                 self._heard_at = self.clock()
-            answers += self._digest(answer)
+            answers += self._process_answer(answer)
             if self._asked:
                 # Marlin has no status report. While lines are unanswered, any message shows that the board is running.
                 self._asked = False
                 answers.append(self._keep_status(self._inferred_status("Run")))
         return answers
 
-    def _take_turn(self) -> list[ControllerAnswer]:
+    def _send_next(self) -> list[ControllerAnswer]:
         now, flying = self.clock(), self._flying
         if self._wanted is not None:
             until, number = self._wanted
@@ -176,32 +181,32 @@ class MarlinConversation(Conversation):
             self._wanted = None
             if flying is not None and number == flying.number + 1:
                 self._stray += 1  # its answer was lost or is still to come
-                return self._answered()
+                return self._finish_line()
             if flying is not None:
-                self._put(flying)
+                self._write_line(flying)
         elif flying is not None:
             if now - self._heard_at > LOST_SECONDS * self.patience and self._times < MAX_RESENDS:
                 self._times += 1
-                self._put(flying)
+                self._write_line(flying)
                 self._heard_at = now
         elif self._queries:
-            self._fly(self._queries.popleft(), is_query=True)
+            self._send_numbered(self._queries.popleft(), is_query=True)
         return []
 
-    def _digest(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
+    def _process_answer(self, answer: ControllerAnswer) -> list[ControllerAnswer]:
         match answer:
             case Accepted():
-                return self._ok()
+                return self._process_ok()
             case Greeting():
                 self._forget()
                 self._anew = True
             case Alarm(why):
                 self._killed |= "(kill)" in str(why)
             case Report(name, text) if name == RESEND:
-                return self._asked_again(int(text))
+                return self._repeat_line(int(text))
             case Report(name, text) if name == UNKNOWN:
                 if text.partition(" ")[0] not in _NOTHING_TO_DO:
-                    self._wrong = f"the firmware does not have this word ('{shown(text, 40)}')"
+                    self._wrong = f"the firmware does not have this word ('{printable(text, 40)}')"
             case Report(name, text) if name == HOME_FIRST:
                 self._wrong = f"homing of {text} is needed first"
             case Report(name, _) if name == BUSY:
@@ -209,12 +214,12 @@ class MarlinConversation(Conversation):
             case Report(name, text) if name == PLACE:
                 self._place = place_in(text)
             case Report(name, text) if name == ACTION:
-                return self._at_display(text.partition(" ")[0])
+                return self._process_prompt(text.partition(" ")[0])
             case _:
                 pass
         return [answer]
 
-    def _at_display(self, action: str) -> list[ControllerAnswer]:
+    def _process_prompt(self, action: str) -> list[ControllerAnswer]:
         if action in ("pause", "paused"):
             self._held = True
         elif action in ("resume", "resumed"):
@@ -223,7 +228,7 @@ class MarlinConversation(Conversation):
             return [Alarm(f"it was stopped at its display ({action})")]
         return []
 
-    def _ok(self) -> list[ControllerAnswer]:
+    def _process_ok(self) -> list[ControllerAnswer]:
         if self._wanted is not None:
             return []
         if self._flying is None:
@@ -231,9 +236,9 @@ class MarlinConversation(Conversation):
                 return [Accepted()]
             self._stray -= 1
             return []
-        return self._answered()
+        return self._finish_line()
 
-    def _answered(self) -> list[ControllerAnswer]:
+    def _finish_line(self) -> list[ControllerAnswer]:
         line, self._flying, self._times = self._flying, None, 0
         wrong, self._wrong = self._wrong, ""
         assert line is not None
@@ -241,8 +246,8 @@ class MarlinConversation(Conversation):
         if self._next is not None:
             self._flying, self._next = self._next, None
             self._number = self._flying.number
-            self._put(self._flying)
-            return [Strange(f"line {line.number}: {wrong}")] if wrong else []
+            self._write_line(self._flying)
+            return [InvalidAnswer(f"line {line.number}: {wrong}")] if wrong else []
         if not line.is_query:
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
@@ -253,7 +258,7 @@ class MarlinConversation(Conversation):
             return [self._keep_status(self._inferred_status("Run"))]
         return []
 
-    def _asked_again(self, number: int) -> list[ControllerAnswer]:
+    def _repeat_line(self, number: int) -> list[ControllerAnswer]:
         """Record the request to repeat a line.
 
         It is sent after a pause, because the controller may repeat the request.
@@ -267,7 +272,7 @@ class MarlinConversation(Conversation):
             self._forget()
             # The controller has restarted its line numbers, or has lost lines.
             self._anew = number == 1
-            return [Greeting("", "Marlin") if number == 1 else Strange(f"Resend: {number}")]
+            return [Greeting("", "Marlin") if number == 1 else InvalidAnswer(f"Resend: {number}")]
         self._wanted = (self.clock() + QUIET_SECONDS, number)
         self._wrong = ""
         return []
@@ -278,21 +283,21 @@ class MarlinConversation(Conversation):
         return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
     def _keep_status(self, status: Status) -> Status:
-        self.keep(status)
+        self.store_status(status)
         return status
 
     # Sending.
 
-    def _put(self, line: NumberedLine) -> None:
+    def _write_line(self, line: NumberedLine) -> None:
         self.write(line.data)
         self._heard_at = self.clock()
 
-    def _fly(self, text: str, *, is_query: bool = False) -> None:
+    def _send_numbered(self, text: str, *, is_query: bool = False) -> None:
         self._number += 1
         self._moved |= not is_query
         self._place = None if text == "M114" else self._place
         self._flying = NumberedLine(self._number, text, is_query)
-        self._put(self._flying)
+        self._write_line(self._flying)
 
     def _forget(self) -> None:
         """Restart the bookkeeping: no line is unanswered, and the next number is 1."""
@@ -303,21 +308,21 @@ class MarlinConversation(Conversation):
     @property
     def takes_lines(self) -> bool:
         """Whether a line may be sent: no line is unanswered and the machine is not held."""
-        return not self._held and self._free
+        return not self._held and self._is_free
 
     @property
-    def _free(self) -> bool:
+    def _is_free(self) -> bool:
         return self._flying is None and self._wanted is None and not self._queries
 
     def send(self, text: str) -> None:
         """Send a line when no other line is unanswered; raise `SendError` if an earlier line gets no answer."""
-        until = self._until(PLANNED_SECONDS)
-        while not self._free:
+        until = self._deadline(PLANNED_SECONDS)
+        while not self._is_free:
             if any(isinstance(answer, Status) for answer in self.listen()):
-                until = self._until(PLANNED_SECONDS)
+                until = self._deadline(PLANNED_SECONDS)
             if self.clock() > until:
                 raise SendError(f"{self.port.name} no longer responds")
-        self._fly(text)
+        self._send_numbered(text)
 
     def ask_status(self, *, more: bool = False) -> None:
         """Query the position and whether the machine is at rest.
@@ -326,7 +331,7 @@ class MarlinConversation(Conversation):
         """
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True
-        elif self._free:
+        elif self._is_free:
             self._queries.extend(("M400", "M114"))
 
     # Commands.
@@ -334,25 +339,25 @@ class MarlinConversation(Conversation):
     def connect(self) -> Status:
         """Wait for the controller and return its status; raise `SendError` if nothing answers or it is not Marlin 2."""
         replies: list[str] = []
-        for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._knock):
+        for answer in self.receive(START_SECONDS, KNOCK_SECONDS, self._query_board):
             match answer:
                 case Accepted():
                     break
                 case Greeting():
                     self.restarted = True
-                case Report() | Strange():
+                case Report() | InvalidAnswer():
                     replies.append(answer.text)
                 case _:
                     pass
         else:
-            replies += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+            replies += [printable(self._rest.decode("ascii", "replace"))] * bool(self._rest)
             raise wrong_firmware(self.port.name, replies, "Marlin")
         self._synchronise()
         self._firmware()
         self._anew = False
         return self.fresh_status()
 
-    def _knock(self) -> None:
+    def _query_board(self) -> None:
         self.write(b"\n" + _FIRST.data)
 
     def _synchronise(self) -> None:
@@ -360,7 +365,7 @@ class MarlinConversation(Conversation):
         self._forget()
         self._stray = 0
         quiet = self.clock()
-        until = self._until(ANSWER_SECONDS)
+        until = self._deadline(ANSWER_SECONDS)
         while self.clock() - quiet < 2 * QUIET_SECONDS and self.clock() < until:
             if self.listen():
                 quiet = self.clock()
@@ -373,27 +378,27 @@ class MarlinConversation(Conversation):
         if version is None:
             raise wrong_firmware(self.port.name, [name or "ok"], "Marlin")
         if int(version[1]) < 2:
-            raise SendError(f"the device on {self.port.name} is {shown(version[0], 40)}; Marlin 2 is needed")
+            raise SendError(f"the device on {self.port.name} is {printable(version[0], 40)}; Marlin 2 is needed")
         pairs = [report.text.rpartition(":") for report in reports if report.name == CAPABILITY]
         return version[0], {name: value.strip() == "1" for name, _, value in pairs}
 
-    def gather(self) -> Facts:
+    def read_facts(self) -> Facts:
         """Return the facts of the controller.
 
         Raise `SendError` if it does not report settings, travel or busy messages.
         """
         version, abilities = self._firmware()
-        if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
+        if not re.search(r"M113 S[12]\b", self._query_text("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
-        settings = self._words("M503", _NO_SETTINGS)
-        soft_limits_on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
+        settings = self._query_text("M503", _NO_SETTINGS)
+        soft_limits_on, low, high = _soft_endstops(self._query_text("M211", _NO_TRAVEL))
         try:
-            machine = imported(settings, "M503", "marlin").machine
+            machine = machine_from_settings(settings, "M503", "marlin").machine
         except ReadError as problem:
             raise SendError(f"the controller's settings cannot be used: {problem}") from None
         if machine.units != "mm":
             raise SendError("the controller is set to inches (G20 in M503); leafcut sends millimetres to Marlin")
-        status = self._rested()
+        status = self._wait_for_rest()
         if status.machine is None:
             raise SendError("the controller does not report its position (M114)")
         return Facts(
@@ -409,17 +414,17 @@ class MarlinConversation(Conversation):
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
 
-    def gather_settings(self) -> tuple[str, str]:
+    def read_settings_text(self) -> tuple[str, str]:
         """Return the kind and the text of the settings, with the travel if the firmware reports it.
 
         Raise `SendError` if the settings are not reported.
         """
-        settings = self._words("M503", _NO_SETTINGS)
+        settings = self._query_text("M503", _NO_SETTINGS)
         with suppress(NotBuiltIn):
-            settings += self._words("M211", _NO_TRAVEL)
+            settings += self._query_text("M211", _NO_TRAVEL)
         return "marlin", settings
 
-    def _words(self, question: str, lacking: str) -> str:
+    def _query_text(self, question: str, lacking: str) -> str:
         """Return the answer to a query as text.
 
         Raise `NotBuiltIn` with the message `lacking` if the firmware does not have the command.
@@ -478,7 +483,7 @@ class MarlinConversation(Conversation):
         try:
             if unmoved:
                 self.ask("M5")
-                return self._rested()
+                return self._wait_for_rest()
             return self._stop_at_once(on_answer)
         finally:
             self._resetting = self._interrupted = False
@@ -493,18 +498,20 @@ class MarlinConversation(Conversation):
             on_answer(answer)
         self._forget()
         self._stray = 0  # its answer may have been counted for a line that had none
-        if not any(isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
+        if not any(
+            isinstance(answer, Accepted) for answer in self.receive(ANSWER_SECONDS, KNOCK_SECONDS, self._query_board)
+        ):
             self.write(b"M112\n")
             raise SendError("it does not respond to M410; M112 (emergency stop) was sent")
         self._synchronise()
         self.ask("M5")
-        status = replace(self._rested(), state=STOPPED_SHORT)
+        status = replace(self._wait_for_rest(), state=STOPPED_SHORT)
         if self._anew:
             status = replace(status, machine=None, work=None)
         on_answer(status)
         return self._keep_status(status)
 
-    def _rested(self) -> Status:
+    def _wait_for_rest(self) -> Status:
         status = self.fresh_status(PLANNED_SECONDS)
         while status.state == "Run":
             status = self.fresh_status(PLANNED_SECONDS)

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import re
 
-from leafcut.errors import shown
-from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Report, Strange
+from leafcut.errors import printable
+from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, InvalidAnswer, Report
 
 #: Names of the reports that leafcut acts upon. Other messages become a `Report` with another name or none.
 RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
@@ -45,10 +45,10 @@ _ERRORS = {
 
 
 def parse(line: str) -> ControllerAnswer:
-    """Convert a line of a controller to an answer. A line with unprintable characters (noise) becomes `Strange`."""
+    """Convert a line of a controller to an answer; a line with unprintable characters (noise) is an `InvalidAnswer`."""
     line = line.strip()
     if not line.isprintable() or "\ufffd" in line:
-        return Strange(shown(line))
+        return InvalidAnswer(printable(line))
     if line == "start":
         return Greeting("", "Marlin")
     if _OK.fullmatch(line):
@@ -58,7 +58,7 @@ def parse(line: str) -> ControllerAnswer:
     if line.startswith(("Error:", "!!")):
         return _error(line.partition(":")[2].strip() or line)
     if "endstops hit" in line:
-        return Alarm(f"an end stop was hit unexpectedly ({shown(line.rpartition('hit:')[2].strip(), 40)})")
+        return Alarm(f"an end stop was hit unexpectedly ({printable(line.rpartition('hit:')[2].strip(), 40)})")
     if match := _UNKNOWN.match(line):
         return Report(UNKNOWN, match[1].strip())
     if match := _HOME_FIRST.match(line):
@@ -76,6 +76,6 @@ def parse(line: str) -> ControllerAnswer:
 
 def _error(text: str) -> ControllerAnswer:
     if any(words in text.lower() for words in _LINE_ERRORS):
-        return Report("line error", shown(text, 80))
+        return Report("line error", printable(text, 80))
     meaning = next((words for part, words in _ERRORS.items() if part in text), "")
-    return Alarm(meaning or f"Marlin stopped with '{shown(text, 80)}'")
+    return Alarm(meaning or f"Marlin stopped with '{printable(text, 80)}'")

@@ -7,7 +7,7 @@ import os
 from types import ModuleType
 from typing import Protocol
 
-from leafcut.errors import OptionError, SendError, nearest
+from leafcut.errors import OptionError, SendError, name_suggestion
 
 #: Baud rate of GRBL (BAUD_RATE).
 BAUD = 115_200
@@ -51,7 +51,7 @@ class SerialPort:
         """
         serial = _pyserial()
         if baud not in BAUDS:
-            raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(rate) for rate in BAUDS])[2:]}")
+            raise OptionError(f"--baud {baud}: {name_suggestion(str(baud), [str(rate) for rate in BAUDS])[2:]}")
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
             raise OptionError(f"--port {name}: the port does not exist; {ports_in_words()}")

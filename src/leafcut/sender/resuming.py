@@ -17,10 +17,10 @@ from leafcut.gcode.program import Modal
 from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.sender.counting import SentLine
-from leafcut.sender.facts import Facts
+from leafcut.sender.character_counting import SentLine
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.job import SendJob, job_of
-from leafcut.sender.lines import SentStep, dwell, in_dialect, steps_of
+from leafcut.sender.lines import SentStep, dwell, lines_in_dialect, steps_of
 
 #: Decimals of a position in mm; a finely stepped board resolves 0.001 mm.
 _DECIMALS = 4
@@ -44,7 +44,7 @@ def check_place(from_hole: int | None, from_line: int | None) -> None:
         raise OptionError("--from-hole and --from-line both set the line to resume at; leave one out")
 
 
-def rest_of(
+def steps_from_resume(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None
 ) -> tuple[int, Sequence[SentStep], int | None]:
     """Return the resume line, the steps to send, and the tool that must be in the spindle (None if not named).
@@ -78,9 +78,9 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
     place = _place_before(job, row, first)
-    lead = in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
+    lead = lines_in_dialect(job.dialect, *_lead_in(job, modal, path, row, place, height))
     rest = steps_of(program.lines, job.dialect, job.file, first)
-    rest = with_motion(rest, modal.motion)
+    rest = add_motion_mode(rest, modal.motion)
     _prove(job, lead, rest, row, first)
     return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
@@ -130,7 +130,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
         if modal.spindle and job.machine.spindle_start_s:
             lines.append(dwell(job.dialect, job.machine.spindle_start_s))
     if len(known):
-        lines.append(_way_down(job, modal, row, z))
+        lines.append(_descent_line(job, modal, row, z))
     # The remaining lines are in the modes of the program.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
@@ -145,7 +145,7 @@ def _rapid_feed(job: SendJob, axes: str) -> str:
     return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
 
 
-def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
+def _descent_line(job: SendJob, modal: Modal, row: int, z: float) -> str:
     path = job.program.path
     before = path.before[row]
     moves = np.flatnonzero(path.kind[row:] <= Kind.ARC_CCW)
@@ -154,7 +154,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
         first = row + int(moves[0])
         sideways = bool(np.isfinite(path.end[first, :2]).all() and (path.end[first, :2] != before[:2]).any())
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
-        travels &= sideways or _came_by_rapid(path, row)
+        travels &= sideways or _arrived_by_rapid(path, row)
     if travels:
         return f"G0 Z{number_in_mm(z)}{_rapid_feed(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
@@ -166,7 +166,7 @@ def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
-def _came_by_rapid(path: Toolpath, row: int) -> bool:
+def _arrived_by_rapid(path: Toolpath, row: int) -> bool:
     """Return whether the last move before a row was a rapid up or sideways, which ends clear of material."""
     moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
     if not len(moves):
@@ -186,7 +186,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
-    lines = [SentLine(text) for text in in_dialect(job.dialect, *words)]
+    lines = [SentLine(text) for text in lines_in_dialect(job.dialect, *words)]
     return modal.motion, [*lines, *spindle_words(job, line)]
 
 
@@ -205,7 +205,7 @@ def spindle_words(job: SendJob, line: int) -> list[SentLine]:
     blocks = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
     if job.machine.spindle_start_s:
         blocks.append(dwell(job.dialect, job.machine.spindle_start_s))
-    return [SentLine(text) for text in in_dialect(job.dialect, *blocks)]
+    return [SentLine(text) for text in lines_in_dialect(job.dialect, *blocks)]
 
 
 def _modal_before(job: SendJob, line: int) -> Modal:
@@ -213,7 +213,7 @@ def _modal_before(job: SendJob, line: int) -> Modal:
     return job.program.modal(min(block, job.program.n_blocks))
 
 
-def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
+def add_motion_mode(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     """Return the steps with the active motion mode (G0 to G3) added to the first move that lacks it."""
     done = list(rest)
     for k, step in enumerate(rest):

@@ -13,17 +13,17 @@ from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
-from leafcut.sender.checking import check_program
+from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, InvalidAnswer, Refused, Status
+from leafcut.sender.character_counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED, STOPPED_SHORT, Conversation, Interrupted
-from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
-from leafcut.sender.explained import state_in_words
-from leafcut.sender.facts import Facts
+from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.sender.job_checks import check_program
+from leafcut.sender.line_tracking import LineTracker
 from leafcut.sender.lines import Pause, SentStep, pauses_at_holes
-from leafcut.sender.place import Tracker
 from leafcut.sender.port import PortLost
-from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
+from leafcut.sender.resuming import add_motion_mode, modes_before, resumed, spindle_words
 
 #: Interval of status queries, s. More frequent queries would delay the program.
 STATUS_SECONDS = 0.25
@@ -92,7 +92,7 @@ class RunView:
 
 
 @dataclass(frozen=True)
-class Ending:
+class RunResult:
     """The result of a run.
 
     Attributes
@@ -145,19 +145,19 @@ class Ending:
 Prompt = Callable[[Pause, Sequence[str]], str | None]
 
 
-class _Ended(SendError):
+class _RunEnded(SendError):
     """The run cannot continue, but the controller can be reached."""
 
 
-class _Alarmed(_Ended):
+class _AlarmStop(_RunEnded):
     """The controller has stopped with an alarm and accepts only a reset."""
 
 
-class _Silent(PortLost):
+class _NoAnswer(PortLost):
     """The port is open, but the controller no longer answers."""
 
 
-class _Asked(Exception):
+class _StopRequested(Exception):
     """The operator wants to stop."""
 
 
@@ -186,7 +186,7 @@ class SendRun:
         self.counter = CharacterCounter(self.facts.buffer, self.talk.max_lines)
         self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
         self.path = self.job.program.path
-        self._tracker = Tracker(self.path)
+        self._tracker = LineTracker(self.path)
         feed_s, other_s = self.job.seconds
         self._fed, self._other = np.cumsum(feed_s), np.cumsum(other_s)
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
@@ -216,7 +216,7 @@ class SendRun:
         """Queue a request. May be called from any thread."""
         self.requests.append(request)
 
-    def run(self) -> Ending:
+    def run(self) -> RunResult:
         """Send all steps and return the result. On any failure, stop the machine and report its state."""
         if self.prompt is None and not self.check:
             self._skip_first_tool()
@@ -227,15 +227,15 @@ class SendRun:
                 self.talk.prepare()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
-            return self._leave_check() if self.check else self._ending("", self.talk.status)
-        except _Silent as silent:
-            return self._lost(f"{silent}; {self._stop_unanswered()}")
+            return self._leave_check() if self.check else self._result("", self.talk.status)
+        except _NoAnswer as silent:
+            return self._result_of_lost_machine(f"{silent}; {self._stop_unanswered()}")
         except PortLost as lost:
-            return self._lost(str(lost))
-        except (_Asked, Interrupted, KeyboardInterrupt):
-            return self._stopped("stopped by you")
+            return self._result_of_lost_machine(str(lost))
+        except (_StopRequested, Interrupted, KeyboardInterrupt):
+            return self._stop_and_report("stopped by you")
         except LeafcutError as problem:
-            return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
+            return self._stop_and_report(str(problem), at_once=isinstance(problem, _AlarmStop))
 
     def _skip_first_tool(self) -> None:
         """Assume that the first tool is mounted; raise `OptionError` if the program has another pause.
@@ -255,20 +255,20 @@ class SendRun:
 
     def _send_all(self) -> None:
         while True:
-            self._obey()
+            self._obey_requests()
             self._step_override()
-            self._fill()
+            self._send_lines()
             for answer in self.talk.listen():
-                self._hear(answer)
+                self._process_answer(answer)
             if not self.left and not self.counter.waiting and self._rests >= 2:
                 return
             self._check_connection()
 
-    def _obey(self) -> None:
+    def _obey_requests(self) -> None:
         while self.requests:
             request = self.requests.popleft()
             if request is Request.STOP:
-                raise _Asked
+                raise _StopRequested
             if request in (Request.HOLD, Request.RESUME):
                 self._to_resume = request is Request.RESUME
                 if request is Request.HOLD:
@@ -294,7 +294,7 @@ class SendRun:
         self._changing = True
         self._asked_at = 0.0
 
-    def _fill(self) -> None:
+    def _send_lines(self) -> None:
         while self.left:
             step = self.left[0]
             if isinstance(step, Pause):
@@ -320,13 +320,13 @@ class SendRun:
             self._asked_at = now
             self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
-            raise _Silent(f"{self.talk.port.name} no longer responds")
+            raise _NoAnswer(f"{self.talk.port.name} no longer responds")
         if (
             self._rests >= 2
             and self.counter.waiting
             and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
         ):
-            raise _Ended("an answer was lost on the way, so the lines can no longer be counted; check the cable")
+            raise _RunEnded("an answer was lost on the way, so the lines can no longer be counted; check the cable")
 
     def _dwell(self) -> float:
         """Return the dwell of the oldest unanswered line, s."""
@@ -335,30 +335,30 @@ class SendRun:
             return 0.0
         return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
 
-    def _hear(self, answer: ControllerAnswer) -> None:
+    def _process_answer(self, answer: ControllerAnswer) -> None:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
-                self._take()
+                self._process_line_answer()
             case Refused():
-                self._take(self.talk.explained(answer))
+                self._process_line_answer(self.talk.meaning_of(answer))
             case Alarm():
-                raise _Alarmed(f"{self._place_text()}: {self.talk.explained(answer)}")
+                raise _AlarmStop(f"{self._place_text()}: {self.talk.meaning_of(answer)}")
             case Greeting():
-                raise _Ended(f"the controller was reset{self._while_in()}")
-            case Strange(words):
-                raise _Ended(f"invalid answer: '{words}'; check the cable")
+                raise _RunEnded(f"the controller was reset{self._line_text()}")
+            case InvalidAnswer(words):
+                raise _RunEnded(f"invalid answer: '{words}'; check the cable")
             case Status():
-                self._see(answer)
+                self._process_status(answer)
             case _:
                 pass
 
-    def _take(self, wrong: str = "") -> None:
+    def _process_line_answer(self, wrong: str = "") -> None:
         """Process the answer to the oldest unanswered line. `wrong` is its error, or empty."""
-        line = self.counter.answered()
+        line = self.counter.take_answer()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
-            raise _Ended("the controller answered a line that was not sent: is another program connected to it?")
+            raise _RunEnded("the controller answered a line that was not sent: is another program connected to it?")
         if line.number:
             self.taken = line.number
             self._history.append(line.number)
@@ -367,17 +367,17 @@ class SendRun:
         text = self.job.text(line.number) or line.text
         problem = f"line {line.number} '{text}': {wrong}" if line.number else f"'{text}': {wrong}"
         if not self.check or not line.number:
-            raise _Ended(problem)
+            raise _RunEnded(problem)
         self._errors.append((line.number, problem))
         if len(self._errors) >= _MAX_ERRORS:
-            raise _Ended(f"{problem}; {_MAX_ERRORS} errors; the rest was not checked")
+            raise _RunEnded(f"{problem}; {_MAX_ERRORS} errors; the rest was not checked")
 
-    def _see(self, status: Status) -> None:
+    def _process_status(self, status: Status) -> None:
         if status.state in LOCKED:
-            raise _Ended(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
+            raise _RunEnded(f"{self._place_text()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
-            raise _Ended("the controller's buffer holds more than was sent: is another program connected to it?")
+            raise _RunEnded("the controller's buffer holds more than was sent: is another program connected to it?")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
         self._not_yet_held = 0 if status.state == "Hold" else max(self._not_yet_held - 1, 0)
         if status.overrides is not None:
@@ -394,17 +394,17 @@ class SendRun:
         self._sure = place is not None
         if place is None:
             return last
-        self._passed = self._tracker.line_at(place, min(self._earliest, last), last)
+        self._passed = self._tracker.line_at(place, min(self._earliest_line, last), last)
         return self._passed
 
     @property
-    def _earliest(self) -> int:
+    def _earliest_line(self) -> int:
         return max(self._passed, self._history[0] if len(self._history) == self.talk.max_ahead else self._first)
 
     def _settle_line(self) -> None:
         """If the position is unknown, set the earliest possible line, so that resuming skips no line."""
         if not self._sure:
-            self.line = min(self._earliest, max(self.taken, self._first))
+            self.line = min(self._earliest_line, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
         return self.facts.work_place(status, self._offset)
@@ -441,7 +441,7 @@ class SendRun:
         while True:
             answer = self.prompt(pause, replies)
             if answer is None:
-                raise _Asked
+                raise _StopRequested
             if not answer.strip():
                 break
             replies, changed = self._obey_line(answer.strip()), True
@@ -451,7 +451,7 @@ class SendRun:
             return
         if changed or self.touched:
             self.touched = False
-            self._come_back(pause, following)
+            self._continue_after_pause(pause, following)
         elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
@@ -468,7 +468,7 @@ class SendRun:
         except SendError as problem:
             return [str(problem)]
 
-    def _come_back(self, pause: Pause, following: int) -> None:
+    def _continue_after_pause(self, pause: Pause, following: int) -> None:
         """Read origins and position again, and continue at line `following` in the state that the program has there."""
         self._wait_idle()
         self.facts = self.talk.facts()
@@ -480,7 +480,7 @@ class SendRun:
         except OptionError:
             # Before its first move, the program has no position to which the tool could return.
             motion, lines = modes_before(self.job, following)
-            steps = (*lines, *with_motion(list(self.left), motion))
+            steps = (*lines, *add_motion_mode(list(self.left), motion))
         self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
 
     def _wait_idle(self) -> None:
@@ -493,25 +493,25 @@ class SendRun:
             return "before the program"
         return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or after line {self.line}"
 
-    def _while_in(self) -> str:
+    def _line_text(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
 
-    def _leave_check(self) -> Ending:
+    def _leave_check(self) -> RunResult:
         status = self.talk.reset()
         errors = self._errors
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
-        return self._ending(reason, status)
+        return self._result(reason, status)
 
-    def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
+    def _stop_and_report(self, reason: str, *, at_once: bool = False) -> RunResult:
         """Stop the machine and return the result. With `at_once`, an alarm has already stopped it."""
         try:
             stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
             status = stop(self._hear_late)
         except PortLost as lost:
-            return self._lost(f"{reason}; {lost}")
+            return self._result_of_lost_machine(f"{reason}; {lost}")
         except SendError as problem:
-            return self._lost(f"{reason}; {problem}")
-        return self._ending(reason, status)
+            return self._result_of_lost_machine(f"{reason}; {problem}")
+        return self._result(reason, status)
 
     def _stop_unanswered(self) -> str:
         try:
@@ -521,25 +521,25 @@ class SendRun:
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         if isinstance(answer, Accepted | Refused):
-            line = self.counter.answered()
+            line = self.counter.take_answer()
             if line is not None and line.number:
                 self.taken = line.number
         if isinstance(answer, Status) and not self.check:
             self._offset = answer.offset or self._offset
             self.line = self._line_of(self._program_place(answer))
 
-    def _ending(self, reason: str, status: Status | None) -> Ending:
-        self.counter.forget()
+    def _result(self, reason: str, status: Status | None) -> RunResult:
+        self.counter.forget_lines()
         self._settle_line()
         complete = not reason
         state = "standing still" if status is None else state_in_words(replace(status, detail=None))
-        return Ending(
+        return RunResult(
             complete=complete,
             reason=reason,
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._hole(),
+            hole=self._current_hole(),
             state=state,
             homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
             place=None if status is None else self.facts.machine_place(status),
@@ -548,7 +548,7 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _lost(self, reason: str) -> Ending:
+    def _result_of_lost_machine(self, reason: str) -> RunResult:
         """Return the result for a machine that cannot be reached: it runs the lines that it has, then rests."""
         self._settle_line()
         last = self.talk.status
@@ -557,13 +557,13 @@ class SendRun:
         spindle = (
             f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
         )
-        return Ending(
+        return RunResult(
             complete=False,
             reason=reason,
             taken=self.taken,
             sent=self.sent,
             line=0 if self.taken < self._first else self.line,
-            hole=self._hole(),
+            hole=self._current_hole(),
             state=f"{rest}{spindle}",
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
@@ -572,7 +572,7 @@ class SendRun:
             coordinates=self.facts.names.coordinates,
         )
 
-    def _hole(self) -> DrilledHole | None:
+    def _current_hole(self) -> DrilledHole | None:
         hole = self.job.hole_at(self.line)
         if hole is None:
             return self.job.holes[0] if self.job.holes and self.taken >= self._first else None

@@ -47,7 +47,7 @@ class StudioKeys:
         self._unused = [*self._unused[1 - _MAX_UNUSED :], key]
         return key
 
-    def enter(self, word: str) -> bool:
+    def redeem_entry(self, word: str) -> bool:
         """Return whether a key admits a browser. The key becomes invalid."""
         for unused in self._unused:
             if hmac.compare_digest(unused.encode(), word.encode()):
@@ -90,7 +90,7 @@ def write_private(file: Path, data: bytes) -> None:
         opened.write(data)
 
 
-def page_that_goes_to(address: str) -> bytes:
+def redirect_page(address: str) -> bytes:
     """Return an HTML page that redirects the browser to an address."""
     target = escape(address, quote=True)
     return (

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
-from leafcut.lab.loading import in_short, load
-from leafcut.lab.own_part import OWN_PART
+from leafcut.lab.loading import load, short_form
+from leafcut.lab.own_experiment import OWN_PART
 from leafcut.lab.running import rows_of, run
 from leafcut.lab.store import Row, Store
 from leafcut.model.heartbeat import Progress
@@ -65,7 +65,7 @@ class LabRuns:
         """Whether an experiment is running."""
         return self.state is not None and self.state.running
 
-    def described(self, name: str, reduced: bool) -> Description:
+    def description_of(self, name: str, reduced: bool) -> Description:
         """Return an included experiment, or the experiment on the user's part.
 
         Raise `OptionError` for an unknown name.
@@ -76,7 +76,7 @@ class LabRuns:
             return self.own
         if name.endswith(".toml") or "/" in name or "\\" in name:
             raise OptionError("name an experiment that comes with leafcut")
-        return in_short(load(name)) if reduced else load(name)
+        return short_form(load(name)) if reduced else load(name)
 
     def start(self, description: Description) -> None:
         """Start the missing runs of an experiment; raise `OptionError` if another experiment is running."""

@@ -27,7 +27,7 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
     except OSError as problem:
         raise OutputError(f"{root}: cannot write to the studio's folder ({problem.strerror})") from None
     try:
-        if not _locked(number):
+        if not _is_locked(number):
             other_address = os.read(number, 200).decode("ascii", "ignore")
             place = f" at {other_address}" if other_address.isprintable() and other_address else ""
             raise OutputError(
@@ -41,7 +41,7 @@ def lock_folder(root: Path, address: str) -> Iterator[None]:
             os.close(number)
 
 
-def _locked(number: int) -> bool:
+def _is_locked(number: int) -> bool:
     """Lock a byte of an open file; return False if another process holds it.
 
     Return True if the file system does not support locks.

@@ -92,7 +92,7 @@ class Messages:
         for pattern in sorted(likely, key=lambda pattern: (-pattern.size, pattern.line)):
             if pattern.size < size:
                 return
-            if match := _compiled(pattern.line).fullmatch(line):
+            if match := _compile_pattern(pattern.line).fullmatch(line):
                 yield pattern, match.groups()
                 size = pattern.size
 
@@ -112,7 +112,7 @@ def _pattern(line: str, translation: str) -> _Pattern:
 
 
 @cache
-def _compiled(text: str) -> re.Pattern[str]:
+def _compile_pattern(text: str) -> re.Pattern[str]:
     """Return the compiled pattern. Compiling all patterns at once would take a fifth of a second."""
     return re.compile(text, re.DOTALL)
 

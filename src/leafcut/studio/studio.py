@@ -10,11 +10,11 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.workers import StudioWorkers
-from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.lab_runs import LabRuns
 from leafcut.studio.machine.link import MachineLink
 from leafcut.studio.recent_files import RecentFiles
+from leafcut.studio.saved_pages import KeptPages
 
 HOST, PORT = "127.0.0.1", 8173
 

@@ -44,7 +44,7 @@ class MovingRows(NamedTuple):
         return MovingRows(*(column[rows] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
-def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
+def merge_moves(steps: MovingRows, turns: Turns) -> MovingRows:
     """Merge straight moves of equal feed, and replace shallow arcs by chords, as G64 allows.
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", which also applies to arcs in the XY plane).

@@ -19,7 +19,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
-from leafcut.timing.toolpath import corner_style, measure
+from leafcut.timing.toolpath import corner_style, measure_toolpath
 
 #: Error of a stopwatch, s, and of the model, as a share of the time. Sources: manual and electronic timing differ by
 #: about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); for the model, docs/results/machine_time.md.
@@ -40,7 +40,7 @@ _NO_EFFECT = 1e-8
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredProgram:
     """The toolpath of a program, and its measured time, s."""
 
     name: str
@@ -49,7 +49,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class MachineFit:
     """The result of a fit and its quality.
 
     Attributes
@@ -78,12 +78,12 @@ class Fitted:
     held: dict[str, str]
 
 
-def model_seconds(programs: Sequence[Measured], machine: Machine) -> Floats:
+def model_seconds(programs: Sequence[MeasuredProgram], machine: Machine) -> Floats:
     """Return the time of each program by the model, float64[n], s; each program starts at X0 Y0."""
-    return np.array([measure(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
+    return np.array([measure_toolpath(program.path, machine, start=(0.0, 0.0)).time_s for program in programs])
 
 
-def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
+def fit_machine(programs: Sequence[MeasuredProgram], machine: Machine) -> MachineFit:
     """Fit accelerations and corner value to the measured times.
 
     A parameter keeps its value if the programs do not determine it, or if it has no effect. If the programs determine
@@ -98,7 +98,7 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
         held["corner"] = "LinuxCNC's corners go by the program's own G64 P, not by a value of the machine"
     if len(programs) < 2:
         held |= dict.fromkeys(parameters, "one program is not enough; measure at least two")
-        return Fitted(machine, before, before, None, None, {}, math.nan, held)
+        return MachineFit(machine, before, before, None, None, {}, math.nan, held)
     errors: dict[str, float] = {}
     condition = math.nan
     while parameters:
@@ -109,18 +109,18 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
         condition = step_condition if not errors else condition
         errors |= step_errors
         undetermined = [name for name in parameters if step_errors[name] > _KNOWN[name]]
-        out_of_range = _at_bounds(logs, parameters)
+        out_of_range = _parameters_at_bounds(logs, parameters)
         if not undetermined and not out_of_range:
             values = dict(zip(parameters, np.exp(logs).tolist(), strict=True))
             fitted_values = (values.get("acceleration"), values.get("corner"))
-            return Fitted(changed, before, after, *fitted_values, errors, condition, held)
+            return MachineFit(changed, before, after, *fitted_values, errors, condition, held)
         dropped = max(undetermined or out_of_range)  # drop the corner value first, because it matters less
-        held[dropped] = _reason_held(step_errors[dropped], dropped)
+        held[dropped] = _reason_unfitted(step_errors[dropped], dropped)
         parameters = [name for name in parameters if name != dropped]
-    return Fitted(machine, before, before, None, None, errors, condition, held)
+    return MachineFit(machine, before, before, None, None, errors, condition, held)
 
 
-def _reason_held(error: float, name: str) -> str:
+def _reason_unfitted(error: float, name: str) -> str:
     if not math.isfinite(error):
         return "the programs do not determine it, or it does not change their times"
     if error > 1.0:
@@ -135,14 +135,14 @@ def _start_values(machine: Machine, parameters: Sequence[str]) -> Floats:
     return np.log([values[name] for name in parameters])
 
 
-def _bounds(parameters: Sequence[str]) -> tuple[Floats, Floats]:
+def _parameter_bounds(parameters: Sequence[str]) -> tuple[Floats, Floats]:
     lowest = {"acceleration": 1.0 / _WIDEST, "corner": _CORNERS[0]}
     highest = {"acceleration": _WIDEST, "corner": _CORNERS[1]}
     return np.log([lowest[name] for name in parameters]), np.log([highest[name] for name in parameters])
 
 
-def _at_bounds(logs: Floats, parameters: Sequence[str]) -> list[str]:
-    rows = zip(parameters, logs, *_bounds(parameters), strict=True)
+def _parameters_at_bounds(logs: Floats, parameters: Sequence[str]) -> list[str]:
+    rows = zip(parameters, logs, *_parameter_bounds(parameters), strict=True)
     return [name for name, value, low, high in rows if not low + 1e-9 < value < high - 1e-9]
 
 
@@ -155,7 +155,7 @@ def _with_parameters(machine: Machine, parameters: Sequence[str], logs: Floats) 
 
 
 def _residuals(
-    programs: Sequence[Measured],
+    programs: Sequence[MeasuredProgram],
     machine: Machine,
     parameters: Sequence[str],
     logs: Floats,
@@ -167,10 +167,10 @@ def _residuals(
 
 
 def _least_squares(
-    programs: Sequence[Measured], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
+    programs: Sequence[MeasuredProgram], machine: Machine, parameters: Sequence[str], seconds: Floats, weight: Floats
 ) -> tuple[Floats, Floats]:
     """Return the fitted logarithms, float64[p], and the weighted Jacobian at the solution, float64[n, p]."""
-    low, high = _bounds(parameters)
+    low, high = _parameter_bounds(parameters)
 
     def off(logs: Floats) -> Floats:
         return _residuals(programs, machine, parameters, logs, seconds, weight)

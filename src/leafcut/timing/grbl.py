@@ -34,7 +34,7 @@ _WORD = re.compile(r"[A-Z]")
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
 
 
-def stops_of(path: Toolpath, machine: Machine) -> Mask:
+def stop_mask(path: Toolpath, machine: Machine) -> Mask:
     """Return a mask of the rows before which the machine must stop, bool[n].
 
     The machine stops before
@@ -132,7 +132,7 @@ def grbl_seconds(
     np.cumsum(delta[moves.row], axis=0, out=position[1:])
     move = np.full(n, -1, dtype=np.int64)
     move[moves.row] = np.arange(m)
-    stops = stops_of(path, machine) | (waits > 0)
+    stops = stop_mask(path, machine) | (waits > 0)
     stops[moves.row[1:]] |= moves.mode[:-1] == REST
     board = new_board(n, pace / BYTES_PER_SECOND, machine.motor_lock_s, pace)
     limits = np.array([machine.steps_per_mm, machine.rapid_velocity, machine.acceleration])

@@ -189,7 +189,7 @@ def overlap_speeds(
     return first, second
 
 
-def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
+def arc_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
     """Return the limits of velocity, mm/s, and of acceleration, mm/s², along each move.
 
     On an arc, the acceleration is shared: at most `NORMAL` across the path, and `TANGENTIAL` along it. An arc with less

@@ -25,9 +25,9 @@ from leafcut.timing.linuxcnc import (
     DEPTH,
     GAP_CYCLES,
     SHORTEST,
+    arc_limits,
     linuxcnc_corners,
     overlap_speeds,
-    round_limits,
 )
 from leafcut.timing.moves import Moves
 
@@ -38,7 +38,7 @@ _FAR = 500
 _BLOCK = 1 << 13
 
 
-class Pieces(NamedTuple):
+class MotionSegments(NamedTuple):
     """Moves and corner arcs as motion segments in order: mm, mm/s, mm/s².
 
     `join` is the speed limit at the end of a segment, and `move` is the index of its move.
@@ -67,12 +67,12 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
     if style == "linuxcnc":
         return _linuxcnc_seconds(moves, corners)
     acceleration = moves.acceleration * machine.acceleration_factor
-    velocity = np.minimum(moves.velocity, round_speed(moves, acceleration))
-    pieces = Pieces(moves.length, velocity, acceleration, corners.speed, np.arange(len(moves)))
+    velocity = np.minimum(moves.velocity, arc_speed_limit(moves, acceleration))
+    pieces = MotionSegments(moves.length, velocity, acceleration, corners.speed, np.arange(len(moves)))
     return travel_seconds(pieces, _FAR)
 
 
-def round_speed(moves: Moves, acceleration: Floats) -> Floats:
+def arc_speed_limit(moves: Moves, acceleration: Floats) -> Floats:
     """Return the speed limit of each arc by its normal acceleration, mm/s; infinite for straight moves."""
     radius = moves.turn.radius
     return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
@@ -98,7 +98,7 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     held_back = np.maximum(corners.held_back, np.append(0.0, corners.held_back[:-1]))
     follows = corners.overlapped & ~moves.flushed
     halved = corners.overlapped | np.append(False, follows[:-1])
-    limit, acceleration = round_limits(moves, moves.acceleration * (1.0 - held_back) * np.where(halved, 0.5, 1.0))
+    limit, acceleration = arc_limits(moves, moves.acceleration * (1.0 - held_back) * np.where(halved, 0.5, 1.0))
     velocity = np.minimum(moves.velocity, limit)
     length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
     with_arc = corners.arc_length > 0
@@ -113,15 +113,15 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     pieces = (length, velocity, acceleration, corners.speed, np.arange(m))
     columns = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
     exists = np.column_stack([~merged, with_arc]).ravel()
-    seconds = travel_seconds(Pieces(*(column[exists] for column in columns)), DEPTH, m)
+    seconds = travel_seconds(MotionSegments(*(column[exists] for column in columns)), DEPTH, m)
     # The planner detects the end of a move in the following cycle, on average half a cycle late.
     seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
     if follows.any():
-        seconds -= _overlaps(moves, follows, velocity, acceleration)
+        seconds -= _overlap_seconds(moves, follows, velocity, acceleration)
     return seconds
 
 
-def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
+def _overlap_seconds(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
     saved = np.zeros(len(moves))
     followed = np.flatnonzero(follows)
     before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (followed, followed + 1))
@@ -131,7 +131,7 @@ def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, accele
     return saved
 
 
-def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Floats:
+def travel_seconds(pieces: MotionSegments, depth: int, n_moves: int | None = None) -> Floats:
     """Return the time of every move from its motion segments, s, with a look-ahead of `depth` segments."""
     length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
     limit = np.minimum(pieces.join, velocity)

@@ -15,7 +15,7 @@ from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.model.turns import AXES, SHORTEST, Turn, Turns
-from leafcut.timing.chords import MovingRows, joined_steps
+from leafcut.timing.chords import MovingRows, merge_moves
 
 #: End modes of a move: stop, exact path with tangent transitions (G61), or blending (G64).
 REST, EXACT, BLEND = 0, 1, 2
@@ -88,7 +88,7 @@ def moves_of(
     """
     steps = _moving_rows(path, machine, delta, turns, mode, tolerance, joining)
     if np.any((steps.mode == BLEND) & (steps.joining > 0)):
-        steps = joined_steps(steps, turns)
+        steps = merge_moves(steps, turns)
     length, limit, acceleration, start, end = _straight_limits(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))
     on_arc = np.flatnonzero(steps.arc >= 0)

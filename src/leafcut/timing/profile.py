@@ -36,8 +36,8 @@ def trapezoid_time(distance: Number, velocity: Number, acceleration: Number) -> 
     """
     cruise, ramp = distance / velocity, distance / acceleration
     if isinstance(cruise, float) and isinstance(ramp, float):
-        return _times_of(cruise, ramp)
-    return _times(np.asarray(cruise), np.asarray(ramp))
+        return _trapezoid_time(cruise, ramp)
+    return _trapezoid_times(np.asarray(cruise), np.asarray(ramp))
 
 
 @overload
@@ -62,18 +62,18 @@ def move_time(
     cruise = moved / np.asarray(machine.rapid_velocity)
     ramp = moved / (np.asarray(machine.acceleration) * machine.acceleration_factor)
     if feed is None and machine.rapid_style == "dogleg":
-        seconds = _times(cruise, ramp).max(axis=-1)
+        seconds = _trapezoid_times(cruise, ramp).max(axis=-1)
     else:
         slowest = cruise.max(axis=-1)
         if feed is not None:
             limit = np.asarray(feed, dtype=np.float64)
             limit = np.where(limit > 0, np.minimum(limit, machine.max_feed), machine.max_feed)
             slowest = np.maximum(slowest, np.sqrt((moved**2).sum(axis=-1)) / limit)
-        seconds = _times(slowest, ramp.max(axis=-1))
+        seconds = _trapezoid_times(slowest, ramp.max(axis=-1))
     return float(seconds) if np.ndim(seconds) == 0 else seconds
 
 
-def _times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np.float64]:
+def _trapezoid_times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the times, s, of moves with cruise = distance / velocity and ramp = distance / acceleration."""
     reached = cruise * cruise >= ramp
     safe = np.where(reached & (cruise > 0), cruise, 1.0)
@@ -81,7 +81,7 @@ def _times(cruise: NDArray[np.float64], ramp: NDArray[np.float64]) -> NDArray[np
     return seconds
 
 
-def _times_of(cruise: float, ramp: float) -> float:
+def _trapezoid_time(cruise: float, ramp: float) -> float:
     if cruise * cruise < ramp:
         return 2.0 * math.sqrt(ramp)
     return cruise + ramp / cruise if cruise > 0 else 0.0

@@ -54,7 +54,7 @@ class PathTimes:
     seconds: Floats
 
 
-def measure(
+def measure_toolpath(
     path: Toolpath,
     machine: Machine,
     beam_off: NDArray[np.bool_] | None = None,
@@ -103,8 +103,8 @@ def measure(
         "spindle": float(standing_seconds[path.kind == Kind.SPINDLE].sum()),
     }
     return Measure(
-        travel_mm=_length(delta[rapid]),
-        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
+        travel_mm=_move_lengths(delta[rapid]),
+        cut_mm=_move_lengths(delta[(path.kind == Kind.FEED) & ~dark_feed]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
         start=start,
@@ -133,10 +133,10 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return _time_path(path, machine).moving
 
 
-def clock(
+def time_rows(
     path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
 ) -> PathTimes:
-    """Return the time of every row; `measure` with the same `lines` and `start` returns the sum.
+    """Return the time of every row; `measure_toolpath` with the same `lines` and `start` returns the sum.
 
     Raises PlanError if the expanded cycles have too many moves.
     """
@@ -181,7 +181,7 @@ def _time_path(
     pace: float = 1.0,
 ) -> _TimedPath:
     style = corner_style(machine)
-    path, source, mode, tolerance, joining = _expand(path, style)
+    path, source, mode, tolerance, joining = _expand_cycles(path, style)
     path, probing = _probes_as_feeds(path)
     delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
     turns = turns_of(path)
@@ -218,7 +218,7 @@ def _probes_as_feeds(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
     return replace(path, kind=kind, end=end), probes
 
 
-def _expand(
+def _expand_cycles(
     path: Toolpath, style: str
 ) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
     """Expand all cycles. Return the path, and for each row its original row, its end mode, and P and Q of G64, mm."""
@@ -239,7 +239,7 @@ def _expand(
     return replace(written, line=path.line[source]), source, mode[source], tolerance[source], joining[source]
 
 
-def _length(delta: NDArray[np.float64]) -> float:
+def _move_lengths(delta: NDArray[np.float64]) -> float:
     return float(np.sqrt((delta**2).sum(axis=1)).sum())
 
 

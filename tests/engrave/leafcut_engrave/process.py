@@ -16,15 +16,25 @@ from leafcut.model.part import Part
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
+from leafcut.processes.base import (
+    ORDERED,
+    PLACE,
+    POST,
+    SEARCH,
+    SEARCH_MORE,
+    WRITTEN,
+    Process,
+    option_names,
+    use,
+)
 from leafcut.processes.job import Job, check_dialect_options
-from leafcut.processes.placing import placed
+from leafcut.processes.placing import place_part
 from leafcut.processes.plan import Plan
 from leafcut.proof.program import check_program, read_back
 from leafcut.read import read_contours
 from leafcut.read.format import Source
 from leafcut.report.path_report import PathReport
-from leafcut.timing.toolpath import measure
+from leafcut.timing.toolpath import measure_toolpath
 from leafcut.timing.travel import travel_metric
 from leafcut_engrave.model import EngravingDetail
 from leafcut_engrave.options import EngraveOptions
@@ -47,7 +57,7 @@ class Engraving(Process):
     uses = use(ReadOptions, "units", "layers", *PLACE) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, "depth", "clearance_height", "start_point", "end_point")
     form = (
-        ("main", ("machine", "depth", *all_of(EngraveOptions))),
+        ("main", ("machine", "depth", *option_names(EngraveOptions))),
         ("search", SEARCH),
         ("place", (*PLACE, "clearance_height", "start_point", "end_point", "work_offset")),
         ("read", ("units", "layers")),
@@ -62,7 +72,7 @@ class Engraving(Process):
             raise PlanError(f"{machine.name} has a {machine.head}, which cannot engrave; give another --machine")
         words = dialect(settings.post.dialect or machine.controller)
         check_dialect_options(settings, words)
-        part = placed(read_contours(sources[0], settings.read, job.start_step("reading")), settings.read)
+        part = place_part(read_contours(sources[0], settings.read, job.start_step("reading")), settings.read)
         lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]
         problem = problem_of(lines, travel_metric(machine, settings.solve.objective), settings.job)
         given = np.arange(0, 2 * len(lines), 2, dtype=np.int32)
@@ -74,7 +84,7 @@ class Engraving(Process):
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion along the lines."""
         path = lay(plan.work, order.choices[0].tolist(), plan.job)
-        return Candidate(order, path, measure(path, plan.job.machine, start=plan.start))
+        return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion and with the drawing."""
@@ -98,4 +108,4 @@ class Engraving(Process):
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the lines as placed."""
-        return placed(read_contours(source, settings.read), settings.read)
+        return place_part(read_contours(source, settings.read), settings.read)

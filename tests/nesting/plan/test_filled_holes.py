@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.nesting.plan.holes import fill_holes
+from leafcut.nesting.plan.nesting import fill_holes
 from leafcut.nesting.plan.pieces import NestPiece, pieces_of
 
 #: A frame of 200 with a hole of 120, and what may lie in it.

@@ -9,7 +9,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.sheet import Sheet
-from leafcut.nesting.plan.parts import parts_of
+from leafcut.nesting.run import parts_of
 
 
 def test_a_part_has_its_outline_first_then_its_holes_and_marks_and_the_name_of_the_drawing() -> None:

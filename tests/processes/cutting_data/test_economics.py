@@ -14,13 +14,13 @@ from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.processes.cutting_data.economics import (
+    CuttingResults,
     Prices,
     ToolWork,
-    Yields,
     best_of,
+    cutting_results,
     deep_hole_share,
     tool_life,
-    yields,
 )
 
 ANY = WorkMaterial("any", 1700.0, 0.25)
@@ -37,10 +37,10 @@ def turning(c: float, n: float, diameter: float, length: float, handling: float)
     return ToolWork(Tool(1, diameter), CuttingWork.MILL, (taylor(c, n),), fed=length, cut=length, idle=60.0 * handling)
 
 
-def at_speed(work: ToolWork, prices: Prices, speed: float | np.ndarray, feed: float) -> Yields:
+def at_speed(work: ToolWork, prices: Prices, speed: float | np.ndarray, feed: float) -> CuttingResults:
     """Return the results of cutting speeds, m/min, at a feed, mm per revolution."""
     rpm = np.atleast_1d(np.asarray(speed, dtype=float)) * 1000.0 / (math.pi * work.tool.diameter)
-    return yields(work, ANY, prices, rpm, feed * rpm / 60.0, 1.0)
+    return cutting_results(work, ANY, prices, rpm, feed * rpm / 60.0, 1.0)
 
 
 #: Groover, Fundamentals of Modern Manufacturing, example 23.3: HSS, n 0.125, C 70 m/min; a bar of 100 × 500 mm, 0.25
@@ -111,7 +111,9 @@ def test_the_time_of_a_published_hole_is_its_length_by_its_feed() -> None:
     work = replace(
         GROOVER, tool=Tool(1, 28.0), work=CuttingWork.DRILL, fed=133.0, cut=120.0, idle=0.0, hole_depth=120.0
     )
-    found = yields(work, ANY, Prices(0.0, 0.0, 0.0, math.inf), np.array([250.0]), np.array([100.0 / 60.0]), 1.0)
+    found = cutting_results(
+        work, ANY, Prices(0.0, 0.0, 0.0, math.inf), np.array([250.0]), np.array([100.0 / 60.0]), 1.0
+    )
     assert found.time[0] / 60.0 == pytest.approx(1.33)
     assert found.chip[0] == pytest.approx(0.4)
 
@@ -121,7 +123,9 @@ def test_published_drills_go_down_as_fast_as_printed() -> None:
     diameter, chip = 5 / 16 * 25.4, 0.005 * 25.4
     rpm = 300.0 * 304.8 / (math.pi * diameter)
     work = replace(GROOVER, tool=Tool(1, diameter), work=CuttingWork.DRILL, fed=12.7, cut=12.7, idle=0.0)
-    found = yields(work, ANY, Prices(0.0, 0.0, 0.0, math.inf), np.array([rpm]), np.array([chip * rpm / 60.0]), 1.0)
+    found = cutting_results(
+        work, ANY, Prices(0.0, 0.0, 0.0, math.inf), np.array([rpm]), np.array([chip * rpm / 60.0]), 1.0
+    )
     assert found.speed[0] * 60.0 / 304.8 == pytest.approx(300.0)
     assert found.chip[0] == pytest.approx(chip)
     assert 0.5 / (found.time[0] / 60.0) == pytest.approx(18.0, abs=0.5)
@@ -159,14 +163,14 @@ def test_a_tool_is_replaced_at_the_longest_life_that_is_counted_on() -> None:
 
 
 def test_equals_are_told_apart_by_the_other_objectives_then_by_the_lower_speed() -> None:
-    columns = {name: np.zeros(4) for name in Yields._fields}
+    columns = {name: np.zeros(4) for name in CuttingResults._fields}
     columns |= {
         "rpm": np.array([300.0, 100.0, 200.0, 50.0]),
         "time": np.array([1.0, 2.0, 1.0, 1.0]),
         "cost": np.array([2.0, 1.0, 1.0, 1.0]),
         "life": np.array([9.0, 9.0, 5.0, 5.0]),
     }
-    found = Yields(**columns)
+    found = CuttingResults(**columns)
     assert {objective: best_of(found, objective) for objective in ("time", "cost", "life")} == {
         "time": 3,
         "cost": 3,

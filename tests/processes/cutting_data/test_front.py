@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from leafcut.geometry.arrays import Floats, Mask
-from leafcut.processes.cutting_data.front import non_dominated
+from leafcut.processes.cutting_data.run import non_dominated
 
 
 def by_comparing_all(values: Floats) -> Mask:

@@ -10,7 +10,7 @@ import pytest
 from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
-from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, yields
+from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, cutting_results
 from leafcut.read.work_materials import load_material
 
 ANY = WorkMaterial("any", 1700.0, 0.25)
@@ -19,12 +19,12 @@ FREE = Prices(0.0, 0.0, 0.0, math.inf)
 FOOT = 0.3048
 
 
-def drilled(diameter: float, rpm: float, chip: float, depth: float, point: bool) -> Yields:
+def drilled(diameter: float, rpm: float, chip: float, depth: float, point: bool) -> CuttingResults:
     """Return the results for one hole: mm, 1/min and mm per revolution; with or without the travel of a 118° point."""
     tool = Tool(1, diameter, point_angle=math.radians(118.0))
     way = depth + (tool.point_length if point else 0.0)
     work = ToolWork(tool, CuttingWork.DRILL, (NO_WEAR,), fed=way, cut=way, hole_depth=depth, holes=1)
-    return yields(work, ANY, FREE, np.array([rpm]), np.array([chip * rpm / 60.0]), 1.0)
+    return cutting_results(work, ANY, FREE, np.array([rpm]), np.array([chip * rpm / 60.0]), 1.0)
 
 
 def turning(diameter: float, speed: float) -> float:

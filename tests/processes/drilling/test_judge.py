@@ -25,7 +25,7 @@ from leafcut.processes.drilling import spec
 from leafcut.processes.drilling.judge import DrillingRequest, judge_holes
 from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, generate_toolpath
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
-from leafcut.processes.placing import placed
+from leafcut.processes.placing import place_part
 from leafcut.proof.program import read_back, rounding_of
 from meshes import box_triangles
 from option_groups import drilling
@@ -62,7 +62,7 @@ def request(part: Part = PART, library: ToolLibrary | None = LIBRARY, **options:
 
 def program(asked: DrillingRequest, name: str, units: str) -> str:
     """Return the program that leafcut makes, holes in the order of the drawing."""
-    part = placed(asked.part, asked.reading)
+    part = place_part(asked.part, asked.reading)
     plan = plan_drilling(part, MILL, asked.library, asked.job, asked.options, drawn=asked.reading.z_zero == "drawn")
     path = generate_toolpath(plan, MILL, [drawing_order(one) for one in plan.operations])
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}

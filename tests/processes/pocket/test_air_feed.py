@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.removal import engaged_way
+from leafcut.material.removal import engaged_tool_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.air import with_air
+from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 
@@ -18,11 +18,11 @@ RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 def test_air_moves_as_written_cut_nothing(seed: int) -> None:
     corners = np.random.default_rng(seed).uniform(0.0, 70.0, (50, 2)).round(2)
     rough = PocketPiece(Polyline.of_points(corners.tolist()), "rough")
-    way, engaged = engaged_way(PocketPath("", (rough,)), RULES)
-    (pieces,) = with_air([rough], way, engaged, RULES)
+    way, engaged = engaged_tool_path(PocketPath("", (rough,)), RULES)
+    (pieces,) = divide_at_air_cuts([rough], way, engaged, RULES)
     kinds = [piece.kind for piece in pieces]
     assert kinds.count("air") > 20
     assert sum(piece.path.length for piece in pieces) == pytest.approx(rough.path.length)
-    way, engaged = engaged_way(PocketPath("", tuple(pieces)), RULES)
+    way, engaged = engaged_tool_path(PocketPath("", tuple(pieces)), RULES)
     widest = [engaged.width[way.piece == number].max() for number in range(len(pieces))]
     assert max(w for w, kind in zip(widest, kinds, strict=True) if kind == "air") == 0.0

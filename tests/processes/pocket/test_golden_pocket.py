@@ -18,7 +18,7 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.options import JobOptions, PostOptions
 from leafcut.post.writer import write_program
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.arcs import fitted
+from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
@@ -44,8 +44,8 @@ def path() -> Toolpath:
         angles = np.linspace(0.0, 2.0 * np.pi, 181)
         points += list(zip(30.0 + radius * np.cos(angles), 30.0 + radius * np.sin(angles), strict=True))
     rings = PocketPath("rings", (PocketPiece(Polyline.of_points(points)),))
-    walls = fitted(wall_passes(region, rough.polygon), 0.01)
-    clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
+    walls = fit_arcs_to_path(wall_passes(region, rough.polygon), 0.01)
+    clearing = Clearing(region, rough.polygon, fit_arcs_to_path(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
     job = JobOptions(spindle_speed=3000.0, feed=800 / 60)
     data = milling_data(PocketOptions(), job, RULES, MACHINE)[0]
     return pocket_motion([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]

@@ -16,7 +16,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.material.height_field import HeightField, StockBlock
-from leafcut.material.loads import StockBefore, loads_of
+from leafcut.material.loads import StockBefore, compute_loads
 from leafcut.model.cutter import flat_mill
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketRules
@@ -98,7 +98,7 @@ def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
     block = StockBlock((-3.0, -3.0, -5.0), (31.0, 23.0, 0.0))
     for outcome in (even, fed):
         stock = StockBefore(HeightField.of_block(block, 0.05), -5.0, True)
-        loads = loads_of(outcome.written, {1: flat_mill(6.0)}, stock, 0.5)
+        loads = compute_loads(outcome.written, {1: flat_mill(6.0)}, stock, 0.5)
         # Where the tool goes through air at its own feed a corner of a cell is no chip.
         cuts = loads.mills & (loads.width > 0.3) & (loads.feed < 40.0)
         assert loads.chip[cuts].max() <= 0.1 * 1.04
@@ -217,13 +217,13 @@ def _power_down(text: str) -> float:
     """Return the maximum power of sloped moves, W: kc Q of side and end of the tool, by volumes on cells."""
     path = interpret(text, dialect("linuxcnc"))
     block = StockBlock((-2, -2, -5), (30, 22, 0))
-    found = loads_of(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
+    found = compute_loads(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
     sinks = found.sinks & (found.length > 0.2)
     steel = load_material("c45")
     teeth = 100.0 * 3  # by second
-    end = np.minimum(found.rate, 9.0 * np.pi * found.down)[sinks]
-    across = np.sqrt(found.feed**2 - found.down**2)[sinks] / teeth * 2.0 / np.pi
-    force = steel.kc11 * across**-steel.mc, steel.kc11 * (found.down[sinks] / teeth) ** -steel.mc
+    end = np.minimum(found.rate, 9.0 * np.pi * found.descent_speed)[sinks]
+    across = np.sqrt(found.feed**2 - found.descent_speed**2)[sinks] / teeth * 2.0 / np.pi
+    force = steel.kc11 * across**-steel.mc, steel.kc11 * (found.descent_speed[sinks] / teeth) ** -steel.mc
     return float((((found.rate[sinks] - end) * force[0] + end * force[1]) / 1000.0).max())
 
 

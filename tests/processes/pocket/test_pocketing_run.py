@@ -33,7 +33,7 @@ from leafcut.processes.pocket import strategies as room
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.processes.registry import report_of
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
 from rs274_moves import run_rs274
@@ -142,7 +142,7 @@ def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome
     }
     results = [PocketResult(name, measures=m, program_s=98.0) for name, (m, _) in cheaper.items()]
     written, slower = (PocketResult(name, measures=sound, program_s=s) for name, s in (("ants", 100.0), ("own", 101.0)))
-    found = pocketing.with_reasons(job, [*results, written, slower], written)
+    found = pocketing.add_rejection_reasons(job, [*results, written, slower], written)
     assert [r.passed_over for r in found[4:]] == ["", ""]
     for result in found[:4]:
         assert cheaper[result.strategy][1] in result.passed_over
@@ -556,14 +556,14 @@ def test_an_algorithm_that_a_strategy_would_not_use_is_refused(
     "strategy, algorithm", [("ants", "mmas"), ("firefly", "firefly"), ("best", "kicks"), ("contour", "2opt")]
 )
 def test_an_algorithm_that_a_strategy_or_the_order_of_pockets_uses_is_taken(strategy: str, algorithm: str) -> None:
-    room.check_algorithm(collect({"strategy": strategy, "algorithm": algorithm}))
+    room.check_algorithm(collect_settings({"strategy": strategy, "algorithm": algorithm}))
 
 
 def test_an_algorithm_of_a_file_for_many_kinds_of_work_stops_no_pocket(tmp_path: Path) -> None:
     """As with every option from a file: unused options are ignored there."""
     file = tmp_path / "ours.toml"
     file.write_text('algorithm = "kicks"\n')
-    room.check_algorithm(collect({"strategy": "ants"}, file))
+    room.check_algorithm(collect_settings({"strategy": "ants"}, file))
 
 
 def test_the_header_tells_the_process_where_the_drawing_alone_does_not(drawing: Path, contour_only: None) -> None:

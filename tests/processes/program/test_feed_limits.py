@@ -17,7 +17,7 @@ from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.model.issue import Severity
 from leafcut.model.pace_change import FeedLimit
 from leafcut.processes.program.plan import pace as plan
-from leafcut.processes.program.plan.pace import _reached
+from leafcut.processes.program.plan.pace import _limit_to_reachable
 from leafcut.processes.program.report import pace_facts
 from own_machines import machine_of_power, own_machine
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
@@ -246,7 +246,7 @@ def test_every_raised_stretch_reaches_its_speed_at_the_machines_acceleration(see
     length = chance.uniform(0.1, 4.0, count)
     own = np.repeat(chance.choice([5.0, 8.0, 12.0], count // 6), 6)
     wanted = own * chance.choice([0.6, 1.0, 1.1, 1.1**3, 1.5], count)
-    found = _reached(wanted, own, length, acceleration)
+    found = _limit_to_reachable(wanted, own, length, acceleration)
     assert (found <= wanted + 1e-12).all()
     assert (found >= np.minimum(own, wanted) - 1e-12).all()
     step = 0.002

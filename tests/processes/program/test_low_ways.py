@@ -204,7 +204,7 @@ def test_the_proof_refuses_a_series_that_stays_too_low(tmp_path: Path, monkeypat
     """What chose the heights is made to see nothing: two slots with the block's top between them."""
     slots = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-5 F60\nG1 Y45 F600\nG1 X{x + 5}\nG1 Y5\nG0 Z15\n" for x in (10, 40))
     text = HEAD + slots + "G98 G81 X12.5 Y20 R-3 Z-8 F100\nX42.5\nG80\n" + TAIL
-    monkeypatch.setattr(heights.LowWays, "_stays", lambda *_: True)
+    monkeypatch.setattr(heights.HeightLowering, "_can_stay_at_plane", lambda *_: True)
     found = reordered(tmp_path, text, low_retracts=True, workpiece=BLOCK)
     assert "G99" not in found.text
     assert len(told(found)) == 1
@@ -218,7 +218,7 @@ def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
     over = HEAD + "G0 X60 Y-10 Z15\nG0 Z2\nG3 X60 Y8 I0 J9 F100\nG0 Z15\nX10\nG1 Z-1 F60\nX40\n" + TAIL
     clamp = {"keep_out": "59.5 -1.5 60.5 -0.5", "clearance_height": 12}
     monkeypatch.setattr(
-        pace._Pacing, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW)
+        pace._PaceSteps, "arcs_as_chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW)
     )
     for program, options, words in ((text, {}, "too close to the material"), (over, clamp, "the speeds are unchanged")):
         found = reordered(tmp_path, program, air=True, workpiece=BLOCK, **options)

@@ -18,7 +18,7 @@ from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.report import stock_words
 from leafcut.processes.program.stock_proof import Judging, stock_judge
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 FAST = {"preset": "fast", "threads": 1}
 HEAD = "G21 G90 G17\nT1 M6 (D=6. CR=0. - flat end mill)\nM3 S9000\nG0 Z5\n"
@@ -50,7 +50,7 @@ def written(folder: Path, text: str) -> str:
 
 def judging(text: str, **options: object) -> tuple[Judging, Job]:
     """Return the judge of a program's text."""
-    made = Job(settings := collect(options), machine_of(settings), Deadline())
+    made = Job(settings := collect_settings(options), machine_of(settings), Deadline())
     program = read_foreign(text, "part.nc", settings, made.machine, dialect("linuxcnc")).program
     return stock_judge(made, program, "part.nc", "mill"), made
 

@@ -15,7 +15,7 @@ from leafcut.cli.app import run
 from leafcut.material.height_field import HeightField
 from leafcut.material.mesh_field import field_of_mesh
 from leafcut.read.meshes import load_mesh
-from leafcut.report.stock_mesh import stock_stl
+from leafcut.report.stock_report import stock_stl
 
 SLOT = """G21 G90
 T1 M6 (D=6. CR=0. - flat end mill)

@@ -15,8 +15,8 @@ from leafcut.processes.course import check_order
 from leafcut.processes.job import Job, machine_of
 from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import Plan
-from leafcut.processes.settings import collect
-from leafcut.processes.sheet.passes import PASSES, cuts_in_order, keep_given, motion
+from leafcut.processes.settings import collect_settings
+from leafcut.processes.sheet.passes import PASSES, cached_motion, cuts_in_order, keep_given
 from leafcut.processes.sheet.plan.cutting import CutSequence, drawing_order
 from leafcut.processes.sheet.spec import plan_sheet
 from leafcut.read.format import load
@@ -44,7 +44,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
             document.modelspace().add_lwpolyline(corners, close=True)
     file = tmp_path_factory.mktemp("passes") / "squares.dxf"
     document.saveas(file)
-    settings = collect({"thickness": 6.0, "machine": "plasma-table", "heat_distance": 20.0, "algorithm": "nn"})
+    settings = collect_settings({"thickness": 6.0, "machine": "plasma-table", "heat_distance": 20.0, "algorithm": "nn"})
     return plan_sheet(Job(settings, machine_of(settings), Deadline()), load(file))
 
 
@@ -55,9 +55,9 @@ def test_each_pass_cuts_every_contour_once_and_the_last_motion_is_that_of_the_or
     for improve in PASSES:
         order = improve(plan, order)
         assert sorted(s.contour for s in cuts_in_order(plan, order).starts) == contours, improve.__name__
-    made = motion(plan, order)
+    made = cached_motion(plan, order)
     assert [cut.path.start for cut in made.detail[0].cuts] == [s.entry for s in cuts_in_order(plan, order).starts]
-    assert motion(plan, order).path is made.path  # a path that a pass has measured is not generated again
+    assert cached_motion(plan, order).path is made.path  # a path that a pass has measured is not generated again
 
 
 def test_the_given_order_stays_if_it_takes_less_time_unless_heat_forbids_to_compare(plan: Plan) -> None:
@@ -65,5 +65,5 @@ def test_the_given_order_stays_if_it_takes_less_time_unless_heat_forbids_to_comp
     order = Order((CutSequence(plan.work.cutting, (*worse[::2], *worse[1::2])),))
     assert keep_given(plan, order) is order
     free = replace(plan, work=replace(plan.work, order_fixed=False))
-    assert motion(free, order).measure.time_s > motion(free, Order((plan.work.given,))).measure.time_s
+    assert cached_motion(free, order).measure.time_s > cached_motion(free, Order((plan.work.given,))).measure.time_s
     assert keep_given(free, order).choices == (plan.work.given,)

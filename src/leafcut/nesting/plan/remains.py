@@ -21,7 +21,7 @@ _MITRE = 2.0
 KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
-def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
+def remnants_of_layout(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
     """Return the remnants of a sheet, largest first, each moved to (0, 0).
 
     Remnants keep `spacing` (mm) from the parts. Strips narrower than `least` mm are cut off, and remnants that contain

@@ -9,7 +9,7 @@ from leafcut.errors import SolveError
 from leafcut.options import AcoOptions, FireflyOptions
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import Instance
-from leafcut.order.literature.ants import AntColony, Ants, move_set, trails_of
+from leafcut.order.literature.ants import AntColony, Ants, initial_trails, move_set
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.processes import AntProcesses
 from leafcut.order.search import AlgorithmRun, SearchResult, search, set_budget_of_visits
@@ -51,7 +51,7 @@ def run_ants(instance: Instance | DirectedInstance, run: AlgorithmRun) -> Search
             ants: AntColony = stack.enter_context(closing(AntProcesses(moves, run, parameters, c_nn)))
         else:
             trails, executor = (
-                trails_of(moves, parameters, c_nn, options.seed),
+                initial_trails(moves, parameters, c_nn, options.seed),
                 stack.enter_context(thread_pool(threads)),
             )
             ants = _ants_of(run.aco.parallel)(moves, trails, options.seed, stop, executor, threads)

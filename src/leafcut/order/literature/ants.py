@@ -29,11 +29,11 @@ def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> Mov
     return Places(instance, local_search, workers)
 
 
-def trails_of(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
+def initial_trails(moves: MoveSet, parameters: AntParameters, c_nn: float, seed: int) -> Trails:
     """Return the initial trails of an algorithm."""
     trails = TRAILS[parameters.algorithm](moves.lists, parameters, c_nn, moves.one_way, seed=seed)
     moves.fill_nearness(trails)
-    trails.weigh()
+    trails.update_weights()
     return trails
 
 
@@ -78,18 +78,18 @@ class Ants(AntColony):
 
     def construct(self, iteration: int) -> Tours:
         """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
-        words = self._words(iteration)
+        words = self._random_states(iteration)
         built = self._construct_all(words)
-        on_all_workers(self.executor, self.workers, lambda w: self._work(w, words, built, self.workers))
+        on_all_workers(self.executor, self.workers, lambda w: self._run_ants(w, words, built, self.workers))
         return self.tours, self.costs
 
     def share(self, iteration: int, worker: int, workers: int) -> Tours:
         """Return the tours and costs of every `workers`-th ant, starting with ant `worker`."""
-        words = self._words(iteration)
-        self._work(worker, words, self._construct_in_turn(words, worker, workers), workers)
+        words = self._random_states(iteration)
+        self._run_ants(worker, words, self._construct_in_turn(words, worker, workers), workers)
         return self.tours[worker::workers], self.costs[worker::workers]
 
-    def _words(self, iteration: int) -> NDArray[np.uint64]:
+    def _random_states(self, iteration: int) -> NDArray[np.uint64]:
         self.costs[:] = math.inf
         return random_words(self.seed, iteration, count=len(self.costs))
 
@@ -109,7 +109,7 @@ class Ants(AntColony):
             self.moves.construct(self.trails, words, ant, self.tours[ant], 0)
         return len(self.tours)
 
-    def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
+    def _run_ants(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int) -> None:
         """Construct and finish the tour of every `step`-th ant; if `built` is set, only finish the first `built`."""
         began, ants, mine = clock(), 0, worker % self.workers
         for ant in range(worker, len(self.costs) if built is None else built, step):

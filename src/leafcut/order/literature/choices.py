@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Ints
-from leafcut.kernels.layers import Clusters
-from leafcut.kernels.ordering import choose_all, lay_order
-from leafcut.kernels.route import Route, begin_bias
+from leafcut.kernels.cluster_paths import Clusters
+from leafcut.kernels.ordering import choose_all, construct_order
+from leafcut.kernels.route import Route, recompute_bias
 from leafcut.kernels.sequential import improve_route
-from leafcut.order.annealing import layers_of
+from leafcut.order.annealing import build_clusters
 from leafcut.order.directed import BREADTH, LEAST, LOOKS, DirectedInstance, greedy_path, route_of
 from leafcut.order.instance import cluster_places
 from leafcut.order.literature.pheromone import Trails
-from leafcut.order.observing import on_lists
+from leafcut.order.pheromone_view import pheromone_on_edges
 from leafcut.order.search import Best
 from leafcut.order.stop import Stop
 
@@ -32,7 +32,7 @@ class Choices:
     ) -> None:  # fmt: skip
         """`layers` and `greedy` are the clusters and the greedy path if they already exist."""
         self.instance, self.local_search = instance, local_search
-        self.layers, self.greedy = layers or layers_of(instance), greedy
+        self.layers, self.greedy = layers or build_clusters(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         self.lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
         self.one_way = instance.twisted or len(instance.pairs) > 0
@@ -60,7 +60,7 @@ class Choices:
     def construct(self, trails: Trails, words: NDArray[np.uint64], ant: int, order: Ints, worker: int) -> None:
         """Construct the order of an ant. Changes: order, words[ant]; pheromone and weights in Ant Colony System."""
         p = trails.parameters
-        lay_order(
+        construct_order(
             self.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability, p.local_rate,
             trails.initial, words, ant, self.missing, order,
         )  # fmt: skip
@@ -68,7 +68,7 @@ class Choices:
     def construct_at_random(self, words: NDArray[np.uint64], number: int, order: Ints) -> None:
         """Construct a random order. Changes: order, words[number]."""
         even = np.ones((self.instance.n, self.instance.n))
-        lay_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
+        construct_order(self.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, number, self.missing, order)
 
     def length(self, order: Ints) -> float:
         """Return the length of the best path of an order, and store the nodes of that path."""
@@ -91,7 +91,7 @@ class Choices:
         route = route_of(instance, *instance.path_of(self.nodes()))
         route.queue[:], route.queued[:] = route.node, 1
         route.counts[1] = instance.n
-        begin_bias(instance.cost, route)
+        recompute_bias(instance.cost, route)
         least = LEAST * max(length, 0.0) / instance.n
         while route.counts[1] > 0 and not stop.now():
             improve_route(instance.cost, route, instance.rules, self.breadth, least, LOOKS)
@@ -108,5 +108,5 @@ class Choices:
         problem = self.instance.problem
         m = problem.n_clusters
         owner = np.arange(m, dtype=np.int32)
-        pheromone = on_lists(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
+        pheromone = pheromone_on_edges(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
         return {"pheromone": pheromone, "step": trails.step(best)}

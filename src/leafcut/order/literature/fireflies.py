@@ -43,9 +43,9 @@ from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.construction import random_words
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.instance import Instance, costs_of_edges
-from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, choices, descend, work_tour
+from leafcut.order.kicks import BREADTH, LONGEST_REWRITE, descend, search_breadth, tour_with_buffers
 from leafcut.order.literature.choices import Choices
-from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
+from leafcut.order.literature.flight import Flight, Swarm, completed_share, initial_tour
 from leafcut.order.literature.published_fireflies import PublishedFireflies
 from leafcut.order.search import AlgorithmRun, Best, SearchResult, Tours, search, set_budget, set_budget_of_visits
 from leafcut.order.stop import Stop
@@ -76,7 +76,7 @@ class PlaceFireflies(Swarm):
         self.swarm = [self._begin(f) for f in range(flight.fireflies)]
         self.lengths[0] = tour_cost(instance.cost, self.swarm[0].node)
         self.costs = np.zeros((0, 0), dtype=np.float32) if self.mended else all_costs(instance)
-        self.breadth = choices(instance, BREADTH)
+        self.breadth = search_breadth(instance, BREADTH)
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
         """Set the preset's budget as a number of moves."""
@@ -98,12 +98,12 @@ class PlaceFireflies(Swarm):
         return max(1, round(attraction * flights))
 
     def _begin(self, f: int) -> Tour:
-        node = first_of(self.instance, self.flight, self.seed, f)
-        return work_tour(node, log=2 * self.size + 1000 if self.mended else 0)
+        node = initial_tour(self.instance, self.flight, self.seed, f)
+        return tour_with_buffers(node, log=2 * self.size + 1000 if self.mended else 0)
 
     def construct(self, iteration: int) -> Tours:
         """Return the swarm, int32[fireflies, h], and its lengths after every firefly has moved."""
-        self.done = share_done(self.stop, iteration)
+        self.done = completed_share(self.stop, iteration)
         plan = [self._plan(f) for f in range(len(self.swarm))] if iteration else []
         words = random_words(self.seed, iteration, count=len(self.swarm))
         on_all_workers(self.executor, self.workers, lambda w: self._work(w, plan, words))
@@ -114,7 +114,7 @@ class PlaceFireflies(Swarm):
         return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
 
     def _plan(self, f: int) -> tuple[int, int]:
-        moves, longest = self.aim_of(f)
+        moves, longest = self.moves_to_target(f)
         return moves, min(longest, LONGEST_REWRITE) if self.mended else longest
 
     def _work(self, worker: int, plan: list[tuple[int, int]], words: NDArray[np.uint64]) -> None:
@@ -186,7 +186,7 @@ class ChoiceFireflies(Swarm):
         began, flown = time.perf_counter(), 0
         words = random_words(self.seed, iteration + 1, count=len(self.orders))
         if iteration:
-            self.done = share_done(self.stop, iteration)
+            self.done = completed_share(self.stop, iteration)
         for f in np.argsort(self.lengths, kind="stable").tolist():
             if self.stop.now() and (iteration or f):
                 break
@@ -212,7 +212,7 @@ class ChoiceFireflies(Swarm):
         """Make the moves of one flight; each is kept unless it makes the order longer."""
         if self.size < 4:
             return
-        moves, longest = self.aim_of(f)
+        moves, longest = self.moves_to_target(f)
         for _ in range(moves):
             self.moved[:] = self.orders[f]
             self.place[self.moved] = np.arange(self.size, dtype=np.int32)

@@ -95,7 +95,7 @@ class Flight:
         return max(2, min(limit, h - 2))
 
 
-def share_done(stop: Stop, iteration: int) -> float:
+def completed_share(stop: Stop, iteration: int) -> float:
     """Return the completed share of the iterations or of the time limit, 0 to 1."""
     return max(stop.elapsed() / stop.seconds, iteration / stop.iterations)
 
@@ -126,7 +126,7 @@ class Swarm(Population):
         """Return the number of moves of a flight."""
         raise NotImplementedError
 
-    def aim_of(self, f: int) -> tuple[int, int]:
+    def moves_to_target(self, f: int) -> tuple[int, int]:
         """Return the number of moves of a firefly, and the number of nodes of its longest inversion."""
         attraction, longest = self.flight.aim(
             self.lengths, f, lambda j: self.apart(f, j), self.size, self.done, self.mended
@@ -160,7 +160,7 @@ class Swarm(Population):
         return SearchStep("firefly", values)
 
 
-def first_of(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
+def initial_tour(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
     """Return the initial tour int32[h] of a firefly: random, or greedy with small random changes."""
     rng = np.random.default_rng((seed, f))
     if not flight.at_random:

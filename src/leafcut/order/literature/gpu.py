@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import SolveError, shown
+from leafcut.errors import SolveError, printable
 from leafcut.kernels.construct import Decay, Unvisited, WeightedEdges, construct_tour
-from leafcut.order.construction import none_visited
+from leafcut.order.construction import unvisited_buffers
 from leafcut.order.instance import Instance
 from leafcut.order.literature.ants import Ants, MoveSet
 from leafcut.order.literature.pheromone import Trails
@@ -56,10 +56,10 @@ class GpuAnts(Ants):
     ) -> None:
         assert isinstance(moves, Places)
         super().__init__(moves, trails, seed, stop, executor, workers)
-        self._gpu = _on_gpu(lambda: _Builder(moves.instance, trails, self.tours))
+        self._gpu = _run_on_gpu(lambda: _Builder(moves.instance, trails, self.tours))
 
     def _construct_all(self, words: NDArray[np.uint64]) -> int:
-        _on_gpu(lambda: self._gpu.build(words))
+        _run_on_gpu(lambda: self._gpu.build(words))
         return len(self.tours)
 
 
@@ -69,12 +69,12 @@ class _Builder:
 
         self.instance, self.trails, self.tours = instance, trails, tours
         ants, n = tours.shape
-        buffers = none_visited(instance)
+        buffers = unvisited_buffers(instance)
         bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in buffers) + np.uint64().nbytes
         free, _ = there.current_context().get_memory_info()
         self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
-        self.cost = _placed(instance.cost)
-        self.tree = _placed(instance.tree)
+        self.cost = _copied_to_gpu(instance.cost)
+        self.tree = _copied_to_gpu(instance.tree)
         self.weights = there.to_device(trails.weights)
         candidates, nearness = there.to_device(instance.candidates), there.to_device(trails.nearness)
         # Only Ant Colony System, which does not run on a GPU, needs the pheromone for its decay.
@@ -116,7 +116,7 @@ def _build_tours(
 def _kernel() -> Any:
     from numba import cuda as there
 
-    return there.jit(_with_names_for_gpu(_build_tours, {"cuda": there}))
+    return there.jit(_bound_to_gpu_kernels(_build_tours, {"cuda": there}))
 
 
 @cache
@@ -124,10 +124,10 @@ def for_gpu(function: Any) -> Any:
     """Compile a CPU kernel and its callees for the GPU from the same source."""
     from numba import cuda as there
 
-    return there.jit(device=True)(_with_names_for_gpu(function, {}))
+    return there.jit(device=True)(_bound_to_gpu_kernels(function, {}))
 
 
-def _with_names_for_gpu(function: Any, more: dict[str, Any]) -> Any:
+def _bound_to_gpu_kernels(function: Any, more: dict[str, Any]) -> Any:
     """Return a copy of a function whose global names refer to GPU versions of the kernels."""
     source = getattr(function, "py_func", function)
     names = {**source.__globals__, **more}
@@ -137,16 +137,16 @@ def _with_names_for_gpu(function: Any, more: dict[str, Any]) -> Any:
     return types.FunctionType(source.__code__, names, source.__name__, source.__defaults__)
 
 
-def _placed(arrays: Any) -> Any:
+def _copied_to_gpu(arrays: Any) -> Any:
     from numba import cuda as there
 
     return type(arrays)(*(there.to_device(one) if isinstance(one, np.ndarray) else one for one in arrays))
 
 
-def _on_gpu(work: Any) -> Any:
+def _run_on_gpu(work: Any) -> Any:
     """Turn the driver's various exceptions into a `SolveError` with their first line."""
     try:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:
         line = (str(problem).strip().splitlines() or [type(problem).__name__])[0]
-        raise SolveError(f"--parallel gpu: the GPU rejected the job ({shown(line, 160)}); leave it out") from None
+        raise SolveError(f"--parallel gpu: the GPU rejected the job ({printable(line, 160)}); leave it out") from None

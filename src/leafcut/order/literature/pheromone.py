@@ -124,7 +124,7 @@ class Trails:
         self.pheromone = np.full(lists.shape, self.initial)
         if parameters.initial == RANDOM_TRAILS:
             # From 0 to twice the mean, the level to which trails of Ant Colony System decay.
-            self.pheromone *= 2.0 * _random_shares(lists, one_way, seed)
+            self.pheromone *= 2.0 * _random_pheromone(lists, one_way, seed)
         self.nearness, self.weights = np.zeros(lists.shape), np.zeros(lists.shape)
         # A thousandth of the mean edge: the attraction between nodes at the same position is finite.
         self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
@@ -139,7 +139,7 @@ class Trails:
         """Evaporate and deposit."""
         raise NotImplementedError
 
-    def constants(self) -> dict[str, float]:
+    def algorithm_parameters(self) -> dict[str, float]:
         """Return the algorithm's own parameters for observers."""
         return {}
 
@@ -147,9 +147,9 @@ class Trails:
         """Evaporate and deposit, and update the weights."""
         self.update(iteration, tours, costs, best)
         self.iteration_best = float(costs.min())
-        self.weigh()
+        self.update_weights()
 
-    def weigh(self) -> None:
+    def update_weights(self) -> None:
         """Update the weights by which ants choose."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
@@ -163,11 +163,11 @@ class Trails:
             self.changes.append((tour.copy(), amount))
         self._add(tour, amount)
 
-    def receive(self, changes: list[Deposit]) -> None:
+    def add_deposits(self, changes: list[Deposit]) -> None:
         """Add the deposits of other colonies; each colony evaporates by itself."""
         for tour, amount in changes:
             self._add(tour, amount)
-        self.weigh()
+        self.update_weights()
 
     def _add(self, tour: Ints, amount: float) -> None:
         trails.deposit(self.lists, tour, 1.0, amount, self.highest, self.one_way, self.pheromone)
@@ -184,7 +184,7 @@ class Trails:
 
     def branching(self) -> float:
         """Return the mean λ-branching factor."""
-        return float(trails.branching(self.lists, self.pheromone, BRANCHING_SHARE))
+        return float(trails.branching_factor(self.lists, self.pheromone, BRANCHING_SHARE))
 
     def step(self, best: Best, here: int = 0, choices: tuple[NextPlace, ...] = ()) -> SearchStep:
         """Return the variables of the last iteration, and an example: a node and its next nodes."""
@@ -195,10 +195,10 @@ class Trails:
         }  # fmt: skip
         if self.iteration_best < math.inf:
             values["c_iteration"] = self.iteration_best
-        return SearchStep(p.algorithm, values | self.constants(), self.depositor, here, choices)
+        return SearchStep(p.algorithm, values | self.algorithm_parameters(), self.depositor, here, choices)
 
 
-def _random_shares(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:
+def _random_pheromone(lists: Ints, one_way: bool, seed: int) -> NDArray[np.float64]:
     """Return a random number from 0 to 1 for each edge of `lists` int32[n, k]; both entries of an edge are equal."""
     n = len(lists)
     here, there = np.broadcast_to(np.arange(n, dtype=np.int64)[:, None], lists.shape), lists.astype(np.int64)
@@ -235,7 +235,7 @@ class ElitistAntSystem(AntSystem):
         super().update(iteration, tours, costs, best)
         self.deposit(best.tour, self.parameters.elitist_weight / best.cost)
 
-    def constants(self) -> dict[str, float]:
+    def algorithm_parameters(self) -> dict[str, float]:
         """Return the weight e of the best tour."""
         return {"e": self.parameters.elitist_weight}
 
@@ -257,7 +257,7 @@ class RankBasedAntSystem(Trails):
                 self.deposit(tours[ant], (w - rank) / costs[ant])
         self.deposit(best.tour, w / best.cost)
 
-    def constants(self) -> dict[str, float]:
+    def algorithm_parameters(self) -> dict[str, float]:
         """Return the weight w of the best tour."""
         return {"w": self.parameters.ranks}
 
@@ -275,7 +275,7 @@ class MaxMinAntSystem(Trails):
         """Update the limits; evaporate and deposit, or restart."""
         p = self.parameters
         self.highest = 1.0 / (p.rate * best.cost)
-        self.lowest = self.highest * lowest_share(p, *self.lists.shape)
+        self.lowest = self.highest * trail_limit_ratio(p, *self.lists.shape)
         since = iteration - self.restarted_at
         stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
         # An edge in both lists counts at both nodes: converged trails keep two edges per node.
@@ -284,19 +284,19 @@ class MaxMinAntSystem(Trails):
             self.restarted_at, self.depositor = iteration, "restart"
             return
         self.evaporate()
-        if since % best_so_far_every(since, p.local_search) == 0:
+        if since % deposit_interval(since, p.local_search) == 0:
             self.deposit(best.tour, 1.0 / best.cost)
             self.depositor = "best"
         else:
             winner, self.depositor = int(np.argmin(costs)), "iteration"
             self.deposit(tours[winner], 1.0 / costs[winner])
 
-    def constants(self) -> dict[str, float]:
+    def algorithm_parameters(self) -> dict[str, float]:
         """Return the trail limits τ_max and τ_min."""
         return {"tau_max": self.highest, "tau_min": self.lowest}
 
 
-def lowest_share(p: AntParameters, n: int, k: int) -> float:
+def trail_limit_ratio(p: AntParameters, n: int, k: int) -> float:
     """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (equation 3.9)."""
     if p.local_search:
         return float(1.0 / (2.0 * n))
@@ -304,7 +304,7 @@ def lowest_share(p: AntParameters, n: int, k: int) -> float:
     return float(min(1.0, (1.0 - root) / (max(1.0, 0.5 * (k + 1)) * root)))
 
 
-def best_so_far_every(since_restart: int, local_search: bool) -> int:
+def deposit_interval(since_restart: int, local_search: bool) -> int:
     """Return the interval of iterations at which the best tour so far deposits, instead of the iteration's best."""
     if not local_search or since_restart < 25:
         return 25
@@ -331,7 +331,7 @@ class AntColonySystem(Trails):
         rate = self.parameters.rate
         trails.deposit(self.lists, tour, 1.0 - rate, rate * amount, self.highest, self.one_way, self.pheromone)
 
-    def constants(self) -> dict[str, float]:
+    def algorithm_parameters(self) -> dict[str, float]:
         """Return the greedy probability q0 and the local evaporation rate ξ."""
         return {"q_0": self.parameters.greedy_probability, "xi": self.parameters.local_rate}
 

@@ -14,11 +14,11 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.local_search import improve
 from leafcut.kernels.pheromone import fill_nearness
 from leafcut.model.snapshot import NextPlace
-from leafcut.order.construction import nearest_neighbour, none_visited
+from leafcut.order.construction import nearest_neighbour, unvisited_buffers
 from leafcut.order.instance import Instance
-from leafcut.order.kicks import work_tour
+from leafcut.order.kicks import tour_with_buffers
 from leafcut.order.literature.pheromone import MOST_CHOICES, Trails
-from leafcut.order.observing import on_candidates
+from leafcut.order.pheromone_view import pheromone_on_candidates
 from leafcut.order.search import AlgorithmRun, Best, SearchResult
 from leafcut.order.stop import Stop
 
@@ -28,7 +28,7 @@ MOVES_PER_LOOK = 2000
 
 def improve_locally(instance: Instance, tour: Ints, stop: Stop) -> None:
     """Improve the tour int32[n] in place by 2-opt and Or-opt to a local optimum, or until `stop.now()`."""
-    work = work_tour(tour)
+    work = tour_with_buffers(tour)
     while improve(instance.cost, work, instance.candidates, MOVES_PER_LOOK) == MOVES_PER_LOOK and not stop.now():
         pass
     tour[:] = work.node
@@ -53,7 +53,7 @@ class Places:
 
     def __init__(self, instance: Instance, local_search: bool, workers: int = 1) -> None:
         self.instance, self.local_search, self.lists = instance, local_search, instance.candidates
-        self._unvisited = [none_visited(instance) for _ in range(workers)]
+        self._unvisited = [unvisited_buffers(instance) for _ in range(workers)]
 
     def start(self, best: Best) -> float:
         """Offer the first tours and return C_nn."""
@@ -85,10 +85,10 @@ class Places:
 
     def parts(self, trails: Trails, best: Best) -> dict[str, Any]:
         """Return the pheromone and the last step for observers."""
-        pheromone = on_candidates(self.instance, trails.lists, trails.pheromone)
-        return {"pheromone": pheromone, "step": trails.step(best, *self._example(trails))}
+        pheromone = pheromone_on_candidates(self.instance, trails.lists, trails.pheromone)
+        return {"pheromone": pheromone, "step": trails.step(best, *self._example_step(trails))}
 
-    def _example(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
+    def _example_step(self, trails: Trails) -> tuple[int, tuple[NextPlace, ...]]:
         instance = self.instance
         here = int(np.flatnonzero(instance.label == 0)[0])
         near = instance.candidates[here]

@@ -32,7 +32,7 @@ from leafcut.errors import SolveError
 from leafcut.order.directed import DirectedInstance
 from leafcut.order.executors import PROCESSES, WatchedExecutor, open_executor
 from leafcut.order.instance import Instance
-from leafcut.order.literature.ants import AntColony, Ants, MoveSet, move_set, trails_of
+from leafcut.order.literature.ants import AntColony, Ants, MoveSet, initial_trails, move_set
 from leafcut.order.literature.pheromone import AntParameters, Deposit
 from leafcut.order.search import AlgorithmRun, Best, Tours
 from leafcut.order.stop import Stop
@@ -64,7 +64,7 @@ class AntWorker:
     def ants(self) -> Ants:
         """Ants with their trails, created in the process of the worker."""
         moves = move_set(self.instance, self.parameters.local_search)
-        return Ants(moves, trails_of(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
+        return Ants(moves, initial_trails(moves, self.parameters, self.c_nn, self.seed), self.seed, Stop())
 
     @cached_property
     def best(self) -> Best:
@@ -82,9 +82,9 @@ class AntWorker:
         began, trails = time.perf_counter(), self.ants.trails
         if pheromone is not None:
             trails.pheromone[:] = pheromone
-            trails.weigh()
+            trails.update_weights()
         if changes:
-            trails.receive(changes)
+            trails.add_deposits(changes)
         self.ants.stop = Stop(seconds=seconds)
         tours, costs = self.ants.share(iteration, self.worker, self.workers)
         trails.changes = []
@@ -113,7 +113,7 @@ class AntProcesses(AntColony):
         """The number of workers is set by the options and is at most the number of ants."""
         count, exchange = min(run.aco.n_processes, parameters.ants), run.aco.parallel == "exchange"
         seed, best, name = run.options.seed, run.best, uuid.uuid4().hex
-        trails = None if exchange else trails_of(moves, parameters, c_nn, seed)
+        trails = None if exchange else initial_trails(moves, parameters, c_nn, seed)
         super().__init__(moves, trails, parameters.ants, count)
         self.stop, self._stack = run.stop, ExitStack()
         self.colonies = [

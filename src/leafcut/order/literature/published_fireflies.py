@@ -38,7 +38,7 @@ from leafcut.model.snapshot import SearchStep
 from leafcut.options import SolveOptions
 from leafcut.order.construction import random_words
 from leafcut.order.instance import Instance
-from leafcut.order.literature.flight import Flight, Swarm, first_of, share_done
+from leafcut.order.literature.flight import Flight, Swarm, completed_share, initial_tour
 from leafcut.order.search import Best, Tours, set_budget
 from leafcut.order.stop import Stop
 
@@ -61,7 +61,7 @@ class PublishedFireflies(Swarm):
     def __init__(self, instance: Instance, flight: Flight, options: SolveOptions, stop: Stop) -> None:
         super().__init__(instance, flight, options)
         self.instance, self.stop = instance, stop
-        self.tours: Ints = np.stack([first_of(instance, flight, self.seed, f) for f in range(flight.fireflies)])
+        self.tours: Ints = np.stack([initial_tour(instance, flight, self.seed, f) for f in range(flight.fireflies)])
         self.lengths = np.array([tour_cost(instance.cost, tour) for tour in self.tours])
 
     def set_budget(self, stop: Stop, options: SolveOptions) -> None:
@@ -72,7 +72,7 @@ class PublishedFireflies(Swarm):
         """Return the swarm, int32[fireflies, h], and its lengths after every pair has moved."""
         began = time.perf_counter()
         if iteration:
-            self._move(random_words(self.seed, iteration, count=1), share_done(self.stop, iteration))
+            self._move(random_words(self.seed, iteration, count=1), completed_share(self.stop, iteration))
         self.log.add(0, len(self.tours), time.perf_counter() - began, float(self.lengths.min()))
         return self.tours, self.lengths
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from leafcut.read import Input
 
 
-def drawn_works(
+def work_of_drawing(
     drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
     """Return the work of each tool that drills a drawing, in order.
@@ -38,7 +38,7 @@ def drawn_works(
     """
     from leafcut.processes import registry
     from leafcut.read.registry import read_source
-    from leafcut.timing.toolpath import clock
+    from leafcut.timing.toolpath import time_rows
 
     format_, source = read_source(drawing)
     process = registry.process("drill")
@@ -50,7 +50,7 @@ def drawn_works(
     job = Job(replace(settings, asked=asked), machine, limits[0], progress, bounds=limits[1])
     outcome = run_process(process, job, [source], "drill")
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
-    times = clock(outcome.path_after, machine)
+    times = time_rows(outcome.path_after, machine)
     path = times.path
     tool_numbers = path.latest(Kind.TOOL, path.ref)
     at_feed = path.kind == Kind.FEED

@@ -84,7 +84,7 @@ class Prices(NamedTuple):
     longest: float
 
 
-class Yields(NamedTuple):
+class CuttingResults(NamedTuple):
     """Results for many pairs of speed and feed, with one array for each quantity of `CuttingPoint`."""
 
     rpm: Floats
@@ -99,9 +99,9 @@ class Yields(NamedTuple):
     torque: Floats
     thrust: Floats
 
-    def taken(self, selection: Mask | Indices) -> Yields:
+    def select(self, selection: Mask | Indices) -> CuttingResults:
         """Return the selected results."""
-        return Yields(*(column[selection] for column in self))
+        return CuttingResults(*(column[selection] for column in self))
 
     def points(self) -> tuple[CuttingPoint, ...]:
         """Return the results as an object for each pair of speed and feed."""
@@ -130,9 +130,9 @@ def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
     return seconds
 
 
-def yields(
+def cutting_results(
     work: ToolWork, material: WorkMaterial, prices: Prices, rpm: Floats, feed: Floats, efficiency: float
-) -> Yields:
+) -> CuttingResults:
     """Return the results of pairs of speed, 1/min, and feed, mm/s, for one part."""
     diameter = work.tool.diameter
     speed = math.pi * diameter * rpm / SECONDS_PER_MINUTE
@@ -148,10 +148,10 @@ def yields(
         cutting = milling_power(material, work.width * work.depth * feed, mean_chip(chip, work.width, diameter))
         power, torque, thrust = cutting / efficiency, spindle_torque(cutting, rpm), np.zeros_like(rpm)
     cost = prices.rate * time + worn * prices.tool
-    return Yields(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)
+    return CuttingResults(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)
 
 
-def best_of(results: Yields, objective: str) -> int:
+def best_of(results: CuttingResults, objective: str) -> int:
     """Return the index of the best result for an objective.
 
     Ties are broken by the other objectives (time, then cost, then life), and then by the lower spindle speed.

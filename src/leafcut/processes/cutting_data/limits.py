@@ -11,7 +11,7 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats, Mask
-from leafcut.processes.cutting_data.economics import Yields
+from leafcut.processes.cutting_data.economics import CuttingResults
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Number of combinations in a batch, maximum number of combinations, and maximum number of speeds.
@@ -79,12 +79,12 @@ class CuttingLimit:
     flag: str
     value: float
     shown: Callable[[float], str]
-    values_of: Callable[[Yields], Floats]
+    values_of: Callable[[CuttingResults], Floats]
     at_least: bool = False
     alone: bool = False
     nearest: float = field(default=math.nan)
 
-    def holds(self, results: Yields) -> Mask:
+    def holds(self, results: CuttingResults) -> Mask:
         """Return a mask of the candidates within the limit, and record the best value."""
         values = self.values_of(results)
         within: Mask = values >= self.value if self.at_least else values <= self.value
@@ -93,7 +93,7 @@ class CuttingLimit:
         return within
 
 
-def within(limits: list[CuttingLimit], results: Yields) -> Mask:
+def within_limits(limits: list[CuttingLimit], results: CuttingResults) -> Mask:
     """Return a mask of the candidates within all limits, and record the effect of each limit."""
     allowed = np.ones(len(results.rpm), dtype=bool)
     for limit in limits:
@@ -103,7 +103,7 @@ def within(limits: list[CuttingLimit], results: Yields) -> Mask:
     return allowed
 
 
-def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
+def limit_error(label: str, limits: list[CuttingLimit]) -> PlanError:
     """Return an error that names the limit which excludes all candidates.
 
     Usually a single limit does, because a slower spindle with a thinner chip improves every limited quantity.

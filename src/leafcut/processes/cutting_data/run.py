@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError, nearest
+from leafcut.errors import OptionError, PlanError, name_suggestion
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
 from leafcut.model.heartbeat import OnProgress
@@ -18,9 +20,8 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.speeds import SpeedOptions
-from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, best_of, yields
-from leafcut.processes.cutting_data.front import non_dominated
-from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, refusal, within
+from leafcut.processes.cutting_data.economics import CuttingResults, Prices, ToolWork, best_of, cutting_results
+from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, limit_error, within_limits
 from leafcut.processes.job import library_of, machine_of
 from leafcut.units import format_time
 
@@ -70,7 +71,7 @@ def cutting_data(
     from leafcut.read.work_materials import load_material
 
     if objective not in OBJECTIVES:
-        raise OptionError(f"--objective: unknown value '{objective}'{nearest(objective, OBJECTIVES)}")
+        raise OptionError(f"--objective: unknown value '{objective}'{name_suggestion(objective, OBJECTIVES)}")
     if "material" not in settings.given:
         raise OptionError("no material given; name it with --material (leafcut list materials lists them)")
     options = settings.of(SpeedOptions)
@@ -124,13 +125,13 @@ def _tool_works(
     progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
     """Yield the work of each tool, and the material of the tool; tools without a choice of speeds become an issue."""
-    from leafcut.processes.cutting_data.drawn_work import drawn_works
+    from leafcut.processes.cutting_data.drawn_work import work_of_drawing
 
     options = settings.of(SpeedOptions)
     if drawing is None:
         tool_works = list(_tools_from_options(settings, machine))
     else:
-        tool_works = drawn_works(drawing, settings, machine, issues, progress)
+        tool_works = work_of_drawing(drawing, settings, machine, issues, progress)
     left_out: list[str] = []
     for tool, holes, fed, cut, idle in tool_works:
         kind = tool.material or ToolMaterial(options.tool_material)
@@ -138,7 +139,7 @@ def _tool_works(
             lives = material.lives_of(CuttingWork.DRILL, kind)
             yield ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / holes, holes=holes), kind
         elif tool.kind is ToolKind.END_MILL and drawing is None:
-            yield _mill(tool, settings, material, kind), kind
+            yield _milling_work(tool, settings, material, kind), kind
         else:
             left_out.append(f"T{tool.number}")
     if left_out:
@@ -198,7 +199,7 @@ def _tools_from_options(settings: Settings, machine: Machine) -> Iterator[tuple[
             yield tool, 0, 0.0, 0.0, 0.0
 
 
-def _mill(tool: Tool, settings: Settings, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
+def _milling_work(tool: Tool, settings: Settings, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
     # The user's defaults are for pockets and do not describe this cut. Without options it is a full slot.
     step_over, step_down = (
         None if name in settings.defaults else getattr(settings.job, name) for name in ("step_over", "step_down")
@@ -216,15 +217,15 @@ def _tool_front(
     options, tool = settings.of(SpeedOptions), work.tool
     tool_cost = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, tool_cost, _WORN_CHANGE, _MAX_LIFE)
-    grid = _grid(work, kind, machine, material)
+    grid = _speed_grid(work, kind, machine, material)
     limits = _limits(work, machine)
-    fronts: list[Yields] = []
+    fronts: list[CuttingResults] = []
     candidates = allowed = 0
     for rpm, feed in grid.blocks():
         candidates += len(rpm)
         if len(rpm):
-            results = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
-            allowed_results = results.taken(within(limits, results))
+            results = cutting_results(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
+            allowed_results = results.select(within_limits(limits, results))
             allowed += len(allowed_results.rpm)
             fronts.append(_pareto_front(allowed_results))  # candidates dominated within a batch are dominated overall
     if not candidates:
@@ -232,9 +233,9 @@ def _tool_front(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
         )
     if not allowed:
-        raise refusal(tool.label, limits)
-    best = _pareto_front(Yields(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
-    best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
+        raise limit_error(tool.label, limits)
+    best = _pareto_front(CuttingResults(*(np.concatenate(columns) for columns in zip(*fronts, strict=True))))
+    best = best.select(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
         given = _evaluate_given(work, material, prices)
@@ -256,8 +257,8 @@ def _shop_rate(options: SpeedOptions) -> float:
     return _SHOP_RATE if options.shop_rate is None else options.shop_rate
 
 
-def _pareto_front(results: Yields) -> Yields:
-    return results.taken(non_dominated(np.column_stack((results.time, results.cost, -results.life))))
+def _pareto_front(results: CuttingResults) -> CuttingResults:
+    return results.select(non_dominated(np.column_stack((results.time, results.cost, -results.life))))
 
 
 def _evaluate_given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
@@ -265,10 +266,10 @@ def _evaluate_given(work: ToolWork, material: WorkMaterial, prices: Prices) -> C
     if not (tool.feed > 0 and tool.spindle_rpm > 0):
         return None
     rpm, feed = np.array([tool.spindle_rpm]), np.array([tool.feed])
-    return yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY).points()[0]
+    return cutting_results(work, material, prices, rpm, feed, DRIVE_EFFICIENCY).points()[0]
 
 
-def _grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMaterial) -> SpeedGrid:
+def _speed_grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMaterial) -> SpeedGrid:
     share = material.drill_feed if work.work is CuttingWork.DRILL else material.mill_feed
     if work.work is CuttingWork.MILL and kind is ToolMaterial.HSS:
         share *= _HSS_MILL_CHIP
@@ -309,3 +310,42 @@ def _limits(work: ToolWork, machine: Machine) -> list[CuttingLimit]:
             )
         )
     return limits
+
+
+def non_dominated(values: Floats) -> Mask:
+    """Return a mask of the rows of `values`, finite float64[n, 3], that no other row dominates.
+
+    A row dominates another row if none of its three numbers is larger, and at least one is smaller. Equal rows do not
+    dominate each other, so either all or none of them are on the front. The rows are sorted by their first number, and
+    the front of the other two numbers is a staircase, which takes O(n log n).
+
+    Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
+    three dimensions.
+    """
+    order: Indices = np.lexsort(values.T[::-1])
+    rows = values[order]
+    new = np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]
+    kept = np.array(_non_dominated_rows(rows[new].tolist()), dtype=bool)
+    mask = np.zeros(len(values), dtype=bool)
+    if len(rows):
+        mask[order] = kept[np.cumsum(new) - 1]
+    return mask
+
+
+def _non_dominated_rows(rows: list[list[float]]) -> list[bool]:
+    """Return for each row whether no earlier row dominates it; the rows are distinct and in lexical order."""
+    seconds: list[float] = []  # ascending
+    thirds: list[float] = []  # descending: the smallest third number of all rows whose second is no larger
+    kept: list[bool] = []
+    for _, second, third in rows:
+        index = bisect_right(seconds, second)
+        dominated = index > 0 and thirds[index - 1] <= third
+        kept.append(not dominated)
+        if dominated:
+            continue
+        start = index - 1 if index > 0 and seconds[index - 1] == second else index
+        stop = index
+        while stop < len(thirds) and thirds[stop] >= third:
+            stop += 1
+        seconds[start:stop], thirds[start:stop] = [second], [third]
+    return kept

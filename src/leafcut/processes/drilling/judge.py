@@ -27,7 +27,7 @@ from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import limit_differences, position_text
 
 #: Tolerance for floating-point errors of sums and rotations, mm; the rounding of the program's numbers is added.
 _ARITHMETIC = 2e-6
@@ -108,11 +108,11 @@ class DrillingRequest:
     def zero(self) -> complex:
         """The program zero in the mirrored and rotated drawing, x + iy, mm."""
         origin = self.reading.origin
-        if origin is None or not len(self.drawn):
+        if origin is None or not len(self.drawn_points):
             return 0j
         if not isinstance(origin, str):
             return complex(*origin)
-        bounds = self.drawn if self.part.reference is None else self._bounds(self.part.reference)
+        bounds = self.drawn_points if self.part.reference is None else self._bounds(self.part.reference)
         (x0, x1), (y0, y1) = ((float(axis.min()), float(axis.max())) for axis in (bounds.real, bounds.imag))
         if origin == "centre":
             return complex(x0 + 0.5 * (x1 - x0), y0 + 0.5 * (y1 - y0))
@@ -142,7 +142,7 @@ class DrillingRequest:
         return np.asarray(points * complex(math.cos(self.reading.rotate), math.sin(self.reading.rotate)))
 
     @cached_property
-    def drawn(self) -> NDArray[np.complex128]:
+    def drawn_points(self) -> NDArray[np.complex128]:
         """Positions of the holes, then of both ends of each slot, mirrored and rotated, complex128[n], mm."""
         points = [complex(hole.x, hole.y) for hole in self.part.holes]
         points += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
@@ -151,7 +151,7 @@ class DrillingRequest:
     @cached_property
     def points(self) -> NDArray[np.float64]:
         """Positions of the holes, then of both ends of each slot, in program coordinates, float64[n, 2], mm."""
-        shifted = self.drawn - self.zero
+        shifted = self.drawn_points - self.zero
         return np.column_stack([shifted.real, shifted.imag])
 
     @cached_property
@@ -186,14 +186,14 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
         entered_slots = [slots[k // 2] for k in ends.near(plunge.x, plunge.y, tolerance)]
         if any(slot.tool == plunge.tool and plunge.tip >= slot.bottom - tolerance for slot in entered_slots):
             continue
-        where = place(plunge.x, plunge.y, plunge.tip)
+        where = position_text(plunge.x, plunge.y, plunge.tip)
         if drawn.near(plunge.x, plunge.y, tolerance):
             text = f"{plunge.tool} drills at {where}, where the hole exists already"
             differences.append(Difference("hole twice", 0, plunge.line, text))
         else:
             text = f"{plunge.tool} drills at {where}, where the drawing has no hole"
             differences.append(Difference("hole not drawn", 0, plunge.line, text))
-    return shorten(differences)
+    return limit_differences(differences)
 
 
 # Cuts that the drawing needs.
@@ -217,7 +217,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
             elif job.thickness is not None:
                 tip = job.thickness + job.break_through + _point_length(tool)
             elif hole.depth is None:
-                where = place(x, y)
+                where = position_text(x, y)
                 raise PlanError(
                     f"{part.name}: the depth of the hole at {where} is unknown; give --depth or --thickness"
                 )
@@ -226,7 +226,7 @@ def _required_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut
                 tip = hole.depth + below + _point_length(tool) - (drill_point if hole.flat else 0.0)
             yield _Cut(x, y, tops[k] - tip, _tool_name(request, tool), k)
         for wide in hole.steps:
-            wider = _wide_tool(request, wide, (x, y, hole.z))
+            wider = _tool_of_wide_part(request, wide, (x, y, hole.z))
             if wider is not None:
                 flat = 0.5 * wider.tip_diameter / math.tan(0.5 * wide.angle) if wide.angle < math.pi else 0.0
                 yield _Cut(x, y, tops[k] - wide.tip + flat, _tool_name(request, wider), k)
@@ -240,7 +240,7 @@ def _required_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Slo
         if job.blind_depth is not None:
             depth = job.blind_depth + (_point_length(tool) if request.options.depth_to == "shoulder" else 0.0)
         elif job.thickness is None:
-            where = place(x0, y0)
+            where = position_text(x0, y0)
             raise PlanError(
                 f"{request.part.name}: the depth of the slot from {where} is unknown; give --depth or --thickness"
             )
@@ -263,16 +263,16 @@ def _hole_tops(
         return (drawn if use_drawn else np.zeros(len(holes))), None
     if use_drawn and not request.job.is_through:
         return drawn, None
-    from leafcut.material.surface import rims_of  # loads a kernel, and most plates are flat
+    from leafcut.material.surface import hole_rims  # loads a kernel, and most plates are flat
 
     points, radii = request.points[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
-    rims = rims_of(request.triangles, points, np.array(radii, dtype=np.float64))
+    rims = hole_rims(request.triangles, points, np.array(radii, dtype=np.float64))
     above = np.maximum(rims.top - drawn, 0.0) if use_drawn else np.zeros(len(holes))
     cut_radii = [
         max(min(tool_radius, 0.5 * hole.diameter), *(_cut_radius(tool, height) for tool in tools))
         for hole, tools, tool_radius, height in zip(holes, steps, radii, above.tolist(), strict=True)
     ]
-    inner = rims_of(request.triangles, points, np.array(cut_radii, dtype=np.float64))
+    inner = hole_rims(request.triangles, points, np.array(cut_radii, dtype=np.float64))
     tops = drawn if use_drawn else np.maximum(rims.top, inner.top)
     return tops, (inner.under if request.job.is_through else None)
 
@@ -368,7 +368,7 @@ def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tu
     return mills[min(candidates)[1]] if candidates else _assumed_tool(ToolKind.SLOT_MILL, slot.width)
 
 
-def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
+def _tool_of_wide_part(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
     """Return the tool for a counterbore or countersink.
 
     The result is None if no tool fits, or if the tool would hit material around the top of the hole.
@@ -393,10 +393,10 @@ def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float
     if request.surface is not None:
         import shapely  # imported here because most plates are flat
 
-        from leafcut.proof.surface import meets_area
+        from leafcut.proof.surface import surface_meets_area
 
         x, y, z = top
-        if meets_area(request.triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
+        if surface_meets_area(request.triangles, shapely.Point(x, y), 0.5 * best.diameter, z + SAME_HEIGHT):
             return None
     return best
 
@@ -494,7 +494,7 @@ def _compare_holes(
     differences = []
     last: tuple[int, int] = (-1, -1)
     for cut, match in zip(required, matches, strict=True):
-        where = f"the hole Ø{holes[cut.hole].diameter:g} at {place(cut.x, cut.y)}"
+        where = f"the hole Ø{holes[cut.hole].diameter:g} at {position_text(cut.x, cut.y)}"
         if match is None:
             substitute = next((k for k in index.near(cut.x, cut.y, tolerance) if unused[k]), None)
             if substitute is None:
@@ -531,13 +531,14 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
         candidates = [k for k in sorted(slot_numbers) if z0 == z1 and z1 >= slots[k].bottom - tolerance]
         if not candidates:
             text = (
-                f"{motion.tool} cuts from {place(*motion.start)} to {place(*motion.end)}, where the drawing has no "
+                f"{motion.tool} cuts from {position_text(*motion.start)} to "
+                f"{position_text(*motion.end)}, where the drawing has no "
                 "slot this deep"
             )
             differences.append(Difference("cut not drawn", 0, motion.line, text))
             continue
         number = min(candidates, key=lambda k: bottom_passes[k])
-        where = f"the slot from {place(x0, y0)} to {place(x1, y1)}"
+        where = f"the slot from {position_text(x0, y0)} to {position_text(x1, y1)}"
         if depths[number] - z1 > slots[number].step + tolerance:
             text = (
                 f"{where}: a pass is {depths[number] - z1:.3f} mm deep, but the maximum step-down of {motion.tool} is "
@@ -552,7 +553,7 @@ def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], tolerance
                 differences.append(Difference("slot twice", 0, motion.line, text))
     for slot, count in zip(slots, bottom_passes, strict=True):
         if not count:
-            ends = f"{place(*slot.ends[0])} to {place(*slot.ends[1])}"
+            ends = f"{position_text(*slot.ends[0])} to {position_text(*slot.ends[1])}"
             text = f"{slot.tool} does not cut the slot from {ends} down to Z{slot.bottom:.3f}"
             differences.append(Difference("missing slot", 0, 0, text))
     return differences

@@ -12,11 +12,11 @@ from leafcut.model.shown_stock import FixtureBox
 class DrillingDetail:
     """Drilling results beyond the general outcome.
 
-    `low_ways_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None for
-    a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.
+    `low_travel_saved_s` is the time, s, that low travel moves save compared with moves above the highest point; None
+    for a flat part. `thickness`, mm, is None if unknown. `surface` is the surface of the part; None for a plate.
     """
 
-    low_ways_saved_s: float | None = None
+    low_travel_saved_s: float | None = None
     thickness: float | None = None
     surface: Mesh | None = field(default=None, compare=False, repr=False)
     fixtures: tuple[FixtureBox, ...] = ()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import given
+from leafcut.options.condition import when_given
 from leafcut.options.job import CYCLES
 from leafcut.options.option_spec import OptionGroup, option
 
@@ -37,7 +37,12 @@ class DrillOptions(OptionGroup):
         of_file=True,
     )
     surface_unit: str = option(
-        "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs=(given("surface"),), of_file=True
+        "text",
+        "mm",
+        "unit of the STL files",
+        choices=("mm", "in", "cm", "m"),
+        needs=(when_given("surface"),),
+        of_file=True,
     )
     fixture: Path | None = option(
         "path",
@@ -45,7 +50,7 @@ class DrillOptions(OptionGroup):
         "STL or STEP file of the fixture, such as clamps or a vise, with the origin of the surface; rapids pass over "
         "the fixture",
         default_words="none",
-        needs=(given("surface"),),
+        needs=(when_given("surface"),),
         of_file=True,
     )
     cycle: str | None = option(
@@ -68,5 +73,5 @@ class DrillOptions(OptionGroup):
         "quantity", None, "dwell at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
     )
     centre_drill: bool = option(
-        "flag", False, "centre-drill every hole first, with the library's centre drill", needs=(given("tools"),)
+        "flag", False, "centre-drill every hole first, with the library's centre drill", needs=(when_given("tools"),)
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
-from leafcut.options.condition import given
+from leafcut.options.condition import when_given
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
@@ -47,7 +47,7 @@ class Drilling(Process):
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(ReadOptions, z_zero=()) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, but=("material", "tool_diameter", "step_over", "step_down")) | use(
-        JobOptions, material=(given("tools"),), diameter_tolerance=()
+        JobOptions, material=(when_given("tools"),), diameter_tolerance=()
     )
     helps = {  # noqa: RUF012  # `Process` declares both as class variables
         "thickness": ("thickness of the plate: the holes go through", "this or the depth must be given"),
@@ -97,8 +97,8 @@ class Drilling(Process):
         if not drawing.n_holes:
             return None
         named = drawing.named(self.layer_names)
-        masks = drawing.drilled, drawing.narrow
-        if named and (drawing.on(named)[drawing.drilled].any() or drawing.holes_on(named)[drawing.narrow].any()):
+        masks = drawing.drilled_mask, drawing.narrow
+        if named and (drawing.on(named)[drawing.drilled_mask].any() or drawing.holes_on(named)[drawing.narrow].any()):
             layers = ", ".join(named)
             return Suitability(_SUITED_BY_NAME, "drill_layers", {**drawing.figures, "layers": layers}, *masks)
         reason = "holes" if drawing.n_outlines else "only_holes"
@@ -137,10 +137,10 @@ class Drilling(Process):
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Generate and time the motion of an order."""
         from leafcut.model.plan import Candidate
-        from leafcut.timing.toolpath import measure
+        from leafcut.timing.toolpath import measure_toolpath
 
-        path = _motion(plan, plan.work, order)
-        return Candidate(order, path, measure(path, plan.job.machine, start=plan.start))
+        path = _drilling_motion(plan, plan.work, order)
+        return Candidate(order, path, measure_toolpath(path, plan.job.machine, start=plan.start))
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
@@ -188,12 +188,12 @@ class Drilling(Process):
         """Return the thickness, surface and fixtures of the part, and the time saved by low travel moves."""
         from leafcut.processes.drilling.model import DrillingDetail
         from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
-        from leafcut.timing.toolpath import measure
+        from leafcut.timing.toolpath import measure_toolpath
 
         drill_plan, saved = plan.work, None
         if drill_plan.reliefs:
-            high = _motion(plan, with_high_travel(drill_plan), best.order)
-            saved = measure(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
+            high = _drilling_motion(plan, with_high_travel(drill_plan), best.order)
+            saved = measure_toolpath(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
         work_surface = drill_plan.work_surface
         mesh, boxes = (None, ()) if work_surface is None else (work_surface.mesh, work_surface.shown_boxes)
         return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
@@ -206,13 +206,13 @@ class Drilling(Process):
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots after placement."""
-        from leafcut.processes.placing import placed
+        from leafcut.processes.placing import place_part
         from leafcut.read import read
 
-        return placed(read(source, settings.read), settings.read)
+        return place_part(read(source, settings.read), settings.read)
 
 
-def _motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:
+def _drilling_motion(plan: Plan, drill_plan: DrillPlan, order: Order) -> Toolpath:
     from leafcut.processes.drilling.plan.drill_toolpath import generate_toolpath
 
     machine, post = plan.job.machine, plan.job.settings.post

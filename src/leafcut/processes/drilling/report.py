@@ -9,8 +9,8 @@ from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
-from leafcut.report.wording import said
-from leafcut.units import fixed
+from leafcut.report.wording import translatable
+from leafcut.units import to_fixed
 
 #: Smallest time saving with a sentence in the summary, s; a smaller saving would read 0.00 s.
 _LEAST_SAVED = 0.005
@@ -27,22 +27,22 @@ class DrillingReport(PathReport[DrillingDetail]):
         if self.outcome.detail.surface is not None or not self.outcome.operations:
             return self.savings()
         below = 0.0 if thickness is None else -thickness - lowest
-        z = fixed(lowest, 2)
+        z = to_fixed(lowest, 2)
         if below < _LEAST_BELOW:
-            words = said("Z0 is the top; the lowest point is Z{z}", z=z)
+            words = translatable("Z0 is the top; the lowest point is Z{z}", z=z)
         else:
-            words = said(
-                "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=fixed(below, 2)
+            words = translatable(
+                "Z0 is the top; the lowest point is Z{z}, {below} mm below the plate", z=z, below=to_fixed(below, 2)
             )
-        return [Fact(sentence=words, name=said("Depth")), *self.savings()]
+        return [Fact(sentence=words, name=translatable("Depth")), *self.savings()]
 
     def savings(self) -> list[Fact]:
         """Return the time saved by low travel moves over a surface; without a sentence if it is negligible."""
-        saved = self.outcome.detail.low_ways_saved_s
+        saved = self.outcome.detail.low_travel_saved_s
         if saved is None or saved < _LEAST_SAVED:
             return [] if saved is None else [Fact("low_ways_saved_s", max(saved, 0.0), "s")]
-        label = said("saved compared with moves at the greatest height")
-        return [Fact("low_ways_saved_s", saved, "s", label, said("Low moves"))]
+        label = translatable("saved compared with moves at the greatest height")
+        return [Fact("low_ways_saved_s", saved, "s", label, translatable("Low moves"))]
 
     def stock(self) -> ShownStock:
         """Return the tools with the surface of the part, or with the plate's bounds and thickness if known."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError, count_of, shown
+from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.arrays import Ints
 from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
@@ -21,7 +21,7 @@ from leafcut.processes.drilling.judge import DrillingRequest
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.job import Job, library_of
-from leafcut.processes.layers import matcher
+from leafcut.processes.layers import layer_matcher
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -50,13 +50,13 @@ def _with_work_issues(part: Part, job: Job, source: Source, everything: bool) ->
 
 def _issues_of_layers(part: Part) -> list[Issue]:
     """Return a warning for each layer of holes that is named for pockets."""
-    is_other = matcher((*POCKET_NAMES, *ISLAND_NAMES))
+    is_other = layer_matcher((*POCKET_NAMES, *ISLAND_NAMES))
     issues = []
     for layer, number in Counter(hole.layer for hole in part.holes).items():
         if is_other(layer):
             message = (
-                f"{count_of(number, 'hole')} on layer '{shown(layer)}', which is named for other work; if they are not "
-                "drilled, name the layers to drill with --layers"
+                f"{count_of(number, 'hole')} on layer '{printable(layer)}', which is named for other work; if they are "
+                "not drilled, name the layers to drill with --layers"
             )
             issues.append(Issue("L418", message))
     return issues
@@ -95,7 +95,7 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
 
     If `everything`, contours and pockets count as missing work, because the user did not explicitly request drilling.
     """
-    from leafcut.processes.placing import placed, placed_mesh, placing_words
+    from leafcut.processes.placing import place_mesh, place_part, placement_text
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.recognition import sniff_step
@@ -121,14 +121,14 @@ def prepare_drilling(job: Job, sources: Sequence[Source], everything: bool) -> t
     part = _with_work_issues(part, job, sources[0], everything)
     surface, fixture = _load_meshes(job, sources[0], part, of_step)
     mesh, fixture = (
-        None if loaded is None else placed_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
+        None if loaded is None else place_mesh(loaded, part, job.settings.read) for loaded in (surface, fixture)
     )
     library = library_of(job.settings, job.machine)
     request = DrillingRequest(part, job.settings.read, options, drill_options, library, surface)
     made_for = (
-        "" if mesh is None else placing_words(str(drill_options.surface or sources[0].path), part, job.settings.read)
+        "" if mesh is None else placement_text(str(drill_options.surface or sources[0].path), part, job.settings.read)
     )
-    part = placed(part, job.settings.read)
+    part = place_part(part, job.settings.read)
     if not part.has_hole_depths and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
     elif not part.has_hole_depths and reading.z_zero == "drawn" and part.holes:

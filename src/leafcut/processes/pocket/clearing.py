@@ -29,7 +29,7 @@ from leafcut.model.pocket import (
     PocketResult,
 )
 from leafcut.model.problem import RoutingProblem
-from leafcut.processes.pocket.job import PocketJob, PocketMotion, raised
+from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.units import format_time
 
@@ -105,7 +105,7 @@ def clear_pocket(job: PocketJob, pocket: Pocket, number: int, time: SearchTime) 
     results = [results_of[strategy.name] for strategy in strategies]
     chosen, levels = _choose_strategy(job, pocket, results), job.levels[number]
     in_floor = job.around[number] is not None
-    results = with_reasons(job, results, results[chosen])
+    results = add_rejection_reasons(job, results, results[chosen])
     plan = PocketPlan(pocket, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
     return ClearedPocket(plan, clearings, even), issues
 
@@ -122,21 +122,21 @@ def _try_strategy(
 
     Both lists are empty if the strategy is refused.
     """
-    from leafcut.material.removal import engaged_way
-    from leafcut.processes.pocket.air import with_air
+    from leafcut.material.removal import engaged_tool_path
+    from leafcut.processes.pocket.air_cuts import divide_at_air_cuts
     from leafcut.processes.pocket.measures import measure_path
 
     if job.run.cancelled.is_set() and strategy.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(strategy.name, refused="not tried before the search was stopped"), [], []
     try:
-        clearings = [_clearing(job, job.levels[number], strategy, region, roughed, time) for region in regions]
+        clearings = [_cleared_region(job, job.levels[number], strategy, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
         return PocketResult(strategy.name, refused=str(problem)), [], []
     path = PocketPath(strategy.name, tuple(piece for c in clearings for piece in c.path.pieces))
-    steps, engaged = engaged_way(path, job.exact)
+    steps, engaged = engaged_tool_path(path, job.exact)
     measures = measure_path(job.part.pockets[number], path, job.exact, (steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
-        divided = iter(with_air(path.pieces, steps, engaged, job.exact))
+        divided = iter(divide_at_air_cuts(path.pieces, steps, engaged, job.exact))
         clearings = [_with_divided_pieces(clearing, divided) for clearing in clearings]
     fitted, time_s = _with_fastest_feeds(job, clearings)
     return PocketResult(strategy.name, path, measures, program_s=time_s), clearings, fitted
@@ -150,7 +150,7 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
     """
     from leafcut.processes.pocket.feeds import with_feeds
 
-    even = (clearings, generated(job, clearings).measure.time_s)
+    even = (clearings, clearing_motion(job, clearings).measure.time_s)
     if job.limits is None:
         return even
     acceleration = min(job.run.machine.acceleration[:2]) * job.run.machine.acceleration_factor
@@ -163,7 +163,7 @@ def _with_fastest_feeds(job: PocketJob, clearings: list[Clearing]) -> tuple[list
             )
             for c in clearings
         ]
-        tried.append((divided, generated(job, divided).measure.time_s))
+        tried.append((divided, clearing_motion(job, divided).measure.time_s))
     slower = any(piece.feed < 1.0 for divided, _ in tried for c in divided for piece in c.path.pieces)
     return min(tried if slower else [even, *tried], key=lambda one: one[1])
 
@@ -180,7 +180,7 @@ def _with_divided_pieces(clearing: Clearing, divided: Iterator[list[PocketPiece]
     return replace(clearing, rough=rough or clearing.rough, walls=walls)
 
 
-def _clearing(
+def _cleared_region(
     job: PocketJob,
     levels: PocketLevels,
     strategy: ClearingStrategy,
@@ -188,7 +188,7 @@ def _clearing(
     roughed: list[CentreRegion],
     time: SearchTime,
 ) -> Clearing:
-    from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes
 
@@ -196,15 +196,17 @@ def _clearing(
     if region.middle is not None:
         # In a slot as wide as the tool, only one path is possible.
         along = _slot_path(strategy.name, region.middle)
-        return Clearing(region, region.polygon, fitted(along, tolerance), levels)
+        return Clearing(region, region.polygon, fit_arcs_to_path(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # A region too narrow for stock is cleared up to the wall.
-        return Clearing(region, region.polygon, fitted(time.path(strategy, region, job.run), tolerance), levels)
-    rough = [fitted(time.path(strategy, r, job.run), tolerance) for r in inside]
+        return Clearing(
+            region, region.polygon, fit_arcs_to_path(time.path(strategy, region, job.run), tolerance), levels
+        )
+    rough = [fit_arcs_to_path(time.path(strategy, r, job.run), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(strategy.name, tuple(piece for path in rough for piece in path.pieces))
-    return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
+    return Clearing(region, allowed, whole, levels, fit_arcs_to_path(wall_passes(region, allowed), tolerance))
 
 
 def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]) -> int:
@@ -234,30 +236,30 @@ def _choose_strategy(job: PocketJob, pocket: Pocket, results: list[PocketResult]
     whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
-    costs = [_cost(job, row[1], row[2]) for row in whole]
+    costs = [_result_cost(job, row[1], row[2]) for row in whole]
     near = [
         (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
     ]
     return min(near)[2]
 
 
-def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
+def _result_cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
     """Return the program time, s, or the path length over one level, mm, depending on the objective."""
     timed = job.run.settings.solve.objective == "time"
     return result.program_s if timed else measures.feed_mm + measures.rapid_mm
 
 
-def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
+def add_rejection_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
     """Add the reason for its rejection to each result that is cheaper than the written result."""
     best = written.measures
     if best is None:
         return results
-    cost = _cost(job, written, best)
+    cost = _result_cost(job, written, best)
     reasoned = []
     for result in results:
         reason, m = "", result.measures
-        if m is not None and result is not written and _cost(job, result, m) < cost:
-            reason = _excess(job, result.strategy, m)
+        if m is not None and result is not written and _result_cost(job, result, m) < cost:
+            reason = _exceeded_limit_text(job, result.strategy, m)
             if m.gouge_mm2:
                 reason = f"gouges {m.gouge_mm2:.3g} mm² of the walls"
             elif not reason and m.uncovered_percent > UNCOVERED:
@@ -268,10 +270,10 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
     return reasoned
 
 
-def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+def _exceeded_limit_text(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
     """Return a message about an exceeded limit of step-over or engagement; "" if both limits are kept."""
     rules, limit = job.exact, job.exact.max_engagement
-    if not rules.keeps(measures.max_step_over):
+    if not rules.allows_step_over(measures.max_step_over):
         return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
     if limit is None or measures.max_engagement <= limit:
         return ""
@@ -284,10 +286,10 @@ def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 
 def _limit_error(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
     """Return a message about an exceeded limit of step-over or engagement, with a remedy; "" if both are kept."""
-    excess = _excess(job, strategy, measures)
+    excess = _exceeded_limit_text(job, strategy, measures)
     if not excess:
         return ""
-    if not job.exact.keeps(measures.max_step_over):
+    if not job.exact.allows_step_over(measures.max_step_over):
         return f"{excess}; choose another --strategy, or a larger --step-over"
     remedy = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
     remedy = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else remedy
@@ -325,10 +327,10 @@ def _precedence(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
+def clearing_motion(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
     """Return the motion that clears the regions in the given order, and its time."""
     from leafcut.processes.pocket.plan.toolpath import pocket_motion
-    from leafcut.timing.toolpath import measure
+    from leafcut.timing.toolpath import measure_toolpath
 
     machine = job.run.machine
     pause = job.words.hand_change_pause and not machine.tool_changer
@@ -344,11 +346,11 @@ def generated(job: PocketJob, clearings: list[Clearing]) -> PocketMotion:
         corner_tolerance=corner,
         rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
-    path = raised(path, job.top)
-    return PocketMotion(path, descents, measure(path, machine, start=job.start))
+    path = raise_path(path, job.top)
+    return PocketMotion(path, descents, measure_toolpath(path, machine, start=job.start))
 
 
-def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
+def strategy_programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
     """Return the time and rapids of the written program (named "") and of each strategy's own program.
 
     All programs clear the regions in the order `nodes`. A strategy counts only if it clears every pocket. The result is
@@ -365,5 +367,5 @@ def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int])
         ]
         order = [regions[node] for node in nodes]
         path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
-        programs.append(PocketProgram(name, generated(job, order).measure.time_s, path.rapid_mm, path.retracts))
+        programs.append(PocketProgram(name, clearing_motion(job, order).measure.time_s, path.rapid_mm, path.retracts))
     return tuple(programs)

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.material.chip_feeds import allowed_feed, least_around
+from leafcut.material.chip_feeds import allowed_feed, minimum_around
 from leafcut.material.engagement import Engaged, slot
-from leafcut.material.removal import engaged_way
-from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
+from leafcut.material.removal import engaged_tool_path
+from leafcut.material.tool_steps import STRAIGHT_ON, ToolSteps
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 
@@ -44,13 +44,13 @@ def with_feeds(
     loops get no faster; air cuts keep their feed. `acceleration` is the acceleration of the machine in the plane,
     mm/s². If `anywhere` is false, feeds change only at vertices of the path, so no move is divided.
     """
-    path, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
-    shares = _shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
+    path, engaged = engaged_tool_path(PocketPath("", tuple(pieces)), rules)
+    shares = _allowed_feed_shares(pieces, path, _widened_by_uncertainty(path, engaged, rules), limits)
     places = [_PieceSteps.of(piece, path, number) for number, piece in enumerate(pieces)]
     if not anywhere:
         for place in places:
             shares[place.steps] = place.least_by_segment(shares[place.steps])
-    for stretch in _stretches(pieces, path):
+    for stretch in _cutting_stretches(pieces, path):
         shares[stretch] = _merge_short_stretches(shares[stretch], path.step[stretch], limits.feed, acceleration, rules)
     snap = SNAP * rules.tool_diameter if anywhere else math.inf
     return [
@@ -59,7 +59,7 @@ def with_feeds(
     ]
 
 
-def _widened_by_uncertainty(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
+def _widened_by_uncertainty(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Engaged:
     """Return the engagement with each cut widened by its uncertainty.
 
     The proof measures the rounded program, in which the direction at a vertex may differ by up to the turn there.
@@ -77,7 +77,9 @@ def _widened_by_uncertainty(path: ToolWay, engaged: Engaged, rules: PocketRules)
     )
 
 
-def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
+def _allowed_feed_shares(
+    pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, limits: FeedLimits
+) -> Floats:
     """Return the allowed feed at each step, relative to the tool's feed, rounded down to a step of the feed."""
     allowed = allowed_feed(engaged, limits) / limits.feed
     kind = np.array([piece.kind for piece in pieces])[path.piece]
@@ -88,14 +90,14 @@ def _shares(pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, limi
     before[~np.isfinite(path.back[:, 0])] = np.inf
     step = np.minimum(allowed, before)
     step[kind == "air"] = np.inf
-    least = least_around(step, path.step, AROUND * limits.diameter)
+    least = minimum_around(step, path.step, AROUND * limits.diameter)
     highest = limits.most / limits.feed
     down = np.ceil(np.log(highest / np.minimum(least, highest)) / math.log(STEP) - 1e-9)
     shares: Floats = highest / STEP**down
     return np.where((least >= 1.0) & (shares < LEAST), 1.0, shares)
 
 
-def _stretches(pieces: Sequence[PocketPiece], path: ToolWay) -> list[Indices]:
+def _cutting_stretches(pieces: Sequence[PocketPiece], path: ToolSteps) -> list[Indices]:
     """Return the indices of consecutive cutting steps, one array per stretch between retracts or air cuts."""
     air = np.array([piece.kind == "air" for piece in pieces], dtype=bool)[path.piece]
     new = np.append(True, (path.run[1:] != path.run[:-1]) | (air[1:] != air[:-1]))[: len(path)]
@@ -121,7 +123,7 @@ def _merge_short_stretches(
             lower = max((neighbour for neighbour in beside if neighbour < share), default=None)
             if lower is not None and not _saves_time(share, lower, distance, feed, acceleration, rules):
                 runs[k][0], changed = lower, True
-        runs, counts = _merged(runs, counts)
+        runs, counts = _merge_equal_shares(runs, counts)
     return np.repeat([share for share, _ in runs], counts)
 
 
@@ -133,7 +135,7 @@ def _saves_time(
     return distance >= longest and distance / slow - distance / fast >= MIN_SAVING
 
 
-def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
+def _merge_equal_shares(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float]], list[int]]:
     merged: list[list[float]] = []
     sizes: list[int] = []
     for (share, distance), count in zip(runs, counts, strict=True):
@@ -146,7 +148,7 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
     return merged, sizes
 
 
-def divided(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
+def divide_section(piece: PocketPiece, parts: Sequence[tuple[float, str, float]]) -> list[PocketPiece]:
     """Divide a path section into parts, each given by its start, mm, its kind and its feed.
 
     Parts shorter than `MIN_LENGTH` are merged with a neighbour.
@@ -174,7 +176,7 @@ class _PieceSteps:
         self.steps, self.ends, self.vertices, self.lifted = steps, ends, vertices, lifted
 
     @classmethod
-    def of(cls, piece: PocketPiece, path: ToolWay, number: int) -> _PieceSteps:
+    def of(cls, piece: PocketPiece, path: ToolSteps, number: int) -> _PieceSteps:
         first, last = np.searchsorted(path.piece, [number, number + 1])
         ends = np.cumsum(path.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
@@ -199,11 +201,11 @@ class _PieceSteps:
             # The tool may descend along a ring, so the ring is not divided.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))
-        starts = [0.0, *(self._snapped(float(self.ends[k]), snap) for k in changes.tolist())]
+        starts = [0.0, *(self._snap_to_vertex(float(self.ends[k]), snap) for k in changes.tolist())]
         values = shares[[*changes.tolist(), len(shares) - 1]].tolist()
-        return divided(piece, [(start, piece.kind, share) for start, share in zip(starts, values, strict=True)])
+        return divide_section(piece, [(start, piece.kind, share) for start, share in zip(starts, values, strict=True)])
 
-    def _snapped(self, place: float, snap: float) -> float:
+    def _snap_to_vertex(self, place: float, snap: float) -> float:
         corners = np.append(0.0, self.vertices)
         near = float(corners[int(np.argmin(np.abs(corners - place)))])
         return near if abs(near - place) <= snap else place

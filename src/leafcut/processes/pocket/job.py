@@ -98,7 +98,7 @@ class PocketMotion:
     chips: MeasuredChips | None = None
 
 
-def holes(descents: Sequence[Descent]) -> dict[Point, float]:
+def required_holes(descents: Sequence[Descent]) -> dict[Point, float]:
     """Return the holes that must be drilled first, as a map from position to height of the bottom, mm."""
     bottoms: dict[Point, float] = {}
     for descent in descents:
@@ -107,7 +107,7 @@ def holes(descents: Sequence[Descent]) -> dict[Point, float]:
     return bottoms
 
 
-def raised(path: Toolpath, by: float) -> Toolpath:
+def raise_path(path: Toolpath, by: float) -> Toolpath:
     """Return a toolpath without drilling cycles, moved up by `by` mm; machine coordinates do not change."""
     if not by:
         return path

@@ -6,24 +6,25 @@ import numpy as np
 import shapely
 
 from leafcut.material.engagement import Engaged
-from leafcut.material.removal import engaged_way, entered, much_wider, removal
+from leafcut.material.removal import engaged_tool_path, entry_mask, removal, reported_width
 from leafcut.material.step_over import widest_gaps
-from leafcut.material.tool_steps import ToolWay
+from leafcut.material.tool_steps import ToolSteps
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 
 
 def measure_path(
-    pocket: Pocket, path: PocketPath, rules: PocketRules, engaged: tuple[ToolWay, Engaged] | None = None
+    pocket: Pocket, path: PocketPath, rules: PocketRules, engaged: tuple[ToolSteps, Engaged] | None = None
 ) -> PocketMeasures:
     """Return the measures of a path over one level of a pocket.
 
     Air is feed without engagement. The first cut into full material counts as an engagement of half a turn. Entry loops
     do not count for engagement, air and step-over, because the tool clears them during its descent. `engaged` is the
-    result of `engaged_way`, if known. Raises PlanError if the pocket's outline or islands cross themselves or touch.
+    result of `engaged_tool_path`, if known. Raises PlanError if the pocket's outline or islands cross themselves or
+    touch.
     """
     removed = removal(pocket, path, rules)
-    samples, (angle, width, _) = engaged_way(path, rules) if engaged is None else engaged
-    entry = entered(path, samples)
+    samples, (angle, width, _) = engaged_tool_path(path, rules) if engaged is None else engaged
+    entry = entry_mask(path, samples)
     step = np.where(entry, 0.0, samples.step)
     length = float(step.sum())
     opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
@@ -41,7 +42,7 @@ def measure_path(
         max_engagement=float(angle.max(initial=0.0)),
         mean_engagement=float(angle @ step) / length if length > 0.0 else 0.0,
         max_width=float(width.max(initial=0.0)),
-        wide_mm=float(step[width > much_wider(rules)].sum()),
+        wide_mm=float(step[width > reported_width(rules)].sum()),
         air_mm=float(step[angle == 0.0].sum()),
         floor_mm=float(removed.centres.area) / rules.step_over,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.options.condition import one_of
+from leafcut.options.condition import when_one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -73,7 +73,7 @@ class PocketOptions(OptionGroup):
         unit="rad",
         minimum=0.001,
         maximum=0.8,
-        needs=(one_of("entry", "ramp", "helix"),),
+        needs=(when_one_of("entry", "ramp", "helix"),),
     )
     plunge_feed: float | None = option(
         "quantity",

@@ -19,7 +19,17 @@ from leafcut.options import (
 )
 from leafcut.options.drawings import ISLAND_NAMES, POCKET_NAMES
 from leafcut.options.search import FIREFLIES
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
+from leafcut.processes.base import (
+    ORDERED,
+    PLACE,
+    POST,
+    SEARCH,
+    SEARCH_MORE,
+    WRITTEN,
+    Process,
+    option_names,
+    use,
+)
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
@@ -106,7 +116,15 @@ class Pocketing(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("pocket", (*all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "spindle_speed", "material")),
+        (
+            "pocket",
+            (
+                *option_names(PocketOptions, _MAIN),
+                *option_names(PocketDrawingOptions, _MAIN),
+                "spindle_speed",
+                "material",
+            ),
+        ),
         ("pace", ("feeds",)),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),
@@ -121,9 +139,9 @@ class Pocketing(Process):
         named = drawing.named(self.layer_names)
         if named:
             words = ", ".join(named)
-            on = drawing.on(named) & drawing.worked, drawing.holes_on(named)
+            on = drawing.on(named) & drawing.worked_mask, drawing.holes_on(named)
             return Suitability(_BY_NAME, "pocket_layers", {**drawing.figures, "layers": words}, *on)
-        closed = drawing.worked & drawing.closed, drawing.part.diameters > 0.0
+        closed = drawing.worked_mask & drawing.closed, drawing.part.diameters > 0.0
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
@@ -132,9 +150,9 @@ class Pocketing(Process):
 
         from leafcut.model.plan import Stage
         from leafcut.processes.plan import Plan
-        from leafcut.processes.pocket.spec import prepared
+        from leafcut.processes.pocket.spec import prepare_pocket_job
 
-        ours, issues = prepared(job, sources[0])
+        ours, issues = prepare_pocket_job(job, sources[0])
         # Only now: they load the compiled kernels, which a refused file or option does not need.
         from leafcut.processes.pocket.clearing import PocketWork, clear_pocket, order_problem
         from leafcut.processes.pocket.strategies import SearchTime
@@ -186,11 +204,11 @@ class Pocketing(Process):
         strategy.
         """
         from leafcut.model.plan import Candidate
-        from leafcut.processes.pocket.clearing import generated
+        from leafcut.processes.pocket.clearing import clearing_motion
 
         work = plan.work
         recipes = [*work.regions, *(clearing for pocket in work.cleared for clearing in pocket.usual)]
-        motion = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
+        motion = clearing_motion(work.job, [recipes[node] for node in order.choices[0].tolist()])
         return Candidate(order, motion.path, motion.measure, motion)
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
@@ -203,9 +221,9 @@ class Pocketing(Process):
 
     def notes(self, plan: Plan, best: Candidate) -> Sequence[str]:
         """Return a line of the program header for each hole that must be drilled first."""
-        from leafcut.processes.pocket.proving import needed_holes
+        from leafcut.processes.pocket.proving import required_hole_lines
 
-        return needed_holes(plan.work.job, best.detail.descents)
+        return required_hole_lines(plan.work.job, best.detail.descents)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the operation of the end mill, with the order of the regions.
@@ -221,26 +239,26 @@ class Pocketing(Process):
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
         """Return issues about changed entries, required holes, stops after each move, and uncut areas."""
-        from leafcut.processes.pocket.proving import entry_issues, stops
+        from leafcut.processes.pocket.proving import entry_issues, stop_notes
 
-        return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
+        return (*entry_issues(best.detail.descents), *stop_notes(plan.work.job), *best.detail.left)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
         """Return the results of all strategies, the saving by load-dependent feeds, and the solid before milling."""
         from leafcut.model.pace_change import PaceChange
-        from leafcut.processes.pocket.clearing import generated, programs
+        from leafcut.processes.pocket.clearing import clearing_motion, strategy_programs
         from leafcut.processes.pocket.model import PocketDetail
 
         work, chips, pace = plan.work, best.detail.chips, None
         nodes = best.order.choices[0].tolist()
         if chips is not None:
             even = [clearing for pocket in work.cleared for clearing in pocket.even[pocket.plan.result.strategy]]
-            seconds = generated(work.job, [even[node] for node in nodes]).measure.time_s
+            seconds = clearing_motion(work.job, [even[node] for node in nodes]).measure.time_s
             pace = PaceChange(feeds_s=seconds - best.measure.time_s, changed=chips.changed, tools=(chips.tool,))
         solid = work.job.solid
         return PocketDetail(
             tuple(pocket.plan for pocket in work.cleared),
-            programs(work.job, list(work.cleared), nodes),
+            strategy_programs(work.job, list(work.cleared), nodes),
             pace,
             None if solid is None else solid.before,
         )
@@ -253,7 +271,7 @@ class Pocketing(Process):
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the pockets of a source, moved to the program zero."""
-        from leafcut.processes.placing import placed
+        from leafcut.processes.placing import place_part
         from leafcut.read import read_pockets
 
-        return placed(read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet), settings.read)
+        return place_part(read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet), settings.read)

@@ -10,8 +10,8 @@ from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
-from leafcut.processes.job import refuse
-from leafcut.processes.pocket.job import PocketJob, PocketMotion, holes, raised
+from leafcut.processes.job import refuse_differences
+from leafcut.processes.pocket.job import PocketJob, PocketMotion, raise_path, required_holes
 from leafcut.units import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 NAMED_PLACES = 3
 
 
-def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
+def required_hole_lines(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
     """Return a line of the program header for each hole that must be drilled first."""
     scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
     return [
         f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
         f"{-bottom / scale:.4g} {unit} deep"
-        for (x, y), bottom in holes(descents).items()
+        for (x, y), bottom in required_holes(descents).items()
     ]
 
 
@@ -58,7 +58,7 @@ def prove_pockets(
     job.run.report("verifying")
     heights, tool = job.heights, job.data.tool
     written = read_back(text, job.words)
-    refuse(
+    refuse_differences(
         check_program(
             motion.path,
             written,
@@ -73,33 +73,35 @@ def prove_pockets(
             surface_z=job.top,
         )
     )
-    whole, written = written, raised(written, -job.top)
+    whole, written = written, raise_path(written, -job.top)
     pockets, levels = job.part.pockets, [one.levels for one in job.levels]
     if job.solid is not None:
-        refuse(
+        refuse_differences(
             stock_top_differences(job.solid.milled, job.tops, job.solid.pockets, job.solid.triangles, job.rules.radius)
         )
-    refuse(check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract, job.tops))
-    refuse(depth_differences(written, job.exact, max(one.step for one in job.levels), pockets, job.tops))
+    refuse_differences(
+        check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract, job.tops)
+    )
+    refuse_differences(depth_differences(written, job.exact, max(one.step for one in job.levels), pockets, job.tops))
     finishing = [finishing_levels(one, tool.diameter) if job.rules.stock else () for one in job.levels]
     simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
     chips = None
     if job.limits is None:
-        refuse(air_differences(written, job.exact, tool.feed))
+        refuse_differences(air_differences(written, job.exact, tool.feed))
     else:
         from leafcut.processes.pocket.proof.chips import measured_chips
 
         chips = measured_chips(
             written, job.exact, job.limits, tool, sorted({z for one in (*levels, *finishing) for z in one})
         )
-        refuse(chips.wrong)
-    refuse(gouge_differences(simulated, pockets))
-    refuse(step_over_differences(simulated, pockets, job.exact))
+        refuse_differences(chips.wrong)
+    refuse_differences(gouge_differences(simulated, pockets))
+    refuse_differences(step_over_differences(simulated, pockets, job.exact))
     lowest = [(level.number, level.removal) for level in simulated if level.z == job.levels[level.number].floor]
-    return whole, _uncut(job, lowest), chips
+    return whole, _uncut_area_issues(job, lowest), chips
 
 
-def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
+def _uncut_area_issues(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     """Return a warning for each pocket whose uncut area exceeds the tolerance."""
     from leafcut.geometry.regions import polygons
     from leafcut.report.wording import area_words
@@ -119,7 +121,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     return issues
 
 
-def stops(job: PocketJob) -> list[Issue]:
+def stop_notes(job: PocketJob) -> list[Issue]:
     """Return a note if the tool stops after every move, and stock on the walls would avoid these stops."""
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
@@ -141,7 +143,7 @@ def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
         more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
         issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
-    if needed := holes(descents):
+    if needed := required_holes(descents):
         words = f"{len(needed)} holes" if len(needed) > 1 else "a hole"
         places = list(needed)[:4]
         at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")

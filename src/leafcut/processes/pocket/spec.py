@@ -12,7 +12,7 @@ import shapely
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.regions import tool_centres
-from leafcut.geometry.zones import widened
+from leafcut.geometry.zones import widen_zones
 from leafcut.model.cutter import bodies_of, discs_of, widest_below
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketRules
@@ -21,7 +21,7 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.job import Job, check_dialect_options, library_of, refuse_missing, refuse_too_large
-from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
+from leafcut.processes.pocket.job import PocketJob, PocketSolid, raise_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
+def prepare_pocket_job(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets, and return the milling job and its issues.
 
     Raises ReadError, OptionError, PlanError or VerifyError.
     """
     from leafcut.gcode.dialects import dialect
-    from leafcut.processes.placing import placed, placing_words
+    from leafcut.processes.placing import place_part, placement_text
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
-    from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
+    from leafcut.processes.pocket.plan.rules import enclosing_pockets, levels_of, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.proof.envelope import check_envelope
@@ -59,7 +59,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
         # The depths of a solid are known now: the mill may be too short.
         mill = _library_mill(run, max(depths))
     rules = rules_of(options, settings.job.step_over, diameter)
-    around = lying_in(part.pockets, rules.tolerance)
+    around = enclosing_pockets(part.pockets, rules.tolerance)
     solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(
         levels_of(
@@ -78,8 +78,8 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
         limits, limit_issues = feed_limits(settings, run.machine, levels, data, mill, _material(settings))
         issues = [*issues, *limit_issues]
         data = replace(data, limits=limits)
-    made_for = "" if part.pockets[0].top is None else placing_words(source.path, part, settings.read)
-    part = placed(part, settings.read)
+    made_for = "" if part.pockets[0].top is None else placement_text(source.path, part, settings.read)
+    part = place_part(part, settings.read)
     surface, keep_out = part.pockets[0].top or 0.0, settings.job.keep_out
     refuse_higher_zones(keep_out, settings.job.clearance_height + surface)
     over, retract = (
@@ -93,7 +93,7 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
         retract=settings.job.retract_height,
         always_clearance=settings.job.retract == "initial",
         end=_xy(settings.job.end_point),
-        zones=widened(parse_zones(keep_out), beside)[high],
+        zones=widen_zones(parse_zones(keep_out), beside)[high],
     )
     floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
     refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
@@ -130,15 +130,15 @@ def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> 
     if any(one.top is None for one in part.pockets):
         raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
     from leafcut.model.mesh import Mesh
-    from leafcut.processes.placing import placed_mesh
-    from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
+    from leafcut.processes.placing import place_mesh
+    from leafcut.processes.pocket.plan.stock_top import fill_pockets, stock_tops
     from leafcut.read.step import Pose, step_mesh
 
     run.report("reading the surface")
     read = run.settings.read
     triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
     all_tops = stock_tops(whole.pockets, whole.pockets, triangles, radius)
-    before = placed_mesh(Mesh(filled(triangles, whole.pockets, all_tops), part.name), part, read)
+    before = place_mesh(Mesh(fill_pockets(triangles, whole.pockets, all_tops), part.name), part, read)
     tops = [all_tops[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
@@ -203,7 +203,7 @@ def _extent_moves(job: PocketJob) -> Toolpath:
         builder.feed(z=levels.floor, feed=job.data.tool.feed)
         builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
         builder.rapid(z=job.heights.clearance)
-    return raised(builder.build(), job.top)
+    return raise_path(builder.build(), job.top)
 
 
 #: Overlap with a zone that is left to the proof, mm, because the proof knows the exact path.

@@ -34,7 +34,7 @@ Grids = dict["CentreRegion", tuple["RoutingProblem", "GridContext"]]
 Strategy = Callable[["CentreRegion", Job, Grids], PocketPath]
 
 
-def _planned(region: CentreRegion) -> CentreRegion:
+def _with_planned_rules(region: CentreRegion) -> CentreRegion:
     return replace(region, rules=region.rules.planned)
 
 
@@ -44,11 +44,11 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     Too far means further than the step-over. The function measures the path with fitted arcs, as in the program,
     because arcs shift passes by a few micrometres.
     """
-    from leafcut.material.step_over import TooWide
-    from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.material.step_over import WidePlaceFinder
+    from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 
-    wide, tolerance = TooWide(region.polygon, region.rules), region.rules.tolerance
-    return lambda path: wide(fitted(path, tolerance))
+    wide, tolerance = WidePlaceFinder(region.polygon, region.rules), region.rules.tolerance
+    return lambda path: wide(fit_arcs_to_path(path, tolerance))
 
 
 def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
@@ -56,16 +56,18 @@ def _zigzag(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 
     wide = _too_wide(region)
     with run.deadline.running(run.cancelled) as late:
-        return zigzag(_planned(region), None, late, wide)
+        return zigzag(_with_planned_rules(region), None, late, wide)
 
 
 def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
-    from leafcut.processes.pocket.plan.rings import contour
+    from leafcut.processes.pocket.plan.rings import contour_parallel_path
 
-    planned, wide = _planned(region), _too_wide(region)
+    planned, wide = _with_planned_rules(region), _too_wide(region)
     paths: list[tuple[int, PocketPath]] = []
     for share in NEARER:
-        path = contour(replace(planned, rules=replace(planned.rules, step_over=share * planned.rules.step_over)))
+        path = contour_parallel_path(
+            replace(planned, rules=replace(planned.rules, step_over=share * planned.rules.step_over))
+        )
         paths.append((len(wide(path)), path))
         if not paths[-1][0]:
             break
@@ -73,11 +75,11 @@ def _contour(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
 
 
 def _connected(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
-    from leafcut.processes.pocket.plan.connected import best
+    from leafcut.processes.pocket.plan.connected_rings import connected_path
 
     wide = _too_wide(region)
     with run.deadline.running(run.cancelled) as late:
-        return best(region, wide, late)
+        return connected_path(region, wide, late)
 
 
 def _adaptive(region: CentreRegion, run: Job, grids: Grids) -> PocketPath:
@@ -121,7 +123,7 @@ def _grid(name: str) -> Strategy:
             observe=run.observe,
             cancelled=run.cancelled,
         )
-        run.deadline.spend(solution.seconds)
+        run.deadline.subtract(solution.seconds)
         return grid_path(context, solution.nodes, name)
 
     return path

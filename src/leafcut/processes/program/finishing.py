@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.files.digests import signed
+from leafcut.files.digests import sign_program
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.plan import Candidate
-from leafcut.model.sequence import Kept
+from leafcut.model.sequence import FixedBlocks
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
-from leafcut.processes.program.pace import wants_pace, with_new_pace
-from leafcut.processes.program.proving import kept_issues, measured, with_comments, with_text
+from leafcut.processes.program.pace import requests_pace, with_new_pace
+from leafcut.processes.program.proving import kept_issues, measure_program, replace_text, with_comments
 from leafcut.processes.program.workpiece import shown_stock
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from leafcut.processes.program.planning import ForeignWork
 
 
-def finished(plan: Plan, best: Candidate) -> Candidate:
+def finish_program(plan: Plan, best: Candidate) -> Candidate:
     """Return the proved program with new heights and feeds, if requested.
 
     A comment in the header warns of new moves across areas that the original program avoided.
@@ -32,15 +32,15 @@ def finished(plan: Plan, best: Candidate) -> Candidate:
     """
     work, job = plan.work, plan.job
     best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
-    if wants_pace(job):
+    if requests_pace(job):
         paced = with_new_pace(plan, best.detail.program)
-        timed = measured(plan, paced.program)
+        timed = measure_program(plan, paced.program)
         detail = replace(best.detail, program=paced.program, paced=paced)
         best = replace(best, text=paced.text, path=paced.program.path, measure=timed, detail=detail)
-    return _with_avoided(plan, best)
+    return _add_avoided_comment(plan, best)
 
 
-def _with_avoided(plan: Plan, best: Candidate) -> Candidate:
+def _add_avoided_comment(plan: Plan, best: Candidate) -> Candidate:
     """Return the program with a comment on new moves across areas that the original avoided."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
 
@@ -50,7 +50,7 @@ def _with_avoided(plan: Plan, best: Candidate) -> Candidate:
     if areas.moves and plan.job.settings.post.header:
         # The comments shift all line numbers.
         areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.dialect).splitlines()))
-        best = with_text(plan, best, signed(with_comments(best.text, _comments(areas), plan.dialect)))
+        best = replace_text(plan, best, sign_program(with_comments(best.text, _comments(areas), plan.dialect)))
     return replace(best, detail=replace(best.detail, avoided=areas))
 
 
@@ -66,7 +66,7 @@ def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
     return tuple(replace(i, message=f"in the new program: {i.message}") for i in dangers if i.code not in work.codes)
 
 
-def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
+def reordering_issues(plan: Plan, best: Candidate) -> list[Issue]:
     """Return the issues of a reordered program: dangers first, then the reasons why cuts and holes keep their place."""
     work, detail = plan.work, best.detail
     issues = [*work.before]
@@ -83,17 +83,17 @@ def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
     return [*issues, *(detail.paced.issues if detail.paced else ())]
 
 
-def detail_of(plan: Plan, best: Candidate) -> ProgramDetail:
+def program_detail(plan: Plan, best: Candidate) -> ProgramDetail:
     """Return the program-specific results: the proof, the work that keeps its place, and the stock."""
-    from leafcut.processes.program.plan.staying import count_pieces, grouped
+    from leafcut.processes.program.plan.fixed_tasks import count_pieces, group_stay_reasons
 
     work, settings, detail = plan.work, plan.job.settings, best.detail
     sequence = work.sequence
     return ProgramDetail(
         certificate=detail.certificate,
-        barriers=sum(isinstance(item, Kept) and bool(item.reasons) for item in sequence.items),
+        barriers=sum(isinstance(item, FixedBlocks) and bool(item.reasons) for item in sequence.items),
         pieces=count_pieces(sequence),
-        staying=grouped(sequence, best.order.kept, settings.solve.keeps_order),
+        staying=group_stay_reasons(sequence, best.order.kept, settings.solve.keeps_order),
         pace=detail.paced.change if detail.paced else None,
         stock=work.stock,
         shown=shown_stock(work.program, work.source, settings, plan.job.machine, plan.kind),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
-from leafcut.model.sequence import Staying
+from leafcut.model.sequence import StayGroup
 from leafcut.model.shown_stock import ShownStock
 
 
@@ -96,7 +96,7 @@ class ProgramDetail:
     certificate: Certificate
     barriers: int = 0
     pieces: int = 0
-    staying: tuple[Staying, ...] = field(default=())
+    staying: tuple[StayGroup, ...] = field(default=())
     pace: PaceChange | None = None
     stock: StockProof | None = None
     shown: ShownStock = field(default_factory=ShownStock)

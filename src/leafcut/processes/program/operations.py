@@ -36,11 +36,11 @@ def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ..
             found.append(_operation(program, section, sequence.process, first, solution))
         first += sum(piece.kind == "hole" for piece in section.pieces)
     starts = [int(program.first[section.pieces[0].begin]) for section in sequence.sections]
-    staying = _staying(program.path, staying_rows(program, sequence), [o.tool.number for o in found], starts)
+    staying = _fixed_holes(program.path, staying_rows(program, sequence), [o.tool.number for o in found], starts)
     return tuple(replace(one, staying=tuple(first + k for k in mine)) for one, mine in zip(found, staying, strict=True))
 
 
-def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
+def _fixed_holes(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
     """Return the fixed holes of each operation as hole numbers; holes are assigned by tool and by position in the
     program.
     """
@@ -58,7 +58,7 @@ def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: l
     return staying
 
 
-def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
+def _main_feed(path: Toolpath, works: NDArray[np.intp]) -> float:
     """Return the feed used on the largest part of the XY length of a cut, mm/s. For a hole, return the feed of its
     first row.
     """
@@ -88,7 +88,7 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
         diameter=0.0,
         kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
         name="" if holes else process,
-        feed=_feed(path, works[:1] if holes else works),
+        feed=_main_feed(path, works[:1] if holes else works),
         spindle_rpm=program.modal(piece.end).rpm,
     )
     at = {piece: first + i for i, piece in enumerate(holes)}

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
-from leafcut.files.digests import signed
+from leafcut.files.digests import sign_program
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
-from leafcut.material.loads import MILLING, Loads, StockBefore, loads_of
+from leafcut.material.loads import MILLING, Loads, StockBefore, compute_loads
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -27,10 +27,10 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.options import FeedOptions, flag_name
 from leafcut.processes.job import Job
-from leafcut.processes.keep_out import meetings
+from leafcut.processes.keep_out import obstacle_hits
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.plan.corners import rounds_freely
+from leafcut.processes.program.plan.corners import rows_with_free_rounding
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
 from leafcut.processes.program.proof.stock_judge import StockJudge
 from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
@@ -57,7 +57,7 @@ _KEPT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Paced:
+class PacedProgram:
     """A program with new speeds and heights."""
 
     text: str
@@ -66,7 +66,7 @@ class Paced:
     issues: tuple[Issue, ...] = ()
 
 
-def wants_pace(run: Job) -> bool:
+def requests_pace(run: Job) -> bool:
     """Return whether the options request new speeds or heights."""
     options = run.settings.of(ResequenceOptions)
     return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
@@ -78,19 +78,19 @@ def check_library(run: Job, program: Program, source: str, process: str) -> list
     Raises OptionError if new speeds or heights are requested as well, because they depend on the tool diameters.
     """
     others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
-    if wants_pace(run) and others:
-        raise OptionError(f"{_asked(run)[0]}: {source}: {others[0]}")
+    if requests_pace(run) and others:
+        raise OptionError(f"{_requested_flags(run)[0]}: {source}: {others[0]}")
     return others
 
 
-def _asked(run: Job) -> list[str]:
+def _requested_flags(run: Job) -> list[str]:
     """Return the flags that request new speeds or heights."""
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
     return [flag_name(name) for name, wants in wanted.items() if wants]
 
 
-def with_new_pace(plan: Plan, program: Program) -> Paced:
+def with_new_pace(plan: Plan, program: Program) -> PacedProgram:
     """Return a program with the requested heights and speeds, where they save time and can be proved.
 
     The new program has to leave the same stock as the original.
@@ -104,7 +104,7 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
     """
     run, source = plan.job, plan.work.source
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
-    asked = _asked(run)
+    asked = _requested_flags(run)
     if plan.kind in BEAMS:
         raise OptionError(
             f"{asked[0]}: {source} drives a laser or a torch, whose width of cut is not simulated; leave it out"
@@ -119,33 +119,33 @@ def with_new_pace(plan: Plan, program: Program) -> Paced:
     tools = tools_of(program, source, run.settings, run.machine)
     text = "".join(program.lines)
     if not tools:
-        return Paced(text, program, PaceChange())
-    if line := _skippable(program):
+        return PacedProgram(text, program, PaceChange())
+    if line := _first_skippable_line(program):
         message = (
             "speeds and heights are unchanged: a block-delete switch (/) can skip moves, so that their material remains"
         )
-        return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
+        return PacedProgram(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     rules = PaceRules(options.air, feeds, spindle=_spindle(run) if feeds else None)
     if workpiece:
         check_size(program, cutters, block_of(workpiece, ChosenSolid.of(run.settings.read)), source, workpiece)
-    job = _Pacing(plan, tools, cutters, stock_before(run, program, cutters), rules)
+    job = _PaceSteps(plan, tools, cutters, stock_before(run, program, cutters), rules)
     loads = job.loads(program, "cutting the stock")
     if job.stock.known and not loads.removed.cuts.any():
         raise OptionError(
             f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
             "block in the program's coordinates"
         )
-    found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
+    found = PacedProgram(text, program, PaceChange(assumed=not job.stock.known), tuple(job.stock_notes()))
     if options.low_retracts:
-        found = job.lowered(found)
+        found = job.lower_retracts(found)
     if not options.air and not feeds:
         return found
-    return job.faster(found, loads if found.program is program else job.loads(found.program, "cutting the stock"))
+    return job.raise_speeds(found, loads if found.program is program else job.loads(found.program, "cutting the stock"))
 
 
 @dataclass(frozen=True, eq=False)
-class _Pacing:
+class _PaceSteps:
     """Data shared by the steps that choose heights and speeds; `stock` is the material before the first cut."""
 
     plan: Plan
@@ -166,8 +166,10 @@ class _Pacing:
         return found
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
-        look = self.run.start_step(what)
-        return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
+        check_cancelled = self.run.start_step(what)
+        return compute_loads(
+            program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), check_cancelled
+        )
 
     @cached_property
     def judge(self) -> StockJudge:
@@ -175,7 +177,7 @@ class _Pacing:
         return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property
-    def held(self) -> StockBefore:
+    def stock_with_surroundings(self) -> StockBefore:
         """The stock, with the surrounding area as high as its top, because the fixtures are unknown."""
         return replace(self.stock, beside=self.top)
 
@@ -184,7 +186,7 @@ class _Pacing:
         """Highest point of the stock, mm; infinite if the stock is unknown."""
         return float(self.stock.field.heights.max()) if self.stock.known else math.inf
 
-    def assumed(self) -> Iterator[Issue]:
+    def stock_notes(self) -> Iterator[Issue]:
         """Yield a note if the user did not describe the stock."""
         if not self.stock.known:
             message = (
@@ -204,17 +206,17 @@ class _Pacing:
             raise VerifyError(f"the new program cannot be read: {problem}") from None
 
     def seconds(self, program: Program) -> float:
-        from leafcut.timing.toolpath import measure
+        from leafcut.timing.toolpath import measure_toolpath
 
-        return measure(program.path, self.run.machine).time_s
+        return measure_toolpath(program.path, self.run.machine).time_s
 
     # -- heights -----------------------------------------------------------------------------------------------------
 
-    def lowered(self, found: Paced) -> Paced:
+    def lower_retracts(self, found: PacedProgram) -> PacedProgram:
         """Return the program with lower retracts, cycle returns and R planes; unchanged if no lower height can be
         proved.
         """
-        from leafcut.processes.program.plan.heights import LowWays
+        from leafcut.processes.program.plan.heights import HeightLowering
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns
 
         found = replace(found, change=replace(found.change, retracts_s=0.0))
@@ -222,8 +224,8 @@ class _Pacing:
         kept: set[int] = set()
         for step in ("returns", "heights", "initials"):
             program = found.program
-            loads = self.loads(program, "choosing heights", self.held)
-            ways = LowWays(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
+            loads = self.loads(program, "choosing heights", self.stock_with_surroundings)
+            ways = HeightLowering(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
             try:
                 if step == "returns":
                     returns = ways.returns()
@@ -234,7 +236,7 @@ class _Pacing:
                 kept |= ways.kept
                 if not count:
                     continue
-                text = signed(text)
+                text = sign_program(text)
                 new = self.read(text)
                 self.check_heights(program, new)
                 if step == "returns":
@@ -257,43 +259,45 @@ class _Pacing:
         """Raise VerifyError unless the new program differs only in lower moves, and these moves stay clear of the
         material.
         """
-        from leafcut.processes.program.proof.paced import check_lowered
+        from leafcut.processes.program.proof.new_speeds import check_lowered
 
         bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
-        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules, bent)
-        self.check_rest(new)
+        check_lowered(
+            program.path, new.path, self.loads(new, "verifying", self.stock_with_surroundings), self.rules, bent
+        )
+        self.check_stock_and_obstacles(new)
 
-    def check_rest(self, new: Program) -> None:
+    def check_stock_and_obstacles(self, new: Program) -> None:
         """Raise VerifyError unless the new program leaves the same stock as the original and hits no obstacle."""
         self.judge.check(new)
-        if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
+        if self.obstacles is not None and (met := obstacle_hits(self.run, self.obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
 
     # -- speeds ------------------------------------------------------------------------------------------------------
 
-    def faster(self, found: Paced, loads: Loads) -> Paced:
+    def raise_speeds(self, found: PacedProgram, loads: Loads) -> PacedProgram:
         """Return the program with new speeds; unchanged if the speeds cannot be proved or save no time."""
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
-        issues = (*found.issues, *self.told(pace, loads))
+        issues = (*found.issues, *self.unknown_limit_notes(pace, loads))
         none = replace(found, change=self.change(found, loads, pace, loads.feed, {}), issues=issues)
         try:
-            pace, text, new = self.without_losses(program, pace)
-            speed, stretches, nearest = self.proved(program, new, loads, pace)
+            pace, text, new = self.undo_losses(program, pace)
+            speed, stretches, nearest = self.prove_speeds(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
             said = Issue("L513", f"the speeds are unchanged: {problem}")
-            return replace(none, issues=(*issues, said, *_above(none.change)))
+            return replace(none, issues=(*issues, said, *_exceeded_limit_issues(none.change)))
         before, after = self.seconds(program), self.seconds(new)
         # A feed above the limit of its tool is reduced even if that costs time.
         own = program.path.value
         slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
         if after >= before and not slowed:
-            kept = self.kept(program, loads, pace, none.change, loads.feed)
-            return replace(none, issues=(*issues, *kept, *_above(none.change)))
+            kept = self.unchanged_feed_notes(program, loads, pace, none.change, loads.feed)
+            return replace(none, issues=(*issues, *kept, *_exceeded_limit_issues(none.change)))
         between = after if rules.air else before
         if rules.air and rules.feeds:
             alone = self.pace(program, loads, replace(rules, feeds=False))
-            between = self.seconds(self.without_losses(program, alone)[2])
+            between = self.seconds(self.undo_losses(program, alone)[2])
         change = replace(
             self.change(found, loads, pace, speed, stretches),
             air_s=before - between if rules.air else None,
@@ -301,21 +305,23 @@ class _Pacing:
             clearance_mm=nearest if math.isfinite(nearest) else None,
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
-        if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
+        if rules.feeds and raised.any() and rows_with_free_rounding(program.path, self.run.machine, math.inf).any():
             message = "the program lets the controller round corners without a limit (G64 without P)"
             issues = (
                 *issues,
                 Issue("L511", f"{message}: higher feeds round them more; give a tolerance such as G64 P0.01"),
             )
-        kept = self.kept(program, loads, pace, change, speed)
-        return Paced(text, new, change, (*issues, *kept, *_above(change)))
+        kept = self.unchanged_feed_notes(program, loads, pace, change, speed)
+        return PacedProgram(text, new, change, (*issues, *kept, *_exceeded_limit_issues(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
-        look = self.run.start_step("choosing speeds")
-        chords = self.chords(program, loads) if rules.air else ()
-        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
+        check_cancelled = self.run.start_step("choosing speeds")
+        chords = self.arcs_as_chords(program, loads) if rules.air else ()
+        return plan_pace(
+            program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, check_cancelled, chords
+        )
 
-    def chords(self, program: Program, loads: Loads) -> Collection[int]:
+    def arcs_as_chords(self, program: Program, loads: Loads) -> Collection[int]:
         """Return the rows of arcs through air that a rapid along their chord can replace without touching material or
         obstacles.
         """
@@ -340,25 +346,25 @@ class _Pacing:
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = signed(with_pace(program, pace, self.plan.dialect.max_line, self.run.start_step("writing")))
+        text = sign_program(with_pace(program, pace, self.plan.dialect.max_line, self.run.start_step("writing")))
         return text, self.read(text) if pace.stretches else program
 
-    def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
+    def undo_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
         """Undo raised speeds that cost time, and return the remaining speeds, the program text and the program.
 
         A raised speed may cost time because a divided cut changes the look-ahead of the controller.
         """
-        from leafcut.processes.program.proof.paced import stretches_of
-        from leafcut.timing.toolpath import clock
+        from leafcut.processes.program.proof.new_speeds import changed_stretches
+        from leafcut.timing.toolpath import time_rows
 
         machine, path = self.run.machine, program.path
-        own = _by_row(clock(path, machine), np.arange(len(path)))
+        own = _seconds_by_row(time_rows(path, machine), np.arange(len(path)))
         text, new = self.written(program, pace)
         for _ in range(_TRIALS):
-            found = stretches_of(path, new.path)
+            found = changed_stretches(path, new.path)
             counts = np.ones(len(path), dtype=np.int64)
             counts[list(found)] = [len(parts) for parts in found.values()]
-            saved = own - _by_row(clock(new.path, machine), np.repeat(np.arange(len(counts)), counts))
+            saved = own - _seconds_by_row(time_rows(new.path, machine), np.repeat(np.arange(len(counts)), counts))
             # The look-ahead changes for adjacent motions as well.
             sums = np.concatenate([[0.0], np.cumsum(saved)])
             last = len(saved) - 1
@@ -371,14 +377,14 @@ class _Pacing:
             if not slower:
                 break
             kept = {
-                row: _no_faster(parts, float(path.value[row])) if row in slower else parts
+                row: _cap_at_feed(parts, float(path.value[row])) if row in slower else parts
                 for row, parts in pace.stretches.items()
             }
             pace = Pace({row: parts for row, parts in kept.items() if parts}, pace.limits)
             text, new = self.written(program, pace)
         return pace, text, new
 
-    def proved(
+    def prove_speeds(
         self, program: Program, new: Program, loads: Loads, pace: Pace
     ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
         """Prove new speeds. Return the speed of each simulated move (mm/s), the changed stretches and the least
@@ -386,29 +392,34 @@ class _Pacing:
 
         Raises VerifyError if the path or the stock changes, or if a new rapid comes too near to the material.
         """
-        from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
+        from leafcut.processes.program.proof.new_speeds import changed_stretches, check_limits, rows_changed_to_rapid
 
-        found = stretches_of(program.path, new.path)
+        found = changed_stretches(program.path, new.path)
         speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
-        fast, chords = made_rapid(program.path, found)
+        fast, chords = rows_changed_to_rapid(program.path, found)
         # Check the new rapids in pieces, like cuts.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
         again = self.loads(replace(new, path=replace(new.path, kind=kind)), "verifying")
         ends = again.moves.ends
         # Straight retracts pass only where the tool has just been.
-        mine = np.isin(again.source, fast) & ~(again.upright & (ends[:, 5] > ends[:, 2]))
+        mine = np.isin(again.source, fast) & ~(again.is_vertical & (ends[:, 5] > ends[:, 2]))
         # A chord is a new path that only this check covers, so it needs the full clearance.
         keeps = np.where(np.isin(again.source, chords), 1.0 - 1e-6, _KEPT)
         near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
             raise VerifyError(f"line {line} of the new program: a rapid comes too close to the material")
-        self.check_rest(new)
+        self.check_stock_and_obstacles(new)
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
     def change(
-        self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[PaceStretch, ...]]
+        self,
+        found: PacedProgram,
+        loads: Loads,
+        pace: Pace,
+        speed: Floats,
+        stretches: Mapping[int, tuple[PaceStretch, ...]],
     ) -> PaceChange:
         """Return a summary of the new speeds, without the time saved."""
         every = [part.speed for parts in stretches.values() for part in parts]
@@ -466,9 +477,9 @@ class _Pacing:
                 torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
                 yield FeedLimit("torque", *most(torque, all_cuts, grows), limit.spindle.torque)
         if math.isfinite(limit.plunge):
-            yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
+            yield FeedLimit("plunge", *most(loads.descent_speed, loads.sinks | loads.plunges), limit.plunge)
 
-    def told(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
+    def unknown_limit_notes(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
         """Yield notes on tools that keep their feeds, and on limits that are unknown."""
         for number, tool in self.tools.items() if self.rules.feeds else ():
             if number in pace.limits:
@@ -481,18 +492,20 @@ class _Pacing:
             for message in self.unlimited(pace):
                 yield Issue("L514", message, severity=Severity.NOTE)
 
-    def kept(self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats) -> list[Issue]:
+    def unchanged_feed_notes(
+        self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats
+    ) -> list[Issue]:
         """Return a note with the reason for each tool whose feeds are all unchanged. Tools above a limit are
         left out.
         """
-        issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded(tool)}
+        issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded_limits(tool)}
         for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
             mine = loads.cuts_of(number) & np.isfinite(speed)
             if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
-            words = "it only plunges" if why is None else _kept_words(why, limit, diameter)
+            words = "it only plunges" if why is None else _kept_feed_text(why, limit, diameter)
             issues.append(Issue("L512", f"{tool.label} keeps its feed: {words}", severity=Severity.NOTE))
         return issues
 
@@ -542,7 +555,7 @@ _KEPT_WORDS = {
 }
 
 
-def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
+def _kept_feed_text(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
     reason = why.reason
     if reason == "chip":
         reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
@@ -562,7 +575,7 @@ def _spindle(run: Job) -> SpindleLoad | None:
     return SpindleLoad(material, power or math.inf, run.machine.spindle_torque or math.inf, DRIVE_EFFICIENCY)
 
 
-def _skippable(program: Program) -> int:
+def _first_skippable_line(program: Program) -> int:
     """Return the first line with a move under block delete (/), or 0."""
     moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
     lines = np.unique(program.line[program.row_block[moves]]).tolist()
@@ -577,20 +590,20 @@ def _threads() -> int:
     return os.cpu_count() or 1
 
 
-def _above(change: PaceChange) -> Iterator[Issue]:
+def _exceeded_limit_issues(change: PaceChange) -> Iterator[Issue]:
     """Yield an issue for each tool that still exceeds a limit."""
     for tool in change.tools:
-        if over := _exceeded(tool):
+        if over := _exceeded_limits(tool):
             message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
             yield Issue("L512", message)
 
 
-def _exceeded(tool: ToolPace) -> list[str]:
+def _exceeded_limits(tool: ToolPace) -> list[str]:
     over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
     return over + (["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else [])
 
 
-def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
+def _cap_at_feed(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
     """Return the stretches of a cut, capped at its original feed; empty if none of them is slower than that feed."""
     kept: list[PaceStretch] = []
     for part in parts:
@@ -601,7 +614,7 @@ def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch,
     return tuple(kept) if any(part.speed < own for part in kept) else ()
 
 
-def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
+def _seconds_by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
     """Return the time of each source row, s; `source` assigns the rows of the timed path to source rows."""
     count = int(source.max(initial=-1)) + 1
     return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, VerifyError
-from leafcut.files.whole_files import decoded
+from leafcut.files.whole_files import decode_text
 from leafcut.geometry.arrays import Point
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -25,8 +25,8 @@ from leafcut.model.toolpath import PLACES, STILL, Kind
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.plan import Plan
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.pace import check_library, wants_pace
-from leafcut.processes.program.reading import ProgramRead, read_foreign, run_of_controller
+from leafcut.processes.program.pace import check_library, requests_pace
+from leafcut.processes.program.reading import ProgramRead, controller_motion, read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
@@ -106,10 +106,10 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
         raise OptionError(
             f"{words.name} {reason}: leafcut writes and verifies such programs, but does not reorder them"
         )
-    text, encoding = decoded(data)
+    text, encoding = decode_text(data)
     read = read_foreign(
         text, source, job.settings, job.machine, words, job.start_step("reading"), process=process,
-        router=not wants_pace(job),
+        router=not requests_pace(job),
     )  # fmt: skip
     original, job = read.program, replace(job, machine=read.machine)
     others = check_library(job, original, source, read.process)
@@ -119,7 +119,7 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
     _refuse_dangers(job, source, dangers)
     sequence = _sections(job, original, read.process)
     obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
-    stands, starts = _stands(job, original, sequence)
+    stands, starts = _tool_start(job, original, sequence)
     work = ForeignWork(
         source=source,
         read=read,
@@ -136,12 +136,12 @@ def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
             *read.issues,
             *_unknown_materials(job, read),
             *sequence.issues,
-            *_offers(job, sequence),
+            *_merge_offers(job, sequence),
         ),
     )
     return Plan(
         job=job,
-        part=part_of(source, original, sequence),
+        part=part_of_program(source, original, sequence),
         dialect=read.words,
         work=work,
         stages=() if job.settings.solve.keeps_order else _stages(job, sequence, obstacles, starts),
@@ -159,7 +159,7 @@ def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
 
 
 def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
-    return run_of_controller(read.program, read.words, job.settings.job.clearance_height)[1]
+    return controller_motion(read.program, read.words, job.settings.job.clearance_height)[1]
 
 
 class _TooManySteps(Exception):
@@ -169,12 +169,12 @@ class _TooManySteps(Exception):
 def _sections(job: Job, original: Program, process: str) -> Sequence:
     """Return the sections of a program. If planning takes too many steps, the whole program stays."""
     from leafcut.processes.program.plan.program_rows import known_process
-    from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
+    from leafcut.processes.program.plan.resequencing import find_sequence, unchanged_sequence
 
     options, steps = job.settings.of(ResequenceOptions), 0
     tell = job.start_step("finding tasks to reorder")
 
-    def look(_: float = 0.0, /) -> None:
+    def check_cancelled(_: float = 0.0, /) -> None:
         nonlocal steps
         steps += 1
         if steps > MOST_STEPS:
@@ -189,12 +189,12 @@ def _sections(job: Job, original: Program, process: str) -> Sequence:
             allow_reverse=options.allow_reverse,
             mix_operations=options.mix_operations,
             tool_diameter=_tool_diameter(job),
-            look=look,
+            check_cancelled=check_cancelled,
         )
     except _TooManySteps:
         said = "the program keeps its order, because it is too large to plan; divide it into several programs"
         found = known_process(original) if process == "auto" else process
-        return replace(all_stay(original, found, "too-large"), issues=(Issue("L507", said),))
+        return replace(unchanged_sequence(original, found, "too-large"), issues=(Issue("L507", said),))
 
 
 def _tool_diameter(job: Job) -> float:
@@ -245,7 +245,7 @@ def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
     return travel_metric(job.machine, objective, zones=zones, lift_height_mm=rise if len(zones) else 0.0)
 
 
-def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+def _tool_start(job: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
     """Return the position of the tool before the first move, and the same position if the first section starts from
     there.
     """
@@ -262,7 +262,7 @@ def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | No
     return stands, None if moved else stands
 
 
-def _offers(job: Job, sequence: Sequence) -> list[Issue]:
+def _merge_offers(job: Job, sequence: Sequence) -> list[Issue]:
     changes = sequence.mergeable
     if not changes or job.settings.solve.keeps_order:
         return []
@@ -317,7 +317,7 @@ def _few_speed_changes(program: Program, section: Section, solution: Solution) -
     return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
 
 
-def part_of(source: str, program: Program, sequence: Sequence) -> Part:
+def part_of_program(source: str, program: Program, sequence: Sequence) -> Part:
     """Return a part with the holes of a program: first the holes in sections, then the fixed holes."""
     holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
     holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]

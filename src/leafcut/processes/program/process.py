@@ -17,7 +17,7 @@ from leafcut.options import (
     Settings,
     StockOptions,
 )
-from leafcut.options.condition import given
+from leafcut.options.condition import when_given
 from leafcut.processes.base import (
     HELP_OF_CUTTING_DATA,
     HELP_OF_PROGRAM,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 #: Options of solids apply only to the stock.
-_OF_STOCK = (given("workpiece"),)
+_OF_STOCK = (when_given("workpiece"),)
 
 
 _MAIN = (
@@ -70,7 +70,7 @@ class ForeignProgram(Process):
         "start_point",
         "tools",
         "tool_diameter",
-        clearance_height=(given("keep_out"),),
+        clearance_height=(when_given("keep_out"),),
     )
     uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
     uses |= use(PostOptions, "dialect", "header", "line_numbers")
@@ -147,15 +147,15 @@ class ForeignProgram(Process):
 
     def given(self, plan: Plan) -> Candidate:
         """Return the unchanged program."""
-        from leafcut.processes.program.proving import rewritten
+        from leafcut.processes.program.proving import rewrite_program
 
-        return rewritten(plan, replace(plan.given, unchanged=True))
+        return rewrite_program(plan, replace(plan.given, unchanged=True))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the program in the given order."""
-        from leafcut.processes.program.proving import rewritten
+        from leafcut.processes.program.proving import rewrite_program
 
-        return rewritten(plan, order)
+        return rewrite_program(plan, order)
 
     def fastest(self, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
         """Return the program in its original order if the new order costs more."""
@@ -177,21 +177,21 @@ class ForeignProgram(Process):
 
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Prove that the program does the same work as the original."""
-        from leafcut.processes.program.proving import proved
+        from leafcut.processes.program.proving import prove_program
 
-        return proved(plan, best)
+        return prove_program(plan, best)
 
     def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
         """Return the order with the faulty pieces of work at their original place."""
-        from leafcut.processes.program.proving import with_pieces_kept
+        from leafcut.processes.program.proving import keep_tasks_in_place
 
-        return with_pieces_kept(plan, order, refused, trial)
+        return keep_tasks_in_place(plan, order, refused, trial)
 
     def finish(self, plan: Plan, best: Candidate) -> Candidate:
         """Return the program with new heights and feeds, if requested, and a comment on moves across new areas."""
-        from leafcut.processes.program.finishing import finished
+        from leafcut.processes.program.finishing import finish_program
 
-        return finished(plan, best)
+        return finish_program(plan, best)
 
     def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
         """Return the operations of the program, one per ordered section."""
@@ -201,15 +201,15 @@ class ForeignProgram(Process):
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
         """Return the issues: dangers first, then the reasons why pieces of work keep their place."""
-        from leafcut.processes.program.finishing import issues_of
+        from leafcut.processes.program.finishing import reordering_issues
 
-        return issues_of(plan, best)
+        return reordering_issues(plan, best)
 
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> ProgramDetail:
         """Return the proof of the order, the work that was not moved, and the remaining stock."""
-        from leafcut.processes.program.finishing import detail_of
+        from leafcut.processes.program.finishing import program_detail
 
-        return detail_of(plan, best)
+        return program_detail(plan, best)
 
     def report(self, outcome: Outcome[ProgramDetail]) -> ProgramReport:
         """Return the report of an outcome."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
-from leafcut.files.digests import DIGEST_LINE, signed
+from leafcut.files.digests import DIGEST_LINE, sign_program
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.plan import Candidate, Order
-from leafcut.processes.keep_out import meetings, reach_of
+from leafcut.processes.keep_out import extent_of_detours, obstacle_hits
 from leafcut.processes.plan import OrderRefused, Plan
 from leafcut.processes.program.model import AvoidedAreas
 from leafcut.processes.program.options import ResequenceOptions
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.certificate import Certificate
-    from leafcut.processes.program.pace import Paced
+    from leafcut.processes.program.pace import PacedProgram
     from leafcut.processes.program.planning import ForeignWork
 
 #: Maximum number of trials before all pieces of work keep their place; each trial is a full proof.
@@ -39,26 +39,26 @@ class Rewritten:
 
     program: Program
     certificate: Certificate | None = None
-    paced: Paced | None = None
+    paced: PacedProgram | None = None
     dangers: tuple[Issue, ...] = ()
     avoided: AvoidedAreas = AvoidedAreas()
 
 
-def measured(plan: Plan, program: Program) -> Measure:
+def measure_program(plan: Plan, program: Program) -> Measure:
     """Return the time and the lengths of a program; moves with the beam off count as travel.
 
     On GRBL, the time includes the transfer of the lines to the board.
     """
     from leafcut.processes.program.plan.program_rows import dark_rows
     from leafcut.timing.grbl import sent_lines
-    from leafcut.timing.toolpath import corner_style, measure
+    from leafcut.timing.toolpath import corner_style, measure_toolpath
 
     machine = plan.job.machine
     lines = sent_lines(program.lines) if corner_style(machine) == "grbl" else None
-    return measure(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
+    return measure_toolpath(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
 
 
-def rewritten(plan: Plan, order: Order) -> Candidate:
+def rewrite_program(plan: Plan, order: Order) -> Candidate:
     """Return the program with its sections in the given order, without a proof.
 
     Raises
@@ -71,12 +71,12 @@ def rewritten(plan: Plan, order: Order) -> Candidate:
     work: ForeignWork = plan.work
     text = work.text
     if not order.unchanged and (work.obstacles is not None or not plan.job.settings.solve.keeps_order):
-        text = _in_order(plan, order)
+        text = _text_in_order(plan, order)
     program = work.program if text == work.text else _read_back(plan, text)
-    return Candidate(order, program.path, measured(plan, program), Rewritten(program), text)
+    return Candidate(order, program.path, measure_program(plan, program), Rewritten(program), text)
 
 
-def proved(plan: Plan, best: Candidate) -> Candidate:
+def prove_program(plan: Plan, best: Candidate) -> Candidate:
     """Prove a program, and add comments that state the proof.
 
     The program must do the same work as the original, hit no obstacle, and leave the same stock. Otherwise,
@@ -85,15 +85,15 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
     from leafcut.processes.program.proof.certificate import certify, proof_lines
 
     work: ForeignWork = plan.work
-    job, look, text, new = plan.job, plan.job.start_step("verifying"), best.text, best.detail.program
+    job, check_cancelled, text, new = plan.job, plan.job.start_step("verifying"), best.text, best.detail.program
     certificate = certify(
         work.program,
         new,
         machine=job.machine,
         allow_reverse=job.settings.of(ResequenceOptions).allow_reverse,
         tool_diameter_mm=job.settings.job.tool_diameter,
-        beyond=None if work.obstacles is None else reach_of(work.obstacles),
-        look=look,
+        beyond=None if work.obstacles is None else extent_of_detours(work.obstacles),
+        check_cancelled=check_cancelled,
     )
     if not certificate.same:
         more = len(certificate.differences) - 1
@@ -101,28 +101,28 @@ def proved(plan: Plan, best: Candidate) -> Candidate:
         lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
         sections = {_section_at(work, line) for line in lines} - {-1}
         raise OrderRefused(said, _pieces_at(work, lines), sections)
-    if work.obstacles is not None and (met := meetings(job, work.obstacles, new.path)):
+    if work.obstacles is not None and (met := obstacle_hits(job, work.obstacles, new.path)):
         raise OrderRefused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}")
     if work.judge is not None and text != work.text:
         try:
-            work.judge.check(new, look)
+            work.judge.check(new, check_cancelled)
         except VerifyError as problem:
             raise OrderRefused(str(problem)) from None
     best = replace(best, detail=replace(best.detail, certificate=certificate))
     if job.settings.post.header and text != work.text:
         comments = [*proof_lines(certificate, __version__, Path(work.source).name), DIGEST_LINE]
-        return with_text(plan, best, signed(with_comments(text, comments, plan.dialect)))
+        return replace_text(plan, best, sign_program(with_comments(text, comments, plan.dialect)))
     return best
 
 
-def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
+def replace_text(plan: Plan, best: Candidate, text: str) -> Candidate:
     """Return a candidate with a new text for the same motion."""
     program = read_new(plan.job, plan.dialect, text)
-    timed = best.measure if best.measure.lines is None else measured(plan, program)
+    timed = best.measure if best.measure.lines is None else measure_program(plan, program)
     return replace(best, text=text, path=program.path, measure=timed, detail=replace(best.detail, program=program))
 
 
-def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+def keep_tasks_in_place(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
     """Return the order with more pieces of work at their original place; no other piece passes them.
 
     These are the pieces at fault, or else their sections, or else all pieces. The last resort is the unchanged program.
@@ -164,7 +164,7 @@ def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
         yield Issue("L505", said, f"line {line}")
 
 
-def _in_order(plan: Plan, order: Order) -> str:
+def _text_in_order(plan: Plan, order: Order) -> str:
     from leafcut.processes.program.plan.resequencing import piece_order
     from leafcut.processes.program.post.rewriter import rewrite
 
@@ -179,7 +179,7 @@ def _in_order(plan: Plan, order: Order) -> str:
             pieces,
             renumber=plan.job.settings.post.line_numbers,
             longest=plan.dialect.max_line,
-            look=plan.job.start_step("writing"),
+            check_cancelled=plan.job.start_step("writing"),
             obstacles=plan.work.obstacles,
         )
     except PostError as problem:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import Head, ProgramKind
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
@@ -66,13 +66,13 @@ class ProgramRead:
         In a leafcut program for a solid or a surface, a rapid below Z0 is only a warning. `simulated` masks the rows
         that a stock simulation has checked, by danger code.
         """
-        from leafcut.processes.program.made_for import stated_part
+        from leafcut.processes.program.stated_part import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
         from leafcut.proof.doubts import find_doubts
 
         # On a laser machine, S is the beam power in every program.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
-        found = find_dangers(self.program, self.checked, process, self.words.states_z, simulated)
+        found = find_dangers(self.program, self.checked, process, self.words.has_z_words, simulated)
         found += find_doubts(self.program, self.words, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
@@ -82,7 +82,11 @@ class ProgramRead:
 
 
 def read_file(
-    program: Input, settings: Settings, dialect_name: str | None, look: Heartbeat, base: ProgramRead | None = None
+    program: Input,
+    settings: Settings,
+    dialect_name: str | None,
+    check_cancelled: Heartbeat,
+    base: ProgramRead | None = None,
 ) -> ProgramRead:
     """Read a program file for the machine and dialect of the settings, or for those of another program (`base`)."""
     from leafcut.files.whole_files import read_program
@@ -90,10 +94,12 @@ def read_file(
 
     machine = base.machine if base else machine_of(settings)
     words = base.words if base else dialect(dialect_name or machine.controller)
-    return read_foreign(read_program(program), str(program), settings, machine, words, look, choose=base is None)
+    return read_foreign(
+        read_program(program), str(program), settings, machine, words, check_cancelled, choose=base is None
+    )
 
 
-def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
+def controller_motion(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return the motion with the moves that the controller adds at each cut, and a warning about unknown materials."""
     from leafcut.gcode.material import with_controller_moves
 
@@ -108,9 +114,9 @@ def run_of_controller(program: Program, words: Dialect, clearance: float) -> tup
 
 def read_new(run: Job, words: Dialect, text: str) -> Program:
     """Interpret a newly written program for the machine of the job."""
-    look = run.start_step("verifying")
+    check_cancelled = run.start_step("verifying")
     return read_foreign(
-        text, "the new program", run.settings, run.machine, words, look, process="mill", choose=False
+        text, "the new program", run.settings, run.machine, words, check_cancelled, process="mill", choose=False
     ).program
 
 
@@ -131,7 +137,7 @@ def read_foreign(
     settings: Settings,
     machine: Machine,
     words: Dialect,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
     *,
     process: str = "auto",
     choose: bool = True,
@@ -153,27 +159,27 @@ def read_foreign(
         ``--units`` is invalid, or the program states its own units.
     """
     if words.language != "g-code":
-        return _own(text, source, settings, machine, words)
+        return _read_leafcut_language(text, source, settings, machine, words)
     refuse_other_languages(text, source)
     named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
     free = choose and not named and words.name == machine.controller
     if free and _QTPLASMAC in text:
-        return _of_plasma_table(text, source, settings, look, process)
+        return _read_for_plasma(text, source, settings, check_cancelled, process)
     try:
-        read = _read(text, source, settings, machine, words, look)
+        read = _read(text, source, settings, machine, words, check_cancelled)
     except ReadError as error:
-        if not free or not _reads(text, source, settings, _HAAS, look):
+        if not free or not _reads(text, source, settings, _HAAS, check_cancelled):
             raise
         hint = f"read for {machine.name}, but a Haas accepts it: choose your machine, such as --machine {_HAAS}"
         raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
         # Other dialects would ignore its material comments and move cuts past them.
-        return _of_plasma_table(text, source, settings, look, process)
+        return _read_for_plasma(text, source, settings, check_cancelled, process)
     if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
         chosen = _other_machine(settings, _laser_for(read.program))
-        again = _read(text, source, settings, *chosen, look)
-        return replace(again, process="laser", issues=(_chosen(again.machine, "laser"), *again.issues))
+        again = _read(text, source, settings, *chosen, check_cancelled)
+        return replace(again, process="laser", issues=(_assumed_machine_note(again.machine, "laser"), *again.issues))
     if machine.head is Head.SPINDLE and read.process in _BEAMS:
         head, what = _BEAMS[read.process]
         message = f"the program drives {what}: S is its power, and {machine.name} is timed without spindle start-up"
@@ -199,23 +205,25 @@ _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNOREC
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
-def _reads(text: str, source: str, settings: Settings, machine: str, look: Heartbeat) -> bool:
+def _reads(text: str, source: str, settings: Settings, machine: str, check_cancelled: Heartbeat) -> bool:
     try:
-        _read(text, source, settings, *_other_machine(settings, machine), look)
+        _read(text, source, settings, *_other_machine(settings, machine), check_cancelled)
     except ReadError:
         return False
     return True
 
 
-def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat, process: str) -> ProgramRead:
-    read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
+def _read_for_plasma(
+    text: str, source: str, settings: Settings, check_cancelled: Heartbeat, process: str
+) -> ProgramRead:
+    read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), check_cancelled)
     done = "plasma" if process == "auto" else process
-    return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
+    return replace(read, process=done, issues=(_assumed_machine_note(read.machine, "plasma"), *read.issues))
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:
     """Return the program timed on the router that it indicates; the limits of the default machine still apply."""
-    from leafcut.processes.program.routers import router_for, timed_as
+    from leafcut.processes.program.router_timing import router_for, timed_as
     from leafcut.read.machine import load_machine
 
     if (found := router_for(read.program)) is None:
@@ -243,7 +251,7 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
     return machine, dialect(machine.controller)
 
 
-def _chosen(machine: Machine, what: str) -> Issue:
+def _assumed_machine_note(machine: Machine, what: str) -> Issue:
     what = {"laser": "a laser", "plasma": "a plasma table"}[what]
     message = (
         f"this program is for {what}; it was read as a program for {machine.name}: name your machine with --machine"
@@ -270,20 +278,20 @@ def _laser_for(program: Program) -> str:
     return _LASERS[-1]
 
 
-def _own(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
+def _read_leafcut_language(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
     """Read a program in a language other than G-code, which must be output of leafcut."""
     import numpy as np
 
     from leafcut.gcode.interpreter import interpret
     from leafcut.gcode.program import Modal, Program
-    from leafcut.gcode.program_interpreter import lines_of
+    from leafcut.gcode.program_interpreter import split_lines
 
     if "units" in settings.asked:
         raise OptionError("--units: the program states its own units; leave it out")
     path = interpret(text, words, source)
     line, first = np.unique(path.line, return_index=True)
     program = Program(
-        lines_of(text, words, source),
+        split_lines(text, words, source),
         path,
         line.astype(np.int32),
         np.append(first, len(path)).astype(np.int32),
@@ -294,7 +302,9 @@ def _own(text: str, source: str, settings: Settings, machine: Machine, words: Di
     return ProgramRead(program, words, machine, ())
 
 
-def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
+def _read(
+    text: str, source: str, settings: Settings, machine: Machine, words: Dialect, check_cancelled: Heartbeat
+) -> ProgramRead:
     """Read a G-code program for a machine, with notes on assumed units and feeds."""
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.gcode.tool_comments import sizes_in_other_unit
@@ -303,7 +313,7 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     if units not in ("mm", "in"):
         raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
     feed, issues = _material_feed(text, settings, words)
-    program = interpret_program(text, words, source, units=units, on_progress=look, material_feed=feed)
+    program = interpret_program(text, words, source, units=units, on_progress=check_cancelled, material_feed=feed)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
         issues.append(Issue("L101", f"{what} not G-code: ignored as a title above the percent sign"))

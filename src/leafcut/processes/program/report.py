@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from leafcut.model.fact import Fact
+from leafcut.model.json_values import plain
 from leafcut.model.outcome import Outcome
-from leafcut.model.saving import plain
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.report import views
@@ -14,7 +14,7 @@ from leafcut.report.drawing import Scene
 from leafcut.report.json_answer import certificate_as_json
 from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
-from leafcut.report.wording import clean, count
+from leafcut.report.wording import count, replace_unprintable
 
 #: Maximum number of reasons for fixed pieces in the summary.
 MOST_REASONS = 6
@@ -113,7 +113,7 @@ def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
         return []
     stay = sum(group.count for group in detail.staying)
     shown = detail.staying[:most] if most else detail.staying
-    said = [f"{group.count:,} {clean(group.text)}" for group in shown]
+    said = [f"{group.count:,} {replace_unprintable(group.text)}" for group in shown]
     rest = stay - sum(group.count for group in shown)
     said += [f"{rest:,} for other reasons, which the report names"] if rest else []
     return [f"{stay:,} of {count(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *said]

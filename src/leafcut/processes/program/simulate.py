@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError
-from leafcut.model.heartbeat import OnProgress, looking_for
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
@@ -34,23 +34,29 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     An exception that `progress` raises cancels the simulation.
     """
     from leafcut.processes.job import assumed_machine
-    from leafcut.processes.program.reading import read_file, run_of_controller
+    from leafcut.processes.program.reading import controller_motion, read_file
     from leafcut.timing.grbl import sent_lines
-    from leafcut.timing.toolpath import measure
+    from leafcut.timing.toolpath import measure_toolpath
 
-    read = read_file(program, settings, dialect, looking_for(progress, "reading"))
+    read = read_file(program, settings, dialect, heartbeat_for_step(progress, "reading"))
     _check_lifts(settings, read.words)
-    run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
+    run, unknown = controller_motion(read.program, read.words, settings.job.clearance_height)
     # `optimize` starts at X0 Y0 by default too.
     lines = sent_lines(read.program.lines)
-    cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
+    cost = measure_toolpath(run, read.machine, start=(0.0, 0.0), lines=lines)
     assumed = assumed_machine(settings, read.machine, read.issues)
-    issues = (*read.find_dangers(), *read.issues, *assumed, *unknown, *_starved(run, read.machine, lines, cost.time_s))
+    issues = (
+        *read.find_dangers(),
+        *read.issues,
+        *assumed,
+        *unknown,
+        *_starvation_issue(run, read.machine, lines, cost.time_s),
+    )
     path, told = read.program.path, settings.from_defaults()
     return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
 
 
-def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
+def _starvation_issue(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
     """Return a warning if a GRBL board waits for lines for more than `WORTH_TELLING` of the program time."""
     from leafcut.timing.toolpath import starved_rows
 

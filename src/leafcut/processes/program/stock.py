@@ -13,17 +13,17 @@ from leafcut.errors import PlanError, count_of
 from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
-from leafcut.model.heartbeat import OnProgress, looking_for
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.processes.program.made_for import StatedPart, before_its_cuts, part_as_placed, stated_part
 from leafcut.processes.program.reading import BELOW_SURFACE, read_file
+from leafcut.processes.program.stated_part import StatedPart, part_as_placed, stated_part, stock_before_cuts
 from leafcut.processes.program.workpiece import (
     block_around,
     block_of,
@@ -32,7 +32,7 @@ from leafcut.processes.program.workpiece import (
     in_unit_words,
     other_tools,
     solid_file,
-    told_of,
+    stock_issues,
     tools_of,
 )
 from leafcut.read.step import ChosenSolid
@@ -88,23 +88,23 @@ def cut_stock(
     """
     from leafcut.material.mesh_field import block_of_mesh
 
-    look = looking_for(progress, "reading")
-    mine = _read(program, settings, dialect, look)
-    every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, look)]
+    check_cancelled = heartbeat_for_step(progress, "reading")
+    mine = _read(program, settings, dialect, check_cancelled)
+    every = [mine] if same_as is None else [mine, _read(same_as, settings, dialect, check_cancelled)]
     given = settings.stock.workpiece
     which = ChosenSolid.of(settings.read)
     stated = stated_part(mine.read.program)
     part = None
     if settings.stock.part:
         part = part_as_placed(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
-    block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _around(every)
+    block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _common_block(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
-    look = looking_for(progress, "cutting the stock")
+    check_cancelled = heartbeat_for_step(progress, "cutting the stock")
     if part is not None:
-        stock = before_its_cuts(part, cell, _pieces(mine, cell), mine.cutters, look)
+        stock = stock_before_cuts(part, cell, _divided_moves(mine, cell), mine.cutters, check_cancelled)
     else:
         stock = field_of(settings.stock, block, cell, which)
-    field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
+    field, moves, removed = _simulate(mine, stock.copy() if same_as is not None else stock, check_cancelled)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
@@ -124,16 +124,20 @@ def cut_stock(
         rapids,
         collisions,
         None if same_as is None else str(same_as),
-        tuple(one for other in every[1:] for one in stock_differences(_cut(other, stock, look)[0], field, TOLERANCE)),
+        tuple(
+            one
+            for other in every[1:]
+            for one in stock_differences(_simulate(other, stock, check_cancelled)[0], field, TOLERANCE)
+        ),
         (
             *other_tools(mine.read.program, settings, mine.read.machine),
             *assumed,
-            *_told(rapids, stated is not None and bool(assumed)),
-            *_bodies_told(collisions),
-            *_told_of_stock(mine, settings, block, cell),
+            *_rapid_issues(rapids, stated is not None and bool(assumed)),
+            *_body_issues(collisions),
+            *_stock_issues(mine, settings, block, cell),
             *_dangers(mine, None if given or part is not None else block, part is not None),
             *mine.read.issues,
-            *_not_known(mine.whole),
+            *_unknown_move_issues(mine.whole),
         ),
         settings.from_defaults(),
         settings.stock.part or "",
@@ -161,8 +165,8 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
     return [danger for danger in found if not in_part or danger.code not in BELOW_SURFACE]
 
 
-def _read(program: Input, settings: Settings, dialect: str | None, look: Heartbeat) -> _Cuts:
-    source, read = str(program), read_file(program, settings, dialect, look)
+def _read(program: Input, settings: Settings, dialect: str | None, check_cancelled: Heartbeat) -> _Cuts:
+    source, read = str(program), read_file(program, settings, dialect, check_cancelled)
     if read.process in BEAMS:
         raise PlanError(f"{source}: this program drives a laser or a torch; only milled and drilled stock has heights")
     tools = tools_of(read.program, source, settings, read.machine)
@@ -170,18 +174,18 @@ def _read(program: Input, settings: Settings, dialect: str | None, look: Heartbe
         raise PlanError(f"{source}: the program cuts nothing, so the stock stays whole")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     bodies = {number: body_of(tool) for number, tool in tools.items()}
-    return _Cuts(source, read, tools, cutters, bodies, whole_moves(read.program.path, cutters))
+    return _Cuts(source, read, tools, cutters, bodies, undivided_moves(read.program.path, cutters))
 
 
-def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
+def _simulate(one: _Cuts, field: HeightField, check_cancelled: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
     """Simulate a program in a stock; return the remaining stock, the moves, and the material that each move removes."""
     from leafcut.material.cutting import cut
 
-    moves = _pieces(one, field.cell)
-    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
+    moves = _divided_moves(one, field.cell)
+    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, check_cancelled, bodies=one.bodies)
 
 
-def _pieces(one: _Cuts, cell: float) -> StraightMoves:
+def _divided_moves(one: _Cuts, cell: float) -> StraightMoves:
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
     return moves_in_cells(one.read.program.path, one.cutters, cell, longest)
 
@@ -197,7 +201,7 @@ def _assumed_block(stated: StatedPart | None) -> list[Issue]:
     ]
 
 
-def _around(programs: Sequence[_Cuts]) -> StockBlock:
+def _common_block(programs: Sequence[_Cuts]) -> StockBlock:
     """Return the smallest block around the cuts of all programs below Z0. Raises PlanError for a program without such
     cuts.
     """
@@ -222,8 +226,8 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
     return tuple(RapidCut(line, depth) for line, depth in sorted(deepest.items()))
 
 
-def _told_of_stock(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
-    found = told_of(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
+def _stock_issues(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
+    found = stock_issues(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
         found.append(Issue("L812", message))
@@ -239,7 +243,7 @@ def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
     return tuple(BodyCut(*key, depth) for key, depth in sorted(deepest.items()))
 
 
-def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
+def _body_issues(collisions: tuple[BodyCut, ...]) -> list[Issue]:
     """Return a danger for each tool whose shank or holder is in the material, with the first line and the number of
     lines.
     """
@@ -258,7 +262,7 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
     ]
 
 
-def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
+def _rapid_issues(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
     """Return the rapids in the material as dangers, or as warnings if the stock is uncertain; only the first are
     listed.
     """
@@ -274,7 +278,7 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
     return issues
 
 
-def _not_known(moves: StraightMoves) -> list[Issue]:
+def _unknown_move_issues(moves: StraightMoves) -> list[Issue]:
     """Return an issue about cuts with an unknown start, of which only the end is simulated."""
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.height_field import usual_cell
-from leafcut.material.straight_moves import smallest_tool, whole_moves
+from leafcut.material.straight_moves import smallest_tool, undivided_moves
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
@@ -16,7 +16,7 @@ from leafcut.processes.program.workpiece import (
     block_of,
     field_of,
     known_tools,
-    told_of,
+    stock_issues,
 )
 from leafcut.read.step import ChosenSolid
 
@@ -71,7 +71,7 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
     smallest = smallest_tool(cutters)
     options = run.settings.stock
     try:
-        whole = whole_moves(program.path, cutters)
+        whole = undivided_moves(program.path, cutters)
         which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
@@ -91,5 +91,5 @@ def stock_judge(run: Job, program: Program, source: str, process: str) -> Judgin
             f"--workpiece: {source} never touches this stock; give the material in the program's coordinates"
         )
     flat = tuple(number for number, tool in tools.items() if tool.assumed)
-    issues = (*judge.issues(), *told_of(options, program, cutters, block, which))
+    issues = (*judge.issues(), *stock_issues(options, program, cutters, block, which))
     return Judging(judge, StockProof(stock.heights.size, stock.cell, judge.given, flat, left_out), issues)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.model.certificate import Certificate
-from leafcut.model.heartbeat import OnProgress, looking_for
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.options import Settings
 
 if TYPE_CHECKING:
@@ -27,16 +27,16 @@ def verify(
     from leafcut.processes.program.proof.certificate import certify
     from leafcut.processes.program.reading import read_file
 
-    look = looking_for(progress, "verifying")
-    first = read_file(original, settings, dialect, look)
-    other = read_file(new, settings, dialect, look, first)
+    check_cancelled = heartbeat_for_step(progress, "verifying")
+    first = read_file(original, settings, dialect, check_cancelled)
+    other = read_file(new, settings, dialect, check_cancelled, first)
     found = certify(
         first.program,
         other.program,
         machine=first.machine,
         allow_reverse=allow_reverse,
         tool_diameter_mm=settings.job.tool_diameter,
-        look=look,
+        check_cancelled=check_cancelled,
         notes=True,
     )
     if found.same:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, count_of, shown
+from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError, count_of, printable
 from leafcut.material.height_field import HeightField, StockBlock, usual_cell
 from leafcut.material.loads import StockBefore, largest_stock
-from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, whole_moves
-from leafcut.model.heartbeat import unseen
+from leafcut.material.straight_moves import StraightMoves, moves_in_cells, smallest_tool, undivided_moves
+from leafcut.model.heartbeat import ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
@@ -69,8 +69,8 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
-            f"--workpiece: '{shown(text, 60)}' has {count_of(len(parts), 'number')}; give six: x,y,z of the lower and "
-            "of the upper corner, or an STL or STEP file"
+            f"--workpiece: '{printable(text, 60)}' has {count_of(len(parts), 'number')}; give six: "
+            "x,y,z of the lower and of the upper corner, or an STL or STEP file"
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
@@ -94,7 +94,7 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
     return field_of_mesh(solid_file(options.workpiece, which), cell)
 
 
-def told_of(
+def stock_issues(
     options: StockOptions,
     program: Program,
     cutters: Mapping[int, Cutter],
@@ -104,7 +104,7 @@ def told_of(
     """Return warnings about the given stock: cuts beyond it, and undercuts, which count as filled."""
     if not options.workpiece:
         return []
-    outside = beyond(program, cutters, block)
+    outside = first_cut_beyond(program, cutters, block)
     found = [outside.issue(in_other_unit(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
         from leafcut.material.mesh_field import overhang
@@ -130,13 +130,13 @@ def _is_file(text: str) -> bool:
 def solid_file(path: str, which: ChosenSolid) -> Mesh:
     """Return the solid in a file, in mm. Raises ReadError if the file contains no closed solid."""
     try:
-        return _loaded(path, which, Path(path).stat().st_mtime_ns)
+        return _load_cached(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
-        return _loaded(path, which, 0)  # raises the error
+        return _load_cached(path, which, 0)  # raises the error
 
 
 @lru_cache(maxsize=1)
-def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
+def _load_cached(path: str, which: ChosenSolid, _changed: int) -> Mesh:
     """Return the solid in a file; the last solid is cached, because several steps of a job need it."""
     from leafcut.read.meshes import load_mesh
 
@@ -239,7 +239,7 @@ def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> S
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)
-    whole = whole_moves(program.path, cutters)
+    whole = undivided_moves(program.path, cutters)
     low, high = whole.extent(~whole.rapid, cutters)
     cell = options.cell or usual_cell(
         StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW),
@@ -280,7 +280,7 @@ def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True
     from leafcut.processes.program.reading import read_file
 
     try:
-        read = read_file(program, settings, None, unseen)
+        read = read_file(program, settings, None, ignore_heartbeat)
         return shown_stock(
             read.program, str(program), settings, read.machine, read.process, by_options=by_options
         )  # fmt: skip
@@ -292,7 +292,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     """Raise OptionError if a cut below the top of a block is far outside it, because the real material must be
     larger.
     """
-    found = beyond(program, cutters, block)
+    found = first_cut_beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
         more = in_unit_words(in_other_unit(text, program, cutters, block))
@@ -302,7 +302,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
         )
 
 
-class Beyond(NamedTuple):
+class CutBeyondStock(NamedTuple):
     """A cut that reaches far outside a block, with the coordinates of the cut (`place`) and of the block edge, mm."""
 
     line: int
@@ -326,23 +326,23 @@ def in_unit_words(unit: str) -> str:
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
     """Return the unit in which the stock would contain all cuts, if a cut is many stock lengths away; otherwise ""."""
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
-    outside = beyond(program, cutters, block) if _is_file(text) else None
+    outside = first_cut_beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
         return ""
     for name, times in (("inches", MM_PER_INCH), ("metres", 1000.0)):
         low, high = (tuple(times * value for value in corner) for corner in (block.low, block.high))
         larger = StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        if times * length <= LONGEST and beyond(program, cutters, larger) is None:
+        if times * length <= LONGEST and first_cut_beyond(program, cutters, larger) is None:
             return name
     return ""
 
 
-def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:
+def first_cut_beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> CutBeyondStock | None:
     """Return a cut below the top of a block that is far outside it, or None.
 
     A tool may start outside the block by its diameter and the length of a lead.
     """
-    moves = whole_moves(program.path, cutters)
+    moves = undivided_moves(program.path, cutters)
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
     fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
     if not fed.any():
@@ -358,5 +358,5 @@ def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -
                 line = int(moves.path.line[moves.row[fed][at]])
                 reach = ends[at, [axis, axis + 3]]
                 place = float(reach.min() if spare is low else reach.max())
-                return Beyond(line, letter, place, edge)
+                return CutBeyondStock(line, letter, place, edge)
     return None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.options.condition import given, one_of
+from leafcut.options.condition import when_given, when_one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -95,7 +95,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="plasma 6, oxyfuel 15, or the thickness if larger; laser and water 3 kerfs, at least 2",
-        needs=(one_of("lead_in", "auto", "line", "arc"),),
+        needs=(when_one_of("lead_in", "auto", "line", "arc"),),
     )
     overcut: float | None = option(
         "quantity",
@@ -118,7 +118,13 @@ class CutOptions(OptionGroup):
     corner_loops: bool = option("flag", False, "loop through the scrap at sharp outer corners, if there is room")
     micro_joints: int = option("whole", 0, "number of micro-joints that hold each part", minimum=0, maximum=100)
     joint_width: float = option(
-        "quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50, needs=(given("micro_joints"),)
+        "quantity",
+        0.5,
+        "width of a micro-joint",
+        unit="mm",
+        minimum=0.01,
+        maximum=50,
+        needs=(when_given("micro_joints"),),
     )
     chains: bool = option(
         "flag",

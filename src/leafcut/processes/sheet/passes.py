@@ -114,7 +114,7 @@ def keep_leads_apart(plan: Plan, order: Order) -> Order:
         other = Order((sequence_of(plan.job, cutting, found.choices),), found.solutions)
         for improve in (slide, keep_off_heat, pierce_in_metal, _move_leads_apart):
             other = improve(plan, other)
-        if motion(plan, other).cost(objective) >= motion(plan, best).cost(objective):
+        if cached_motion(plan, other).cost(objective) >= cached_motion(plan, best).cost(objective):
             break
         best = other
     each = (spent - sum(s.seconds for s in best.solutions)) / max(len(best.solutions), 1)
@@ -130,7 +130,7 @@ def detach_later(plan: Plan, order: Order) -> Order:
     work, cuts = plan.work, cuts_in_order(plan, order)
     if work.parts is None or work.order_fixed or work.planned is not None:
         return order
-    cut_plan, routes = motion(plan, order).detail
+    cut_plan, routes = cached_motion(plan, order).detail
     if not (routes.crossing or routes.close or routes.corners):
         return order
     place_of = {k: at for at, start in enumerate(cuts.starts) for k in start.contours}
@@ -151,7 +151,7 @@ def keep_nearest(plan: Plan, order: Order) -> Order:
     objective, known = plan.job.settings.solve.objective, Order((plan.work.nearest,))
     if plan.work.order_fixed or not _may_be_nearest(plan):
         return order
-    return min(order, known, key=lambda either: motion(plan, either).cost(objective))
+    return min(order, known, key=lambda either: cached_motion(plan, either).cost(objective))
 
 
 def _may_be_nearest(plan: Plan) -> bool:
@@ -180,7 +180,7 @@ def keep_given(plan: Plan, order: Order) -> Order:
 
 def _rank(plan: Plan, order: Order) -> tuple[int, int, float]:
     """Return the numbers of moves across detached parts and of moves close to them, and the cost."""
-    candidate = motion(plan, order)
+    candidate = cached_motion(plan, order)
     cuts = candidate.detail[0]
     return cuts.crossings or 0, cuts.close, candidate.cost(plan.job.settings.solve.objective)
 
@@ -238,7 +238,7 @@ def _with_cuts(order: Order, cuts: CutSequence) -> Order:
     return replace(order, choices=(cuts,))
 
 
-def motion(plan: Plan, order: Order) -> Candidate:
+def cached_motion(plan: Plan, order: Order) -> Candidate:
     """Return the motion of an order, cached. Its detail is a pair of the `CutPlan` and the `HeadRoutes`.
 
     The routes are None for a head that retracts.
@@ -252,14 +252,14 @@ def motion(plan: Plan, order: Order) -> Candidate:
 
 
 def _generate_motion(plan: Plan, order: CutSequence) -> Candidate:
-    from leafcut.timing.toolpath import measure
+    from leafcut.timing.toolpath import measure_toolpath
 
     work, machine, settings = plan.work, plan.job.machine, plan.job.settings
     cuts, end = tuple(order.cutting.cut(s) for s in order.starts), work.head.end
     routes = None if work.parts is None else work.parts.routes(cuts, work.head.start, end)
     corners = {} if routes is None else routes.corners
     path, rows = generate_cuts(cuts, work.torch, end=end, corners=corners, obstacles=work.obstacles)
-    whole, seconds = measure(path, machine), _cut_seconds(path, rows, machine)
+    whole, seconds = measure_toolpath(path, machine), _cut_seconds(path, rows, machine)
     crossings, close = (None, 0) if routes is None else (len(routes.crossing), len(routes.close))
     cut_plan = CutPlan(order.cutting.sheet, work.torch.data, cuts, crossings=crossings, close=close)
     rate = settings.of(SpeedOptions).shop_rate or 0.0

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.numbers import format_number
-from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, for_controller
+from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, convert_for_controller
 from leafcut.model.cutting import CutPlan
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.options import PostOptions
@@ -60,14 +60,14 @@ class _TorchWriter(Writer):
     """Writes the rows of a toolpath with the commands of a torch."""
 
     def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
-        super().__init__(for_controller(path, dialect), dialect, options)
+        super().__init__(convert_for_controller(path, dialect), dialect, options)
         self.plan, self.torch = plan, torch
         self.lit: Motion | None = None
         self.compensating = False
         self.percent = 100.0
         self.compensated = _first_compensated(self.path)
         # If the controller moves Z, the program may travel from its first block on.
-        self.safe = not dialect.states_z
+        self.safe = not dialect.has_z_words
 
     def _writers(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {

@@ -18,7 +18,7 @@ from leafcut.options import (
     SpeedOptions,
 )
 from leafcut.options.drawings import SHEET_NAMES
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, option_names, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
 
@@ -78,9 +78,9 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan")), "plan", "shop_rate")),
+        ("cut", (*_CUT, *option_names(CutOptions, (*_MAIN, *_CUT, "save_plan")), "plan", "shop_rate")),
         ("place", (*PLACE, *_PLACES, "work_offset")),
-        ("sheet", all_of(SheetOptions)),
+        ("sheet", option_names(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
         ("post", (*POST, "mark_power", "material_number")),
         ("solve", SEARCH_MORE),
@@ -94,7 +94,7 @@ class SheetCutting(Process):
         """Return the suitability of cutting: high if layers have the name of a sheet, else by the share of outlines."""
         from leafcut.processes.suitability import COUNTED, Suitability
 
-        works = drawing.worked, drawing.part.diameters > 0.0
+        works = drawing.worked_mask, drawing.part.diameters > 0.0
         if not any(mask.any() for mask in works):
             return None
         named = drawing.named(self.layer_names)
@@ -131,9 +131,9 @@ class SheetCutting(Process):
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion of an order."""
-        from leafcut.processes.sheet.passes import motion
+        from leafcut.processes.sheet.passes import cached_motion
 
-        return motion(plan, order)
+        return cached_motion(plan, order)
 
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
         """Return the program for a torch or a beam."""
@@ -145,7 +145,7 @@ class SheetCutting(Process):
 
     def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
         """Compare the program with the motion, the limits of the machine, and the drawing."""
-        from leafcut.processes.keep_out import meetings
+        from leafcut.processes.keep_out import obstacle_hits
         from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
         from leafcut.processes.sheet.proof.sheet import check_sheet
         from leafcut.processes.sheet.proof.sheet_shapes import check_divided
@@ -154,7 +154,7 @@ class SheetCutting(Process):
         written = read_back(text, cuts, words, post.material_number)
         problems = check_cut_motion(best.path, written, words, post.output_units)
         if work.obstacles is not None and not problems:
-            problems = meetings(plan.job, work.obstacles, best.path)
+            problems = obstacle_hits(plan.job, work.obstacles, best.path)
         problems = problems or check_divided(work.drawn, work.cutting.sheet, plan.spec.half)
         problems = problems or check_sheet(work.cutting.sheet, cuts, text, written, words, plan.job.machine, plan.spec)
         return written, problems
@@ -200,7 +200,7 @@ class SheetCutting(Process):
 
     def preview_part(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours of the drawing, moved to the program zero."""
-        from leafcut.processes.placing import placed
+        from leafcut.processes.placing import place_part
         from leafcut.read import read_contours
 
-        return placed(read_contours(source, settings.read), settings.read)
+        return place_part(read_contours(source, settings.read), settings.read)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError, shown
+from leafcut.errors import OptionError, PlanError, printable
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import CutData, PlanFile
@@ -25,7 +25,7 @@ from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.passes import (
     SEARCH_SHARE,
     SheetWork,
-    motion,
+    cached_motion,
     sequence_of,
     stages_of,
 )
@@ -153,7 +153,7 @@ def plan_sheet(job: Job, source: Source) -> Plan:
         unforced=False,
     )
     # The area needed by leads does not depend on the order, so it is checked before the searches.
-    refuse_too_large(check_envelope(motion(plan, Order((given,))).path, job.machine), part, settings)
+    refuse_too_large(check_envelope(cached_motion(plan, Order((given,))).path, job.machine), part, settings)
     nearest = nearest_order(job, stages_of(job, cutting, head, known))
     joined = _with_best_chains(job, cutting, file, head.overhead)
     if joined is not cutting:
@@ -170,7 +170,7 @@ def _torch_setup(job: Job, words: Dialect, data: CutData, probe: Probe | None) -
         data,
         job.settings.job.clearance_height,
         safe_z=job.machine.safe_z,
-        switches=torch is not None and torch.darkens,
+        switches=torch is not None and torch.can_switch_off_along_path,
         moves_z=words.moves_z,
         power=post.beam_power if beam else TORCH_ON,
         mark_power=post.mark_power if beam else TORCH_ON,
@@ -227,7 +227,7 @@ def _with_best_chains(job: Job, cutting: Cutting, file: PlanFile | None, overhea
         search = replace(settings.solve, bound=False, algorithm="auto", time_limit=own.seconds)
         tell = job.search_progress("joining cuts", 0.0, 1.0)
         solution = solve(problem, search, settings.aco, progress=tell, cancelled=job.cancelled)
-        own.spend(solution.seconds)
+        own.subtract(solution.seconds)
         chains = [*chains, *chains_of(cutting, bridges, [int(n) for n in solution.nodes], chains)]
     return with_chains(cutting, chains)
 
@@ -260,12 +260,12 @@ def _bounding_box(sheet: Sheet) -> tuple[float, float, float, float]:
 
 
 def _read_sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
-    from leafcut.processes.placing import placed
+    from leafcut.processes.placing import place_part
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.start_step("reading"))
     part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
-    part = placed(part, run.settings.read)
+    part = place_part(part, run.settings.read)
     sheet = prepare_sheet(part, run.settings.sheet, run.settings.read.concentric)
     return part, without_excluded_holes(sheet, run.settings.read)
 
@@ -327,19 +327,19 @@ def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue
 
     Raises OptionError if the machine cuts by another method.
     """
-    from leafcut.read.cutchart import is_process
+    from leafcut.read.cutchart import is_kind_of_process
 
     own = machine.cut_process.lower() or str(machine.head.method)
-    if asked is None or is_process(own, asked):
+    if asked is None or is_kind_of_process(own, asked):
         return own, []
     asked = asked.lower()
-    if is_process(asked, own):
+    if is_kind_of_process(asked, own):
         return asked, []
     kind, kind_asked = (name.split("_")[:2] for name in (own, asked))
     if kind != kind_asked:
         raise OptionError(
-            f"--cut-process {shown(asked)}: {machine.name} has {own}; choose another --machine, or a profile of your "
-            f'own with cut_process = "{shown(asked)}"'
+            f"--cut-process {printable(asked)}: {machine.name} has {own}; choose another --machine, "
+            f'or a profile of your own with cut_process = "{printable(asked)}"'
         )
     words = f"the cutting data are for {asked} (--cut-process), but {machine.name} has {own}: check the power"
     return asked, [Issue("L413", words)]

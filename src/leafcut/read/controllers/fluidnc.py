@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
 #: Largest file, bytes: a real one has a few kB; parsing takes about 1 ms per kB.
 MOST_BYTES = 262_144
@@ -55,7 +55,7 @@ def read(text: str, file: str) -> Values:
     for key in ("name", "board"):
         entry = tree.get(key)
         if isinstance(entry, _Scalar) and entry.text.strip():
-            values.take("name", shown(entry.text, 40), f"{key}, {in_lines([entry.line])}")
+            values.take("name", printable(entry.text, 40), f"{key}, {in_lines([entry.line])}")
             break
     axes = _subtree(tree, "axes")
     parts = [_subtree(axes, axis) for axis in "xyz"]
@@ -82,10 +82,10 @@ def read(text: str, file: str) -> Values:
         values.take("corners.arc_tolerance", f"{value:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
     if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
         steps = _axis_values(values, parts, "steps_per_mm", math.nan, "steps/mm")
-        values.take("motors.steps_per_mm", texts(steps.numbers, steps.unit), steps.source)
+        values.take("motors.steps_per_mm", axis_texts(steps.numbers, steps.unit), steps.source)
     kinematics = [name for name in _subtree(tree, "kinematics") if name != "cartesian"]
     if kinematics:
-        values.note(f"its kinematics are {shown(kinematics[0], 20)}: limits are per motor, so times are estimates")
+        values.note(f"its kinematics are {printable(kinematics[0], 20)}: limits are per motor, so times are estimates")
     return values
 
 
@@ -229,7 +229,9 @@ def _store_speeds(values: Values, entry: _Scalar) -> None:
     for pair in entry.text.split():
         speed, equals, power = pair.partition("=")
         if not equals:
-            raise values.refusal(f"speed_map is '{shown(entry.text, 40)}', but must be speeds such as 0=0%", entry.line)
+            raise values.refusal(
+                f"speed_map is '{printable(entry.text, 40)}', but must be speeds such as 0=0%", entry.line
+            )
         share = number(values, power, "a share of speed_map", entry.line)
         speeds.append((number(values, speed, "a speed of speed_map", entry.line), share))
     turning = [speed for speed, power in speeds if power > 0 and speed > 0]
@@ -300,6 +302,6 @@ def _parse_yaml(text: str, file: str) -> _Tree:
                 stack.pop()
     except yaml.YAMLError as problem:
         mark = getattr(problem, "problem_mark", None)
-        reason = shown(str(getattr(problem, "problem", None) or problem), 80)
+        reason = printable(str(getattr(problem, "problem", None) or problem), 80)
         raise ReadError(file, f"is not YAML ({reason})", mark.line + 1 if mark is not None else None) from None
     return root

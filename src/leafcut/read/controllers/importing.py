@@ -1,6 +1,7 @@
 """Import a settings file of a controller: recognise its kind, read its values, and write a machine profile.
 
-A connected controller is asked for the same text (`leafcut.sender.firmware.asked_settings`), which `imported` accepts.
+A connected controller is asked for the same text (`leafcut.sender.firmware.query_settings`), which
+`machine_from_settings` accepts.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, ReadError, nearest, shown
+from leafcut.errors import OptionError, ReadError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE
-from leafcut.files.whole_files import decoded
+from leafcut.files.whole_files import decode_text
 from leafcut.model.machine import Machine
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
-from leafcut.read.controllers.values import How, Value, Values
+from leafcut.read.controllers.values import Value, ValueOrigin, Values
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
 
@@ -91,7 +92,7 @@ def read_settings(path: str | Path) -> str:
         with file.open("rb") as stream:
             data = stream.read(MOST_BYTES + 1)
     except ValueError:
-        raise ReadError(shown(str(path)), "not a valid file name") from None
+        raise ReadError(printable(str(path)), "not a valid file name") from None
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror})") from None
     return settings_text(data, str(path))
@@ -115,10 +116,10 @@ def settings_text(data: bytes, path: str) -> str:
         raise ReadError(path, "is UTF-16; save it as UTF-8")
     if b"\0" in data:
         raise ReadError(path, "is a binary file; settings of a controller are text")
-    return decoded(data)[0]
+    return decode_text(data)[0]
 
 
-def kind_of(text: str, file: str) -> str:
+def settings_kind(text: str, file: str) -> str:
     """Return which kind of settings a text holds, by its contents.
 
     Raises
@@ -166,7 +167,7 @@ def _describe_unknown(text: str) -> str:
     return "is of no kind that leafcut knows"
 
 
-def imported(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
+def machine_from_settings(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
     """Return the machine described by a text of settings.
 
     Parameters
@@ -184,15 +185,15 @@ def imported(text: str, file: str, kind: str | None = None, units: str | None = 
         The kind is invalid, or units are given for a file that states them.
     """
     if kind is not None and kind not in KINDS:
-        raise OptionError(f"--kind: unknown kind '{shown(kind, 30)}'{nearest(kind[:80], KINDS)}")
+        raise OptionError(f"--kind: unknown kind '{printable(kind, 30)}'{name_suggestion(kind[:80], KINDS)}")
     if units not in (None, "mm", "in"):
-        raise OptionError(f"--units: '{shown(str(units), 20)}' is not mm or in")
-    kind_name = kind or kind_of(text, file)
+        raise OptionError(f"--units: '{printable(str(units), 20)}' is not mm or in")
+    kind_name = kind or settings_kind(text, file)
     values = KINDS[kind_name].read(text, file, units)
     if "name" not in values.entries:
-        values.derive("name", shown(Path(file).stem, 40) or kind_name, "the name of the file")
+        values.derive("name", printable(Path(file).stem, 40) or kind_name, "the name of the file")
     values.derive("description", f"{values.entries['name'].value}, from settings of {values.title}", "the file")
-    origin = f"settings of {values.title}, {shown(Path(file).name, 60)}"
+    origin = f"settings of {values.title}, {printable(Path(file).name, 60)}"
     return _machine_of_values(kind_name, values, origin)
 
 
@@ -244,7 +245,12 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
             estimate = source.startswith("estimate")
             reason = source.removeprefix("estimate").lstrip(": ") or "no source"
             values.append(
-                Value(key.name, table[key.key], How.ASSUMED if estimate else How.TAKEN, reason if estimate else source)
+                Value(
+                    key.name,
+                    table[key.key],
+                    ValueOrigin.ASSUMED if estimate else ValueOrigin.TAKEN,
+                    reason if estimate else source,
+                )
             )
     return tuple(values)
 
@@ -262,7 +268,7 @@ def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], p
     data = profile_of(name_or_path)
     values = {value.key: value for value in values_of(data)}
     for key, (value, source) in changes.items():
-        values[key] = Value(key, value, How.DERIVED, source)
+        values[key] = Value(key, value, ValueOrigin.DERIVED, source)
     order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
     sorted_values = tuple(sorted(values.values(), key=lambda value: order[value.key]))
     text = profile_text(

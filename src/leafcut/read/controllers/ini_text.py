@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 
 #: Limits of included files: depth of nesting, and total size, bytes (a real one has a few kB).
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
@@ -56,7 +56,7 @@ class _Reading:
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
         for count, line in enumerate(text.splitlines(), 1):
             stripped = line.strip()
-            place = f"line {count}" if depth == 0 else f"{shown(file.name, 40)}, line {count}"
+            place = f"line {count}" if depth == 0 else f"{printable(file.name, 40)}, line {count}"
             if stripped.startswith("#INCLUDE ") and self.include:
                 section = self._read_include(stripped.removeprefix("#INCLUDE ").strip(), file, depth, section, count)
             elif stripped.startswith("[") and "]" in stripped:
@@ -69,7 +69,7 @@ class _Reading:
 
     def _read_include(self, name: str, file: Path, depth: int, section: str, count: int) -> str:
         def refused(reason: str) -> ReadError:
-            return ReadError(self.root, f"includes '{shown(name, 60)}', {reason}", count if depth == 0 else None)
+            return ReadError(self.root, f"includes '{printable(name, 60)}', {reason}", count if depth == 0 else None)
 
         folder = self.root.parent.resolve()
         path = (file.parent / name).resolve() if _is_name(name) else folder

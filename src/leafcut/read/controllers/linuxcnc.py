@@ -10,7 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
@@ -42,7 +42,7 @@ def read(text: str, file: str, units: str | None = None) -> Values:
     reader = _Reader(ini, values, _units(ini, values, units), _joints(ini, values), _is_trivial(ini))
     name = ini.get("MACHINE", "EMC")
     if name is not None and name.text:
-        values.take("name", shown(name.text, 40), f"[EMC]MACHINE, {name.place}")
+        values.take("name", printable(name.text, 40), f"[EMC]MACHINE, {name.place}")
     reader.motion()
     reader.travel()
     reader.work()
@@ -63,7 +63,7 @@ def _units(ini: Ini, values: Values, given: str | None) -> str:
     if unit is None and re.fullmatch(r"[0-9.]+", word):
         unit = "mm" if float(word or 0) == 1.0 else "in" if abs(float(word) - 1 / 25.4) < 1e-4 else None
     if unit is None:
-        raise values.refusal(f"LINEAR_UNITS is '{shown(entry.text, 20)}', but must be mm or inch ({entry.place})")
+        raise values.refusal(f"LINEAR_UNITS is '{printable(entry.text, 20)}', but must be mm or inch ({entry.place})")
     if given not in (None, unit):
         raise values.refusal(f"its LINEAR_UNITS are {unit} ({entry.place}), not {given}; leave --units out")
     values.take("units", unit, f"[TRAJ]LINEAR_UNITS, {entry.place}")
@@ -75,7 +75,7 @@ def _joints(ini: Ini, values: Values) -> str:
     text = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
         values.note(
-            f"its kinematics are {shown(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
+            f"its kinematics are {printable(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
             "not those of axes, so times are estimates"
         )
     match = re.search(r"coordinates\s*=\s*([a-z]+)", text)
@@ -205,7 +205,7 @@ class _Reader:
             texts = entry.text.split()
             if len(texts) < 2:
                 raise self.values.refusal(
-                    f"TOOL_CHANGE_POSITION is '{shown(entry.text, 30)}', but must be x, y and z ({entry.place})"
+                    f"TOOL_CHANGE_POSITION is '{printable(entry.text, 30)}', but must be x, y and z ({entry.place})"
                 )
             position = [number(self.values, text, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})") for text in texts[:2]]
             written = [f"{coordinate:.10g} {self.units}" for coordinate in position]

@@ -15,7 +15,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
@@ -58,11 +58,11 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
             f"has no <{untuned[0]}>: the tuning of this motor was never saved; "
             "in Mach3 open Config, Motor Tuning and save each axis, then read the file again"
         )
-    statement = f"<Units> is {shown(tags['Units'], 10)}" if "Units" in tags else "it has no <Units>"
+    statement = f"<Units> is {printable(tags['Units'], 10)}" if "Units" in tags else "it has no <Units>"
     unit = _resolve_unit(values, {"0": "mm", "1": "in"}.get(tags.get("Units", "").strip()), statement, units)
     name = tags.get("Profile", "").strip()
     if name:
-        values.take("name", shown(name, 40), "<Profile>")
+        values.take("name", printable(name, 40), "<Profile>")
     values.derive("controller", "mach3", "the file is one of Mach3")
     values.take("units", unit, "<Units>")
     values.motion(
@@ -122,11 +122,13 @@ def read_mach4(text: str, file: str, units: str | None = None) -> Values:
     values = Values(file, "Mach4")
     setup = ini.get("SetupUnits", "Preferences")
     stated_unit = {"200": "in", "210": "mm"}.get(setup.text if setup else "")
-    statement = f"[Preferences]SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
+    statement = (
+        f"[Preferences]SetupUnits is {printable(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
+    )
     unit = _resolve_unit(values, stated_unit, statement, units)
     name = ini.get("Profile", "Preferences")
     if name is not None and name.text:
-        values.take("name", shown(name.text, 40), f"[Preferences]Profile, {name.place}")
+        values.take("name", printable(name.text, 40), f"[Preferences]Profile, {name.place}")
     values.derive("controller", "mach4", "the file is one of Mach4")
     values.take("units", unit, statement)
     motors = [_motor(ini, values, axis) for axis in range(3)]
@@ -174,7 +176,7 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:
         raise values.refusal(
-            f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file complete?"
+            f"has no section [{printable(section, 20)}], the motor of axis {'xyz'[axis]}; is the file complete?"
         )
     return section
 
@@ -223,7 +225,7 @@ def _preferences(text: str, file: str) -> dict[str, str]:
     except DefusedXmlException:
         raise ReadError(file, "declares XML entities, which Mach3 never writes; the file is refused") from None
     except (ParseError, ValueError) as problem:
-        raise ReadError(file, f"is not a complete XML file ({shown(str(problem), 60)})") from None
+        raise ReadError(file, f"is not a complete XML file ({printable(str(problem), 60)})") from None
     tags: dict[str, Any] = {}
     for section in [root] if root.tag == "Preferences" else root.findall("Preferences"):
         tags |= {element.tag: element.text or "" for element in section}

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, name_suggestion, printable
 from leafcut.files.schemas import MACHINE_ANSWERS
 from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialects import dialects
 from leafcut.model.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
-from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, How, Value, Values, texts
+from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, Value, ValueOrigin, Values, axis_texts
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
 from leafcut.units import parse_quantity, with_unit
@@ -85,7 +85,7 @@ QUESTIONS: tuple[Question, ...] = (
 _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
-def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
+def read_answers(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """Read a TOML file of answers. Return them, and their positions: name → file and line.
 
     Raises
@@ -104,7 +104,7 @@ def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     return given, places
 
 
-def questioned(
+def ask_machine(
     given: Mapping[str, Any],
     ask: Ask | None = None,
     base: str | None = None,
@@ -131,7 +131,7 @@ def questioned(
     places = places or {}
     for name in given:
         if name not in _BY_NAME:
-            problem = OptionError(f"unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
+            problem = OptionError(f"unknown answer '{printable(name, 40)}'{name_suggestion(name[:80], _BY_NAME)}")
             raise _with_place(problem, places.get(name))
     answers = _Answers(dict(given), ask, base)
     if ask is None:
@@ -166,7 +166,7 @@ class _Answers:
 
     def _is_stated(self, question: Question) -> bool:
         stated = [self.values.entries.get(key) for key in question.keys]
-        return all(value is not None and value.how is not How.ASSUMED for value in stated)
+        return all(value is not None and value.how is not ValueOrigin.ASSUMED for value in stated)
 
     def _has_value(self, question: Question) -> bool:
         return all(key in self.values.entries for key in question.keys)
@@ -244,7 +244,7 @@ class _Answers:
         except OptionError as problem:
             raise OptionError(f"--{question.name}: {problem}") from None
         for key, value in entries.items():
-            self.values.entries[key] = Value(key, value, How.ASSUMED if assumed else How.TAKEN, why)
+            self.values.entries[key] = Value(key, value, ValueOrigin.ASSUMED if assumed else ValueOrigin.TAKEN, why)
         if not entries:
             for key in question.keys:
                 self.values.entries.pop(key, None)
@@ -261,8 +261,8 @@ class _Answers:
         ]
         directions = list(zip(counts_up, lengths, strict=True))
         return {
-            "travel.min": texts([0.0 if rises else -length for rises, length in directions], "mm"),
-            "travel.max": texts([length if rises else 0.0 for rises, length in directions], "mm"),
+            "travel.min": axis_texts([0.0 if rises else -length for rises, length in directions], "mm"),
+            "travel.max": axis_texts([length if rises else 0.0 for rises, length in directions], "mm"),
         }
 
     def machine(self) -> ImportedMachine:
@@ -284,12 +284,12 @@ def _as_answer(value: Any) -> str:
 
 def _take_text(question: Question, typed: str) -> dict[str, Any]:
     if not typed.strip() or not typed.isprintable():
-        raise OptionError(f"'{shown(typed, 30)}' is not an answer")
+        raise OptionError(f"'{printable(typed, 30)}' is not an answer")
     text = typed.strip()
     if question.unit:
         value = parse_quantity(text, question.unit)
         if not (value > 0 or (question.unit == "s" and value == 0)):
-            raise OptionError(f"{shown(text, 30)} is not above 0")
+            raise OptionError(f"{printable(text, 30)} is not above 0")
         return {question.keys[0]: with_unit(text, question.unit)}
     return {question.keys[0]: text}
 
@@ -298,7 +298,7 @@ def _take_choice(known: Sequence[str]) -> Callable[[Question, str], dict[str, An
     def take(question: Question, typed: str) -> dict[str, Any]:
         word = typed.strip().lower()
         if word not in known:
-            raise OptionError(f"'{shown(typed, 30)}' is unknown{nearest(word[:80], known)}")
+            raise OptionError(f"'{printable(typed, 30)}' is unknown{name_suggestion(word[:80], known)}")
         return {question.keys[0]: word}
 
     return take
@@ -311,14 +311,14 @@ def _take_controller(question: Question, typed: str) -> dict[str, Any]:
 def _take_axes(question: Question, typed: str) -> dict[str, Any]:
     parts = [part.strip() for part in typed.split(",")]
     if len(parts) not in (1, 3):
-        raise OptionError(f"'{shown(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
+        raise OptionError(f"'{printable(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
     written = [with_unit(part, question.unit) for part in parts]
     numbers = [parse_quantity(part, question.unit) for part in written]
     if not all(number > 0 for number in numbers):
-        raise OptionError(f"{shown(typed, 40)}: must be above 0")
+        raise OptionError(f"{printable(typed, 40)}: must be above 0")
     limit = HARDEST if question.unit == "mm/s²" else FASTEST
     if max(numbers) > limit:
-        raise OptionError(f"{shown(typed, 40)}: no machine has more than {limit:g} {question.unit}")
+        raise OptionError(f"{printable(typed, 40)}: no machine has more than {limit:g} {question.unit}")
     return {question.keys[0]: written[0] if len(written) == 1 else written}
 
 
@@ -328,17 +328,17 @@ def _take_lengths(question: Question, typed: str) -> dict[str, Any]:
         return {}
     parts = [part.strip() for part in typed.split(",")]
     if len(parts) != 3:
-        raise OptionError(f"'{shown(typed, 40)}' must be lengths of x,y,z, or {UNKNOWN}")
+        raise OptionError(f"'{printable(typed, 40)}' must be lengths of x,y,z, or {UNKNOWN}")
     lengths = [parse_quantity(part, question.unit) for part in parts]
     if not all(0 < length <= LONGEST for length in lengths):
-        raise OptionError(f"{shown(typed, 40)}: lengths must be above 0 and at most {LONGEST / 1000:g} m")
+        raise OptionError(f"{printable(typed, 40)}: lengths must be above 0 and at most {LONGEST / 1000:g} m")
     return {"travel.max": lengths}
 
 
 def _take_yes_no(question: Question, typed: str) -> dict[str, Any]:
     word = typed.strip().lower()
     if word not in ("yes", "y", "no", "n"):
-        raise OptionError(f"'{shown(typed, 30)}' is not yes or no")
+        raise OptionError(f"'{printable(typed, 30)}' is not yes or no")
     return {question.keys[0]: word.startswith("y")}
 
 

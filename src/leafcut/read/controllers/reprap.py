@@ -13,9 +13,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from leafcut.errors import shown
+from leafcut.errors import printable
 from leafcut.model.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, axis_texts, in_lines, number
 
 #: Longest line, characters; the rest is ignored.
 LONGEST_LINE = 1000
@@ -126,12 +126,12 @@ def read_rrf(text: str, file: str) -> Values:
         many files are run.
     """
     values = Values(file, "RepRapFirmware")
-    lines = _Running(Path(file), values).lines(text)
+    lines = _MacroRunner(Path(file), values).lines(text)
     settings = _settings(lines)
     unit = "in" if settings.inch else "mm"
     name = settings.words.get("M550", {}).get("P")
     if name is not None and name[0].strip('" '):
-        values.take("name", shown(name[0].strip('"'), 40), f"M550, {_location([name[1]])}")
+        values.take("name", printable(name[0].strip('"'), 40), f"M550, {_location([name[1]])}")
     laser = "M452" in settings.words
     if laser:
         values.assume("controller", "grbl-laser", "leafcut has no dialect of RepRapFirmware's laser mode; the nearest")
@@ -218,7 +218,7 @@ def _store_steps(values: Values, settings: _Settings, unit: str) -> None:
         steps = [_first_motor(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
         if all(step > 0 for step in steps):
             source = _location(letters[axis][1] for axis in "XYZ")
-            values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {source}")
+            values.take("motors.steps_per_mm", axis_texts(steps, "steps/mm"), f"M92, {source}")
 
 
 def _store_jerk_corners(values: Values, jerk: float, place: _Source, unit: str, label: str) -> None:
@@ -318,7 +318,7 @@ def _settings(lines: list[_Line]) -> _Settings:
 
 
 @dataclass
-class _Running:
+class _MacroRunner:
     """The lines of a config.g in execution order, with the files run by M98 inserted; conditions are not evaluated."""
 
     root: Path
@@ -333,7 +333,7 @@ class _Running:
         if self.missing:
             names = ", ".join(dict.fromkeys(self.missing))
             self.values.note(
-                f"it runs files that are not in its folder, so their settings are unknown: {shown(names, 80)}"
+                f"it runs files that are not in its folder, so their settings are unknown: {printable(names, 80)}"
             )
         if self.conditions:
             self.values.note("it has conditions (if, while): every line was read as if it were executed")
@@ -375,14 +375,16 @@ class _Running:
         self.run += 1
         if depth == _DEEPEST_RUN or self.run > _MOST_RUN:
             raise self.values.refusal(
-                f"runs '{shown(name, 60)}', one of more than {_MOST_RUN} files or more than {_DEEPEST_RUN} deep; "
+                f"runs '{printable(name, 60)}', one of more than {_MOST_RUN} files or more than {_DEEPEST_RUN} deep; "
                 "does a file run itself?"
             )
         try:
             with path.open("rb") as stream:
                 data = stream.read(_MOST_BYTES_RUN + 1)
         except OSError as problem:
-            raise self.values.refusal(f"runs '{shown(name, 60)}', which cannot be read ({problem.strerror})") from None
+            raise self.values.refusal(
+                f"runs '{printable(name, 60)}', which cannot be read ({problem.strerror})"
+            ) from None
         if len(data) > _MOST_BYTES_RUN:
-            raise self.values.refusal(f"runs '{shown(name, 60)}', which has more than {_MOST_BYTES_RUN >> 10} KiB")
-        return self._parse_text(data.decode("utf-8", "replace"), shown(path.name, 40), depth + 1)
+            raise self.values.refusal(f"runs '{printable(name, 60)}', which has more than {_MOST_BYTES_RUN >> 10} KiB")
+        return self._parse_text(data.decode("utf-8", "replace"), printable(path.name, 40), depth + 1)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, printable
 from leafcut.gcode.dialects import dialects
 from leafcut.model.kinds import Head
 from leafcut.units import FACTORS
@@ -27,7 +27,7 @@ SPINDLE_START = "2 s", "a small spindle"
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
-class How(StrEnum):
+class ValueOrigin(StrEnum):
     """Origin of a value."""
 
     TAKEN = "taken"
@@ -45,13 +45,13 @@ class Value:
 
     key: str
     value: Any
-    how: How
+    how: ValueOrigin
     source: str
 
     @property
     def words(self) -> str:
         """Its source as written in `[sources]` of a profile."""
-        return f"estimate: {self.source}" if self.how is How.ASSUMED else self.source
+        return f"estimate: {self.source}" if self.how is ValueOrigin.ASSUMED else self.source
 
 
 @dataclass
@@ -68,15 +68,15 @@ class Values:
 
     def take(self, key: str, value: Any, source: str) -> None:
         """Store a value given in the file."""
-        self.entries[key] = Value(key, value, How.TAKEN, source)
+        self.entries[key] = Value(key, value, ValueOrigin.TAKEN, source)
 
     def derive(self, key: str, value: Any, source: str) -> None:
         """Store a value that follows from the file or the controller."""
-        self.entries[key] = Value(key, value, How.DERIVED, source)
+        self.entries[key] = Value(key, value, ValueOrigin.DERIVED, source)
 
     def assume(self, key: str, value: Any, source: str) -> None:
         """Store an estimate for a value that is missing from the file."""
-        self.entries[key] = Value(key, value, How.ASSUMED, source)
+        self.entries[key] = Value(key, value, ValueOrigin.ASSUMED, source)
 
     def note(self, text: str) -> None:
         """Add a hint for the user."""
@@ -133,7 +133,7 @@ class Values:
         moved = inside != list(position.numbers)
         source = f"{position.source}; moved into the travel" if moved else position.source
         store = self.assume if position.assumed else self.derive if moved or position.derived else self.take
-        store("home", texts(inside, position.unit), source)
+        store("home", axis_texts(inside, position.unit), source)
 
     def tools_by_hand(self, why: str) -> None:
         """Store that tools are changed by hand."""
@@ -154,7 +154,7 @@ class Values:
 
     def _axes(self, key: str, axes: Axes) -> None:
         store = self.assume if axes.assumed else self.derive if axes.derived else self.take
-        store(key, texts(axes.numbers, axes.unit), axes.source)
+        store(key, axis_texts(axes.numbers, axes.unit), axes.source)
 
 
 @dataclass(frozen=True)
@@ -197,10 +197,10 @@ def number(values: Values, text: str, label: str, line: int | None = None) -> fl
     """
     match = _NUMBER.match(text.strip())
     if match is None:
-        raise values.refusal(f"{label} is '{shown(text.strip(), 30)}', but must be a number", line)
+        raise values.refusal(f"{label} is '{printable(text.strip(), 30)}', but must be a number", line)
     value = float(match[0])
     if not math.isfinite(value):
-        raise values.refusal(f"{label} is {shown(match[0], 30)}, which no machine has", line)
+        raise values.refusal(f"{label} is {printable(match[0], 30)}, which no machine has", line)
     return value
 
 
@@ -209,7 +209,7 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value:.10g} {unit}" if math.isfinite(value) else "unknown"
 
 
-def texts(numbers: Sequence[float], unit: str) -> Any:
+def axis_texts(numbers: Sequence[float], unit: str) -> Any:
     """Return a value per axis, or a single value if all are equal."""
     written = [with_unit(value, unit) for value in numbers]
     return written[0] if len(set(written)) == 1 else written

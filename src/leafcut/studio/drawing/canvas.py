@@ -16,7 +16,7 @@ from nicegui.dependencies import register_esm
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
-from leafcut.studio.drawing.serving import Serving
+from leafcut.studio.drawing.serving import DataServer
 
 STATIC = Path(__file__).parents[1] / "static"
 
@@ -34,7 +34,7 @@ Shown = bytes | Callable[[], bytes]
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
 
 
-class Canvas(Serving, component="../static/canvas_element.js"):
+class Canvas(DataServer, component="../static/canvas_element.js"):
     """The drawing of a part and its toolpaths.
 
     Parameters

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
-from leafcut.report.wording import clean
-from leafcut.studio.drawing.scene import packed
+from leafcut.report.wording import replace_unprintable
+from leafcut.studio.drawing.scene import pack_scene
 
 _CHORDS = 32
 #: Maximum number of pairs of lines that are drawn for a difference.
@@ -67,12 +67,17 @@ def differences_scene(differences: Sequence[Difference], original: Toolpath, new
         "origin": origin.tolist(),
         "extents": [*low.tolist(), *high.tolist()] if len(points) else None,
         "differences": [
-            [clean(difference.what), clean(difference.text), difference.original, difference.new]
+            [
+                replace_unprintable(difference.what),
+                replace_unprintable(difference.text),
+                difference.original,
+                difference.new,
+            ]
             for difference in differences
         ],
     }
     mark = np.array(marks, dtype=np.float64).reshape(-1, 4)
-    return packed(
+    return pack_scene(
         header,
         {
             "mark": ("f4", mark - np.array([*origin, 0.0, 0.0])),

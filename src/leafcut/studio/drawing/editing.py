@@ -45,7 +45,7 @@ class OrderStop:
     moved: bool = False
 
 
-class Undoable(Generic[State]):
+class UndoableState(Generic[State]):
     """A state with undo and redo.
 
     Stops are identified by `OrderStop.name`; `option` is the option that receives the file.
@@ -120,7 +120,7 @@ def _frozen(plain: Any) -> Any:
 HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 
 
-class HoleOrder(Undoable[HoleOrders]):
+class HoleOrder(UndoableState[HoleOrders]):
     """The order of the holes of every operation.
 
     `operations` maps operations to holes; `xy` is float64[holes, 2] in mm.
@@ -207,7 +207,7 @@ _OPPOSITE = {
 _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
-class CutOrder(Undoable[tuple[str, ...]]):
+class CutOrder(UndoableState[tuple[str, ...]]):
     """The cuts of a plan file. Manual changes are fixed in the plan; the search completes the rest."""
 
     def __init__(self, text: str) -> None:

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from leafcut.studio.drawing.canvas import Canvas
-from leafcut.studio.drawing.scene import packed
-from leafcut.studio.drawing.serving import Serving
+from leafcut.studio.drawing.scene import pack_scene
+from leafcut.studio.drawing.serving import DataServer
 
 
 def program_scene(
@@ -37,7 +37,7 @@ def program_scene(
 ) -> bytes:
     """Return the scene of a program, alone or with the original."""
     header = {"kind": "program", "name": "program", "origin": [0.0, 0.0], "extents": None}
-    return packed(
+    return pack_scene(
         {**header, "beside": True} if beside else header,
         {
             "text": ("u1", np.frombuffer(text.encode("utf-8", "replace"), dtype=np.uint8)),
@@ -49,7 +49,7 @@ def program_scene(
     )
 
 
-class ProgramText(Serving, component="../static/gcode_element.js"):
+class ProgramText(DataServer, component="../static/gcode_element.js"):
     """The lines of a program. Selection and playback are linked with a drawing in both directions.
 
     By default, the program of `drawing` is shown. `source` returns another `program_scene`; it is called in a thread

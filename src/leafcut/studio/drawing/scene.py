@@ -83,7 +83,7 @@ from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.registry import report_of
 from leafcut.report.playback import Playback, outcome_playback, playback
-from leafcut.report.wording import clean
+from leafcut.report.wording import replace_unprintable
 from leafcut.studio.drawing.editing import OrderStop
 
 MAGIC = b"LCSCENE1"
@@ -129,22 +129,22 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         "outline_layer": ("u4", layers.of_outlines(part)),
         "issue": ("f4", _issue_places(part) - np.array([*origin, 0.0])),
     }
-    low, high = _around(part)
+    low, high = _part_box(part)
     header = {
         "kind": "part",
-        "name": clean(part.name),
+        "name": replace_unprintable(part.name),
         "extents": [*low, *high] if len(hole) + len(ends) + len(vertex) else None,
         "origin": origin.tolist(),
-        "layers": [clean(layer) for layer in layers.names],
+        "layers": [replace_unprintable(layer) for layer in layers.names],
         "unitless": unitless(part),
         "issues": _issues(part.issues),
         "missing": _missing(part.issues),
         "filled": filled,
     }
-    return packed(header, columns)
+    return pack_scene(header, columns)
 
 
-def _around(part: Part) -> tuple[list[float], list[float]]:
+def _part_box(part: Part) -> tuple[list[float], list[float]]:
     x0, y0, x1, y1 = part.extents
     if not part.holes:
         return [x0, y0], [x1, y1]
@@ -185,7 +185,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
     before, _, after = shown.stated()
     measure = before if which == "before" else after
     header = {
-        "name": clean(outcome.part.name),
+        "name": replace_unprintable(outcome.part.name),
         "which": which,
         "rapid_mm": measure.travel_mm,
         "cut_mm": measure.cut_mm,
@@ -218,7 +218,7 @@ def toolpath_scene(
     return _toolpath(
         playback(path, machine, beam, measured=measured),
         {
-            "name": clean(name),
+            "name": replace_unprintable(name),
             "which": "after",
             "unitless": part is not None and unitless(part),
             "untimed": untimed or (part is not None and unitless(part)),
@@ -237,13 +237,13 @@ def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) ->
         "edge": ("u4", np.asarray(edges).reshape(-1, 2)),
         "strength": ("f4", np.asarray(strength)),
     }
-    return packed({**header, "kind": "pheromone", "name": "pheromone"}, columns)
+    return pack_scene({**header, "kind": "pheromone", "name": "pheromone"}, columns)
 
 
 def path_scene(points: ArrayLike) -> bytes:
     """Return the scene of a path through points (float[n, 2], mm) in the order of visits."""
     header, point = _points(points)
-    return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
+    return pack_scene({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
 def edited_scene(stops: Sequence[OrderStop]) -> bytes:
@@ -256,7 +256,7 @@ def edited_scene(stops: Sequence[OrderStop]) -> bytes:
         "held": ("u1", np.array([stop.held for stop in stops], dtype=np.bool_)),
         "moved": ("u1", np.array([stop.moved for stop in stops], dtype=np.bool_)),
     }
-    return packed({**header, "kind": "path", "name": "path", "signs": signs}, columns)
+    return pack_scene({**header, "kind": "path", "name": "path", "signs": signs}, columns)
 
 
 def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
@@ -267,7 +267,7 @@ def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
     return {"origin": origin.tolist(), "extents": extents}, xy - origin
 
 
-def packed(header: dict[str, Any], columns: Columns) -> bytes:
+def pack_scene(header: dict[str, Any], columns: Columns) -> bytes:
     """Return a header and its blocks as the bytes of a scene."""
     blocks, parts, offset = {}, [], 0
     for name, (kind, column) in columns.items():
@@ -311,7 +311,7 @@ def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan |
         "kerf": plan.data.kerf if plan else 0.0,
         "cuts": [_cut_words(plan, number) for number in range(len(plan.cuts))] if plan else [],
     }
-    return packed({**shown, **header}, columns)
+    return pack_scene({**shown, **header}, columns)
 
 
 def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -359,11 +359,14 @@ def _cut_words(plan: CutPlan, number: int) -> list[Any]:
 
 
 def _tool_words(label: str, diameter: float) -> str:
-    return clean(label if diameter > 0 else label.rpartition(" Ø")[0])
+    return replace_unprintable(label if diameter > 0 else label.rpartition(" Ø")[0])
 
 
 def _issues(issues: Iterable[Issue]) -> list[list[str]]:
-    return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MAX_ISSUES]]
+    return [
+        [i.code, i.severity.value, replace_unprintable(i.message), replace_unprintable(i.place)]
+        for i in list(issues)[:MAX_ISSUES]
+    ]
 
 
 def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:

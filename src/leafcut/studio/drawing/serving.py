@@ -1,4 +1,4 @@
-"""`Serving`: a page element whose data the browser fetches by HTTP instead of through the page's connection."""
+"""`DataServer`: a page element whose data the browser fetches by HTTP instead of through the page's connection."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from starlette.responses import Response
 _FAREWELL = 30.0
 
 
-class Serving(Element):
+class DataServer(Element):
     """An element that serves data at secret addresses, which expire with the element."""
 
     def __init__(self) -> None:

@@ -45,7 +45,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError
 from leafcut.material.height_field import HeightField
-from leafcut.material.same_stock import differing_cells, regions
+from leafcut.material.same_stock import connected_regions, differing_cells
 from leafcut.material.solid import Solid, shown_block, solid_of
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
@@ -56,8 +56,8 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.registry import report_of
 from leafcut.report.playback import Playback, outcome_playback, playback
-from leafcut.report.wording import clean
-from leafcut.studio.drawing.scene import Columns, packed
+from leafcut.report.wording import replace_unprintable
+from leafcut.studio.drawing.scene import Columns, pack_scene
 
 #: Length of a tool's cutting part, in diameters, if its library does not state it.
 _FLUTES = 3.0
@@ -111,7 +111,7 @@ def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Me
 
 
 def _refusal(problem: LeafcutError) -> bytes:
-    return packed({**_HEAD, "refused": clean(str(problem))}, {})
+    return pack_scene({**_HEAD, "refused": replace_unprintable(str(problem))}, {})
 
 
 def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
@@ -130,7 +130,7 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     results = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
     wrong = differing_cells(results[0], results[1], _TOLERANCE)
     deeper = results[1].heights < results[0].heights
-    groups = regions(wrong & deeper) + regions(wrong & ~deeper)
+    groups = connected_regions(wrong & deeper) + connected_regions(wrong & ~deeper)
     places = [_place_of(group, results) for group in groups[:_MAX_PLACES]]
     scenes = []
     for index, (run, solid) in enumerate(zip((first, second), solids, strict=True)):
@@ -142,11 +142,11 @@ def _scenes(first: _ShownRun, second: _ShownRun) -> tuple[bytes, bytes]:
     return scenes[0], scenes[1]
 
 
-def in_words(scene: bytes, say: Callable[[str], str]) -> bytes:
+def translate_refusal(scene: bytes, say: Callable[[str], str]) -> bytes:
     """Return the scene; if it contains a reason why no stock is shown, translate the reason with `say`."""
     size = int.from_bytes(scene[8:12], "little")
     header = json.loads(scene[16 : 16 + size])
-    return packed({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
+    return pack_scene({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
 
 
 _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0], "extents": None, "refused": ""}
@@ -197,7 +197,7 @@ def _packed(
         "differs": differs,
         "collisions": [[collision.kind, int(rows.line[first[collision.row]])] for collision in solid.collisions],
     }  # fmt: skip
-    return packed({**_HEAD, **header}, columns)
+    return pack_scene({**_HEAD, **header}, columns)
 
 
 def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
@@ -220,4 +220,4 @@ def _tool(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, A
     above = [[part.body.value, part.above, part.radius] for part in bodies[:_MAX_BODIES]]
     point = cutter.height(cutter.radius)
     seen = max(length, point) if math.isfinite(point) else length
-    return {"words": clean(tool.label), "shape": shape, "bodies": above, "length": seen}
+    return {"words": replace_unprintable(tool.label), "shape": shape, "bodies": above, "length": seen}

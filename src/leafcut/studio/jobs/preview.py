@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
-from leafcut.model.heartbeat import OnProgress, looking_for
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.part import Part
 from leafcut.options import Settings
 from leafcut.processes import registry
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.recognition import sniff_gcode
-from leafcut.studio.jobs.whole import MachineTravel, Whole, Zero, machine_travel_around, whole_of
+from leafcut.studio.jobs.whole import MachineTravel, WholeInput, Zero, machine_travel_around, read_whole_input
 
 if TYPE_CHECKING:
     from leafcut.studio.jobs.link import Link
@@ -64,7 +64,7 @@ class Preview:
     stock: Callable[[], bytes] | None = field(default=None, compare=False)
     error: str = ""
     work: str = ""
-    whole: Whole = field(default_factory=Whole)
+    whole: WholeInput = field(default_factory=WholeInput)
     zero: Zero = None
     travel: MachineTravel | None = None
     broken: bool = False
@@ -84,14 +84,14 @@ def read_preview(
     """Return the preview of an input for a kind of work; raise `LeafcutError` if its format cannot be determined."""
     from leafcut.read.registry import read_source
 
-    settings = collect(options or {})
-    format_, loaded = read_source(source, looking_for(progress, "reading"))
+    settings = collect_settings(options or {})
+    format_, loaded = read_source(source, heartbeat_for_step(progress, "reading"))
     if format_.name == "gcode":
         return _program(loaded, options or {}, progress)
     kinds = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
-    kinds = registry.offered(kinds, format_.name)
+    kinds = registry.offered_works(kinds, format_.name)
     loaded = replace(loaded, cache={})
-    whole = whole_of(format_, loaded, kinds, settings)
+    whole = read_whole_input(format_, loaded, kinds, settings)
     tried = [work] if work in kinds else whole.likeliest(kinds)
     error, broken = "", True
     for kind in tried:
@@ -108,13 +108,13 @@ def read_preview(
 
 
 def _drawing(
-    source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: OnProgress | None
+    source: Source, name: str, work: str, settings: Settings, whole: WholeInput, progress: OnProgress | None
 ) -> Preview:
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 
     part = registry.work(work).preview_part(source, settings)
-    looking_for(progress, "drawing the preview")
+    heartbeat_for_step(progress, "drawing the preview")
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
@@ -162,7 +162,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
 
     try:
         simulation = api.simulate(source, progress=progress, **_used("simulate", options))
-        looking_for(progress, "drawing the preview")
+        heartbeat_for_step(progress, "drawing the preview")
         text = read_program(source)
         scene = toolpath_scene(
             simulation.run, simulation.machine, name=source.file_name, text=text, measured=simulation.measure
@@ -195,9 +195,9 @@ def stock_scene(link: Link, source: str, options: Mapping[str, Any]) -> bytes:
     from leafcut.read.registry import read_source
     from leafcut.studio.drawing.solid import solid_scene
 
-    _, loaded = read_source(source, looking_for(link.report, "reading"))
+    _, loaded = read_source(source, heartbeat_for_step(link.report, "reading"))
     simulation = api.simulate(loaded, progress=link.report, **_used("simulate", options))
-    stock = registry.command("shown_stock")(loaded, collect(_used("stock", options)))
+    stock = registry.command("shown_stock")(loaded, collect_settings(_used("stock", options)))
     return solid_scene(simulation.run, simulation.machine, stock, simulation.measure)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.files.whole_files import read_program
 from leafcut.lab.tables import iterations_as_csv
-from leafcut.model.heartbeat import OnProgress, looking_for
+from leafcut.model.heartbeat import OnProgress, heartbeat_for_step
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
@@ -92,17 +92,17 @@ def _verify(call: ReadyTask, names: tuple[str, ...], on_progress: OnProgress) ->
     }
     artefacts |= _stocks(call, runs)
     artefacts["scene-differences"] = _scene(differences_scene(proof.differences, *(run.run for run in runs)))
-    artefacts["lines"] = _lines(runs[0].path, runs[1].path, *texts)
+    artefacts["lines"] = _line_pairs_artefact(runs[0].path, runs[1].path, *texts)
     return JobResult(verification_as_json(proof), {"same": proof.same}, artefacts)
 
 
 def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     from leafcut.processes import registry
-    from leafcut.processes.settings import collect
+    from leafcut.processes.settings import collect_settings
     from leafcut.studio.drawing.solid import compared_solid_scenes
 
     used = registry.work("stock").used()
-    settings = collect({name: value for name, value in call.options.items() if name in used})
+    settings = collect_settings({name: value for name, value in call.options.items() if name in used})
     # `verify` has no options for tools and stock. Comments in the programs name the tools.
     stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
@@ -112,7 +112,7 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     return {f"scene-solid_{side}": _scene(scene) for side, scene in zip(_BOTH, scenes, strict=True)}
 
 
-def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
+def _line_pairs_artefact(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
     return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
 
 
@@ -144,17 +144,20 @@ def _optimize(
         "gap_percent": answer["gap_percent"],
     }
     kind = f"text/plain; charset={outcome.encoding}"
-    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(report, output)}
+    artefacts = {
+        "program": Artefact(output, kind, outcome.text.encode(outcome.encoding)),
+        **_report_artefacts(report, output),
+    }
     searches = [
         (report.search_name(n), o.solution.history, o.solution.lower_bound, o.solution.unit)
         for n, o in enumerate(outcome.operations)
     ]
     artefacts["search"] = _searches(searches, observe)
     artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(report)).encode())
-    artefacts |= _order_files(outcome, output) | _given_file(call)
+    artefacts |= _order_files(outcome, output) | _plan_file_artefact(call)
     if outcome.part.format == "gcode":
         original = read_program(call.sources[0])
-        artefacts["lines"] = _lines(outcome.path_before, outcome.path_after, original, outcome.text)
+        artefacts["lines"] = _line_pairs_artefact(outcome.path_before, outcome.path_after, original, outcome.text)
     plan = report.plan("after")
     # Plans with common lines cannot be saved.
     if plan is not None and not call.options.get("common_lines"):
@@ -214,7 +217,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
     }
 
 
-def _given_file(call: ReadyTask) -> dict[str, Artefact]:
+def _plan_file_artefact(call: ReadyTask) -> dict[str, Artefact]:
     """Return the plan or order file that was given to the job, so that the job can be repeated on the command line."""
     if "plan" not in call.options:
         return {}
@@ -235,7 +238,7 @@ def _searches(
     return Artefact("", "application/json", json.dumps(kept).encode())
 
 
-def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
+def _report_artefacts(report: PathReport[Any], output: str) -> dict[str, Artefact]:
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
     from leafcut.studio.drawing.solid import outcome_solid_scenes
@@ -286,11 +289,11 @@ def _study(
 ) -> JobResult:
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
-    from leafcut.processes.settings import collect
+    from leafcut.processes.settings import collect_settings
     from leafcut.read import read
     from leafcut.read.tsplib import tour_text
 
-    part = read(call.sources[0], collect(call.options).read, looking_for(on_progress, "reading"))
+    part = read(call.sources[0], collect_settings(call.options).read, heartbeat_for_step(on_progress, "reading"))
     experiment = run_experiment(
         part, call.algorithms, call.runs, call.options, progress=on_progress, observe=observe, cancelled=cancelled
     )

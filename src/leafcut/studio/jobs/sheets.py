@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import OptionError
-from leafcut.processes.settings import collect, group_of
+from leafcut.processes.settings import collect_settings, group_of
 from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
-from leafcut.studio.jobs.task import Task, given, prepare
+from leafcut.studio.jobs.task import Task, prepare, set_options
 
 #: States of a group of cuts whose plans are not complete.
 GOING = (JobState.WAITING.value, JobState.RUNNING.value)
@@ -55,7 +55,7 @@ def nest_of(history: History, job: str) -> list[SheetOfNest]:
     return sheets_of(job, answer)
 
 
-def take(jobs: Jobs, sheet: SheetOfNest) -> str:
+def upload_sheet(jobs: Jobs, sheet: SheetOfNest) -> str:
     """Return the id of the upload with a sheet's drawing; create it if necessary.
 
     Raise `OptionError` if the nest was deleted.
@@ -81,10 +81,12 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
     """
     tasks = []
     asked = {"quantity": options.get("quantity")}
-    batch = collect(asked).of(group_of("quantity")).changed().get("quantity", 1)
+    batch = collect_settings(asked).of(group_of("quantity")).changed().get("quantity", 1)
     for sheet in nest_of(jobs.history, job):
         counted = {"quantity": batch * sheet.count} if batch * sheet.count > 1 else {}
-        tasks.append(Task("optimize", (take(jobs, sheet),), "cut", {**given(options), **counted}, sheet.origin))
+        tasks.append(
+            Task("optimize", (upload_sheet(jobs, sheet),), "cut", {**set_options(options), **counted}, sheet.origin)
+        )
     for task in tasks:
         prepare(task, jobs.folder)
     going = [record for record in jobs.of_sheets(job) if record.state.value in GOING]
@@ -100,7 +102,7 @@ def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.of_sheets(job))
     rows = [
-        _row(jobs, variant, [(s, newest.get(s.origin)) for s in variant_sheets])
+        _variant_row(jobs, variant, [(s, newest.get(s.origin)) for s in variant_sheets])
         for variant, variant_sheets in _variants(sheets)
     ]
     timed = [row["time_s"] for row in rows if row["time_s"] is not None]
@@ -128,7 +130,7 @@ def _without_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name != "quantity"}
 
 
-def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
+def _variant_row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
     records = [record for _, record in cuts if record is not None]
     states = [record.state for record in records]
     row: dict[str, Any] = {

@@ -9,14 +9,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest, shown
+from leafcut.errors import OptionError, name_suggestion, printable
 from leafcut.files.user_files import has_defaults
 from leafcut.lab.experiment import check_experiment
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name, split_names
 from leafcut.options.sheet_word import OFFERED, SheetWord, parse_sheet
 from leafcut.processes import registry
-from leafcut.processes.settings import collect, group_of
+from leafcut.processes.settings import collect_settings, group_of
 from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
@@ -92,7 +92,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     Raise `OptionError` for invalid options and for files outside the studio.
     """
     if task.command not in COMMANDS:
-        raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
+        raise OptionError(f"unknown command '{task.command}'{name_suggestion(task.command, COMMANDS)}")
     if has_half_letter([task.inputs, task.options]):
         raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
@@ -105,13 +105,13 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command == "study":
         check_experiment(task.algorithms, task.runs)
     registry.check_asked(task.process)
-    options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
+    options = {name: _resolved(name, value, folder) for name, value in set_options(task.options).items()}
     if drawn:
         options["sheet"] = tuple(
             _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
             for word in map(parse_sheet, split_names(options["sheet"]))
         )
-    collect(options)
+    collect_settings(options)
     # Built-in sources are not drawings, so every part is an upload.
     sources = [str(folder.input_path(part.input)) for part in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
@@ -129,14 +129,14 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
 
     Raise `OptionError` if one is not open.
     """
-    sheet = given(task.options).get("sheet")
+    sheet = set_options(task.options).get("sheet")
     if task.command != "nest" or sheet is None:
         return {}
     open_ = {folder.input_path(part.input).name: part.input for part in parts_of(task)}
     names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
-            raise OptionError(f"--sheet: drawing '{shown(name)}' is not open; open it, or give a size")
+            raise OptionError(f"--sheet: drawing '{printable(name)}' is not open; open it, or give a size")
     return {name: open_[name] for name in names}
 
 
@@ -145,7 +145,7 @@ def _sheet_word(word: SheetWord, name: str) -> str:
     return name + count + ("" if word.price is None else f"@{word.price:.6f}")
 
 
-def given(options: Mapping[str, Any]) -> dict[str, Any]:
+def set_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that are set, without empty fields."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
 
@@ -176,7 +176,7 @@ def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
-def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
+def _parts_by_name(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
     sheets = _drawn_sheets(task, folder).values()
     return [(name, part) for name, part in zip(names, parts_of(task), strict=True) if part.input not in sheets]
 
@@ -186,7 +186,7 @@ def unique_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
-def called(word: str) -> str:
+def display_name(word: str) -> str:
     """Return the displayed name of a built-in source: ``plate-27`` for ``example:plate-27``."""
     return word.removeprefix("example:")
 
@@ -194,9 +194,9 @@ def called(word: str) -> str:
 def title_of(task: Task, folder: Folder) -> str:
     """Return the title of a task in the history; ``?`` if a file no longer exists."""
     try:
-        names = [called(name) for name in names_of(task, folder)]
+        names = [display_name(name) for name in names_of(task, folder)]
         if task.command == "nest":
-            names = [f"{name} × {part.quantity}" for name, part in _counted(task, folder, names)]
+            names = [f"{name} × {part.quantity}" for name, part in _parts_by_name(task, folder, names)]
         return " · ".join(names[:_MAX_NAMED]) + (" …" if len(names) > _MAX_NAMED else "")
     except OptionError:
         return "?"
@@ -213,18 +213,18 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return the shell command that repeats a job, with the displayed file names."""
     names = unique_names(names_of(task, folder))
     if task.command == "nest":
-        parts = _counted(task, folder, names_of(task, folder))
+        parts = _parts_by_name(task, folder, names_of(task, folder))
         names = unique_names([name for name, _ in parts])
         counted = [f"{name}:{part.quantity}" for name, (_, part) in zip(names, parts, strict=True)]
         listed = needs_list(tuple(part for _, part in parts))
         words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST]
-        words += [] if "variants" in given(task.options) else ["--variants", str(OFFERED)]
+        words += [] if "variants" in set_options(task.options) else ["--variants", str(OFFERED)]
     else:
         words = ["leafcut", task.command, *names]
     if task.command == "optimize":
         words += ["-o", output] if output else []
         words += ["--process", task.process] if task.process != "auto" else []
-    for name, value in given(task.options).items():
+    for name, value in set_options(task.options).items():
         words += _flag(name, value, folder)
     # The page shows all options, including the user's defaults, so the command must not add them again.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])

@@ -11,7 +11,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions, Settings
 from leafcut.processes import registry
-from leafcut.processes.placing import placed
+from leafcut.processes.placing import place_part
 from leafcut.processes.suitability import Suitability, WholeDrawing
 from leafcut.read import read_whole
 from leafcut.read.format import Format, Source
@@ -20,7 +20,7 @@ from leafcut.studio.drawing.thumbnail import Thumbnails
 
 
 @dataclass(frozen=True)
-class Whole:
+class WholeInput:
     """A whole drawing, before it is placed.
 
     `part` is its entire content; None for an input that is machined completely. `suits` rates each kind of work, the
@@ -42,29 +42,29 @@ class Whole:
         zero = _zero(work, source, part, settings)
         if self.part is None or zero is None:
             return None, zero
-        return placed(self.part, replace(settings.read, origin=zero)), zero
+        return place_part(self.part, replace(settings.read, origin=zero)), zero
 
 
 #: Position of program zero in the mirrored and rotated drawing, mm; None if unknown.
 Zero = tuple[float, float] | None
 
 
-def whole_of(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> Whole:
-    """Return the whole content of an input; `Whole.part` is None if the reader returns only the machined part."""
+def read_whole_input(format_: Format, source: Source, kinds: Sequence[str], settings: Settings) -> WholeInput:
+    """Return the whole content of an input; `WholeInput.part` is None if the reader returns only the machined part."""
     machine = next(filter(None, (registry.work(work).machine_for(format_.name) for work in kinds)), "")
     if format_.whole is None and format_.contours is None and not _filtered(settings.read):
-        return Whole(machine=machine)
+        return WholeInput(machine=machine)
     try:
         part = read_whole(source, settings.read)
     except LeafcutError:
-        return Whole(machine=machine)  # the reader for the kind of work reports the error
+        return WholeInput(machine=machine)  # the reader for the kind of work reports the error
     suits = registry.rate_works(kinds, WholeDrawing(part))
     drawn = Thumbnails(part)
     pictures = {
         work: drawn.picture(selection.contours, selection.holes, registry.work(work).pictured)
         for work, selection in suits.items()
     }
-    return Whole(part, suits, pictures, machine)
+    return WholeInput(part, suits, pictures, machine)
 
 
 def _filtered(read: ReadOptions) -> bool:

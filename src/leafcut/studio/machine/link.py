@@ -20,19 +20,19 @@ from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.model.machine import XYZ
-from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
-from leafcut.sender.by_hand import cancel_jog, check_jog, fed_box, frame_of, jog, probe_z
-from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, InvalidAnswer, Status
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED, Interrupted, NotThisFirmware
-from leafcut.sender.explained import state_in_words
-from leafcut.sender.facts import Facts
+from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import SendJob, issues_to_tell, tools_of
+from leafcut.sender.job import SendJob, issues_to_show, tools_of
+from leafcut.sender.job_checks import check_program, check_ready
+from leafcut.sender.jogging import box_of_cuts, cancel_jog, check_jog, frame_of_program, jog, probe_z
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
-from leafcut.sender.resuming import rest_of
-from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Ending, Request, RunView, SendRun
-from leafcut.sender.told import ending_in_words
+from leafcut.sender.resuming import steps_from_resume
+from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Request, RunResult, RunView, SendRun
+from leafcut.sender.run_texts import ending_in_words
 from leafcut.studio.machine.state import (
     Connection,
     MachineQuestion,
@@ -100,7 +100,7 @@ class ReadyProgram:
     @property
     def box(self) -> tuple[XYZ, XYZ] | None:
         """Smallest and largest x, y and z of the cuts, mm in program coordinates; None without cuts."""
-        return fed_box(self.job)
+        return box_of_cuts(self.job)
 
     @property
     def tools(self) -> list[str | None]:
@@ -137,7 +137,7 @@ class MachineLink:
 
     # Requests; called from any thread.
 
-    def alive(self, holder: str, *, adopt: bool = False) -> None:
+    def record_page(self, holder: str, *, adopt: bool = False) -> None:
         """Record that a page shows the machine. With `adopt`, it takes control if no other page has control."""
         with self._lock:
             if self.state.holder == holder or (
@@ -171,18 +171,18 @@ class MachineLink:
 
     def disconnect(self, holder: str) -> None:
         """Close the port; raise `SendError` if the machine is busy, or another page has control."""
-        self._claim(holder)
+        self._check_control(holder)
         if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
             raise SendError("the machine is not at rest; stop it first, then disconnect it")
         self._end()
 
     def home(self, holder: str) -> Future[Any]:
         """Home the machine."""
-        return self._post(holder, MachineTask.HOMING, self._home)
+        return self._submit_task(holder, MachineTask.HOMING, self._home)
 
     def unlock(self, holder: str) -> Future[Any]:
         """Bring the machine to rest after an alarm, during a hold or during a motion."""
-        return self._post(holder, MachineTask.STOPPING, self._unlock)
+        return self._submit_task(holder, MachineTask.STOPPING, self._unlock)
 
     def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
         """Jog by distances in mm at a feed in mm/min.
@@ -194,12 +194,12 @@ class MachineLink:
                 done: Future[Any] = Future()
                 done.set_result(None)
                 return done
-        return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
+        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
 
     def cancel(self, holder: str) -> None:
         """End a jog or a frame. The machine stops and keeps its position."""
         with self._lock:
-            self._claim(holder)
+            self._check_control(holder)
             for task in [task for task in self._tasks if task.jog]:
                 self._tasks.remove(task)
                 task.future.set_result(None)
@@ -210,40 +210,40 @@ class MachineLink:
         named = "".join(axis for axis in "XYZ" if axis in axes.upper())
         if not named or len(named) != len(axes):
             raise OptionError(f"'{axes}' are not axes; use X, Y and Z")
-        return self._post(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
+        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
 
     def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
         """Set Z0 with a probe plate of thickness `plate`, mm.
 
         The probe moves down at most `travel` mm, at a feed in mm/min.
         """
-        return self._post(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
+        return self._submit_task(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
     def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
         """Check a program, then trace its bounding box above the part at a feed in mm/min.
 
         The result is available at the start.
         """
-        return self._post(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
+        return self._submit_task(holder, MachineTask.FRAMING, lambda on_start: self._frame(on_start, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Check a program without sending it; the result is a `ReadyProgram`."""
-        return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
+        return self._submit_task(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Check and run a program. The result, a `ReadyProgram`, is available when the program starts."""
-        return self._post(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
+        return self._submit_task(holder, MachineTask.RUNNING, lambda on_start: self._send(on_start, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
         """Answer the program's question: empty to continue, ``all`` to stop asking before holes, None to stop."""
-        self._claim(holder)
+        self._check_control(holder)
         if self.state.question is None:
             raise SendError("no question is open")
         self._answers.append(words)
 
     def request(self, holder: str, request: Request) -> None:
         """Hold or resume a program, or change its feed. During a jog or a frame, a hold ends it."""
-        self._claim(holder)
+        self._check_control(holder)
         if self._run is not None:
             if request is Request.RESUME:
                 self._left_alone = False
@@ -276,7 +276,7 @@ class MachineLink:
     def _is_abandoned(self) -> bool:
         return not self.state.holder or self._clock() - self._alive_at > self.grace
 
-    def _claim(self, holder: str) -> None:
+    def _check_control(self, holder: str) -> None:
         with self._lock:
             if not self.state.open:
                 raise SendError("no machine is connected")
@@ -286,12 +286,12 @@ class MachineLink:
             if self.state.holder != holder:
                 self._publish(holder=holder)
 
-    def _post(
+    def _submit_task(
         self, holder: str, task: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
     ) -> Future[Any]:
         future: Future[Any] = Future()
         with self._lock:
-            self._claim(holder)
+            self._check_control(holder)
             busy = self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING)
             if busy and not (by_hand and self.state.question is not None):
                 raise SendError("the machine is busy; wait for the end, or stop it")
@@ -321,13 +321,13 @@ class MachineLink:
             talk = GrblConversation(port, clock=self._clock)
             with self._lock:
                 self._talk = talk
-            talk.on_status = self._see
+            talk.on_status = self._process_status
             status = talk.connect()
             self._asked_at = self._heard_at = self._clock()
             if status.state in ("Idle", *LOCKED):
-                self._look_up()
+                self._read_facts()
             self._publish(connection=Connection.OPEN)
-            self._see(talk.status or status)
+            self._process_status(talk.status or status)
             connected.set_result(None)
             self._serve(talk)
         except Interrupted:
@@ -366,7 +366,7 @@ class MachineLink:
         while not self._leaving:
             try:
                 self._do_next()
-                self._turn(talk)
+                self._poll_machine(talk)
             except Interrupted:
                 self._stop_now(talk)
             except PortLost:
@@ -408,35 +408,35 @@ class MachineLink:
             self._heard_at = self._clock()
             self._publish(doing=previous)
 
-    def _turn(self, talk: GrblConversation, handle: Callable[[ControllerAnswer], None] | None = None) -> None:
+    def _poll_machine(self, talk: GrblConversation, handle: Callable[[ControllerAnswer], None] | None = None) -> None:
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
             talk.ask_status()
         for answer in talk.listen():
-            (handle or self._hear)(answer)
+            (handle or self._process_answer)(answer)
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
             raise PortLost(f"{talk.port.name} no longer responds")
         if self._cancel or (self._is_abandoned() and self.state.status == "Jog"):
             self._cancel, self._jog_until = False, 0.0
             cancel_jog(talk)
 
-    def _hear(self, answer: ControllerAnswer) -> None:
+    def _process_answer(self, answer: ControllerAnswer) -> None:
         assert self._talk is not None
         match answer:
             case Alarm(why):
-                self._show_message(self._talk.explained(answer), bad=True)
+                self._show_message(self._talk.meaning_of(answer), bad=True)
                 self._publish(unsure=self.state.unsure or why not in _KEPT)
             case Greeting():
                 self._talk.record_restart()
                 self._facts = None
                 self._show_message("the controller was reset", bad=True)
-            case Strange(words):
+            case InvalidAnswer(words):
                 self._show_message(f"invalid answer: '{words}'; check the cable", bad=True)
             case _:
                 pass
 
-    def _see(self, status: Status) -> None:
+    def _process_status(self, status: Status) -> None:
         self._heard_at = self._clock()
         talk, facts = self._talk, self._facts
         if talk is None:
@@ -454,11 +454,11 @@ class MachineLink:
         if any(getattr(now, name) != value for name, value in changes.items()):
             self._publish(**changes)
 
-    def _look_up(self) -> Facts:
+    def _read_facts(self) -> Facts:
         assert self._talk is not None
         facts = self._facts = self._talk.facts()
         self._publish(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
-        self._see(facts.status)
+        self._process_status(facts.status)
         return facts
 
     def _at_rest(self) -> Facts:
@@ -467,7 +467,7 @@ class MachineLink:
         status = self._talk.fresh_status()
         if status.state != "Idle":
             raise SendError(f"the machine is {state_in_words(status, self._talk.family)}; bring it to rest first")
-        return self._look_up()
+        return self._read_facts()
 
     def _stop_now(self, talk: GrblConversation) -> None:
         self._publish(doing=MachineTask.STOPPING, question=None)
@@ -493,17 +493,17 @@ class MachineLink:
             raise
         self._talk.restarted = False
         self._publish(unsure=False)
-        self._look_up()
+        self._read_facts()
 
     def _unlock(self, _: Callable[[], None]) -> None:
         assert self._talk is not None
         if self._talk.unlock():
             self._publish(unsure=True)
-        self._look_up()
+        self._read_facts()
 
     def _jog(self, moves: dict[str, float], feed: float) -> None:
         assert self._talk is not None
-        self._touch()
+        self._mark_touched()
         if self._facts is not None and not self.state.unsure:
             check_jog(self._facts, self.state.machine, moves)
         jog(self._talk, moves, feed)
@@ -512,35 +512,35 @@ class MachineLink:
 
     def _zero(self, axes: str) -> None:
         assert self._talk is not None
-        self._touch()
+        self._mark_touched()
         self._talk.ask("G54")
         self._talk.zero_here(axes)
         if not self._talk.restarted and axes == "XYZ":
             self._publish(unsure=False)
-        self._look_up()
+        self._read_facts()
 
     def _probe(self, plate: float, feed: float, travel: float) -> None:
         assert self._talk is not None
         facts = self._at_rest()
-        self._touch()
+        self._mark_touched()
         probe_z(self._talk, facts, plate, feed, travel)
         self._show_message("Z0 is set by the probe")
 
-    def _touch(self) -> None:
+    def _mark_touched(self) -> None:
         if self._run is not None:
             self._run.touched = True
 
     def _frame(self, on_start: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
         talk = self._talk
         assert talk is not None
-        lines = frame_of(job, self._ready(job, wishes).facts).lines(feed)
+        lines = frame_of_program(job, self._ready(job, wishes).facts).lines(feed)
         on_start()
         for line in lines:
             talk.ask(line)
         rests = 0
         while rests < 2:
             before = talk.status
-            self._turn(talk)
+            self._poll_machine(talk)
             if talk.status is not before and talk.status is not None:
                 rests = rests + 1 if talk.status.state in ("Idle", "Alarm") else 0
 
@@ -549,20 +549,20 @@ class MachineLink:
     def _ready(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
         talk = self._talk
         assert talk is not None
-        facts = self._look_up()
+        facts = self._read_facts()
         check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
             raise SendError("it was locked by an alarm, so its position may be wrong: home it, or set its zero again")
         issues = check_program(job, facts, unhomed=wishes.unhomed)
-        notes = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
+        notes = [str(issue) for issue in issues_to_show([*job.issues, *issues])]
         if facts.soft_limits_off:
             notes.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} has no holes to drill one at a time")
-        line, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
+        line, steps, tool = steps_from_resume(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
             notes.append(f"tool T{tool} must be in the spindle")
-        return ReadyProgram(job.for_machine(facts.timed(job.machine)), facts, steps, line, tuple(notes))
+        return ReadyProgram(job.for_machine(facts.machine_with_settings(job.machine)), facts, steps, line, tuple(notes))
 
     def _send(self, on_start: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
         assert self._talk is not None
@@ -588,7 +588,7 @@ class MachineLink:
             self._publish(question=None, progress=None)
         self._finish(job, ending)
 
-    def _finish(self, job: SendJob, ending: Ending) -> None:
+    def _finish(self, job: SendJob, ending: RunResult) -> None:
         words = ending_in_words(ending, job)
         can_go_on = bool(ending.go_on)
         hole = ending.hole.number if can_go_on and ending.hole is not None else 0
@@ -624,7 +624,7 @@ class MachineLink:
 
         def check_answer(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
-                raise SendError(talk.explained(answer))
+                raise SendError(talk.meaning_of(answer))
             if isinstance(answer, Greeting):
                 raise SendError("the controller was reset")
 
@@ -636,7 +636,7 @@ class MachineLink:
                     raise
                 except LeafcutError as problem:
                     self._show_message(str(problem), bad=True)
-                self._turn(talk, check_answer)
+                self._poll_machine(talk, check_answer)
                 if self._leaving:
                     return None
             answer = self._answers.popleft()

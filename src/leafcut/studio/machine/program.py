@@ -9,7 +9,7 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.model.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
-from leafcut.sender.firmware import speaker_of
+from leafcut.sender.firmware import conversation_class
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_of, program_text
 from leafcut.studio.folder import OWN, Folder
@@ -30,7 +30,7 @@ def machine_of(word: str, folder: Folder) -> Machine:
         machine = load_machine(word)
     else:
         raise OptionError("choose a machine of the library")
-    if speaker_of(machine, machine.name) is not GrblConversation:
+    if conversation_class(machine, machine.name) is not GrblConversation:
         raise OptionError(
             f"{machine.name}: this page supports only GRBL boards; send to {machine.control} with leafcut send"
         )

@@ -79,7 +79,7 @@ class SwitchedChart:
         self._chart.show(*self._draw(by))
 
 
-def convergence(
+def convergence_chart(
     history: Sequence[tuple[float, float]], bound: float | None, unit: str, words: ChartWords, now: float = 0.0
 ) -> tuple[ChartOptions, str]:
     """Return the chart of cost over search time, and its label.
@@ -98,7 +98,9 @@ def convergence(
     return options, f"{words['best']} {best:,.2f} {unit}".strip()
 
 
-def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str) -> tuple[ChartOptions, str]:
+def learning_chart(
+    rows: ChartRows, bound: float | None, unit: str, words: ChartWords, by: str
+) -> tuple[ChartOptions, str]:
     """Return the chart of an ant or firefly search, and its label.
 
     It shows the best, mean and worst cost per iteration, the overall best cost and the λ-branching factor. `rows`
@@ -130,7 +132,7 @@ def learning(rows: ChartRows, bound: float | None, unit: str, words: ChartWords,
     return options, label + (f", {words['branching']} {branching[-1][1]:.2f}" if branching else "")
 
 
-def runs(
+def run_curves(
     curves: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords, by: str
 ) -> tuple[ChartOptions, str]:
     """Return the chart of all curves (`lab.tables.curves_as_json`), with the mean per algorithm, and its label."""
@@ -160,7 +162,9 @@ def _mean(curves: Sequence[Sequence[tuple[float, float]]]) -> list[tuple[float, 
     return [(at, fmean(p[bisect_right(x, at) - 1][1] for p, x in zip(curves, starts, strict=True))) for at in places]
 
 
-def boxes(algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords) -> tuple[ChartOptions, str]:
+def box_plots(
+    algorithms: Sequence[Mapping[str, Any]], bound: float | None, words: ChartWords
+) -> tuple[ChartOptions, str]:
     """Return Tukey box plots of each algorithm's tour lengths (`lab.tables.experiment_as_json`), and their label."""
     names = [row["algorithm"] for row in algorithms]
     values = [v for row in algorithms for v in (row["low"], row["high"], *row["outliers"])]
@@ -199,7 +203,7 @@ def boxes_style(algorithms: Sequence[Any]) -> str:
     return f"height: {len(algorithms) * _BOX_ROW + _BOX_FOOT}px"
 
 
-def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
+def brightness_chart(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions, str]:
     """Return a bar chart of the brightness of each firefly, with the brightest marked, and the label of the chart."""
     most = max(values)
     colours = ["var(--accent)" if value == most else "var(--idle)" for value in values]
@@ -215,7 +219,7 @@ def brightness(values: Sequence[float], words: ChartWords) -> tuple[ChartOptions
     return options, f"{words['best']} {most:.3f}"
 
 
-def bars(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
+def bar_chart(place: Element, rows: Iterable[tuple[str, float, str, bool]]) -> None:
     """Fill an element with a bar per row: (name, value, note, whether it is the best)."""
     rows = list(rows)
     most = max((value for _, value, _, _ in rows), default=0.0) or 1.0

@@ -9,7 +9,7 @@ from typing import Any
 from leafcut.processes.settings import all_options
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord
-from leafcut.studio.page.forms import changed, default_of, default_words
+from leafcut.studio.page.forms import changed_values, default_of, default_words
 from leafcut.studio.page.job_words import option_value
 from leafcut.studio.wording import Words
 from leafcut.units import format_length, format_time
@@ -80,7 +80,7 @@ def _value_at(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
     """Return the options that are set in at least one of the jobs; the other job shows its default."""
-    given = tuple(changed(record.task.options) for record in records)
+    given = tuple(changed_values(record.task.options) for record in records)
     names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
 
     def told(record: JobRecord, options: Mapping[str, Any], name: str) -> str:

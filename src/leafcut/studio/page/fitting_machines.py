@@ -40,20 +40,20 @@ def head_of(name: str, folder: Folder) -> Head | None:
     return None if machine is None else machine.head
 
 
-def fits(name: str, work: str, folder: Folder) -> bool:
+def is_suitable(name: str, work: str, folder: Folder) -> bool:
     """Return whether a machine is suitable for a kind of work; True if unknown."""
     head = head_of(name, folder)
     return head is None or registry.machine_can_do(work, head)
 
 
-def offered(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:
+def offered_machines(machines: Mapping[str, str], work: str, chosen: str, folder: Folder) -> dict[str, str]:
     """Return the machines that are suitable for a kind of work, and the `chosen` machine in any case."""
-    return {name: title for name, title in machines.items() if name == chosen or fits(name, work, folder)}
+    return {name: title for name, title in machines.items() if name == chosen or is_suitable(name, work, folder)}
 
 
-def why_not(name: str, work: str, folder: Folder, words: Words) -> str:
+def unsuitable_reason(name: str, work: str, folder: Folder, words: Words) -> str:
     """Return the reason why a machine is not suitable for a kind of work, with advice; empty if it is."""
-    if not name or fits(name, work, folder):
+    if not name or is_suitable(name, work, folder):
         return ""
     head = head_of(name, folder)
     needed = words("choose.or").join(words(f"head.{head_name}") for head_name in registry.work(work).heads)

@@ -10,7 +10,7 @@ from typing import Any
 from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.options import ANT_ALGORITHMS
-from leafcut.options.option_spec import OptionSpec, flag_name, written
+from leafcut.options.option_spec import OptionSpec, flag_name, typed_text
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.folder import OWN
@@ -201,7 +201,7 @@ def default_words(name: str, default: Any, words: Words) -> str:
         return words("form.none")
     if spec.kind == "flag":
         return words("form.on" if default else "form.off")
-    text = written(spec, default)
+    text = typed_text(spec, default)
     bare = text.removesuffix(_unit(spec))
     return bare if spec.kind in ("quantity", "percent") else text
 
@@ -226,7 +226,7 @@ def problem_with(name: str, value: Any) -> str:
     return ""
 
 
-def changed(values: Mapping[str, Any]) -> dict[str, Any]:
+def changed_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values that differ from the defaults, without options that no longer exist."""
     known, kept = {name for _, name, _ in all_options()}, {}
     for name, value in values.items():
@@ -235,16 +235,16 @@ def changed(values: Mapping[str, Any]) -> dict[str, Any]:
         spec, default = group_of(name).specs()[name], group_of(name).defaults()[name]
         is_default = value in (None, "") or value == default
         if not is_default and isinstance(value, str) and default is not None and spec.kind != "path":
-            is_default = value == written(spec, default)
+            is_default = value == typed_text(spec, default)
         if not is_default:
             kept[name] = value
     return kept
 
 
-def of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
+def values_of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the changed values of the options that apply to a kind of work."""
     known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
-    return {name: value for name, value in changed(values).items() if name in known}
+    return {name: value for name, value in changed_values(values).items() if name in known}
 
 
 def value_words(name: str, value: Any, words: Words, work: str = "") -> str:

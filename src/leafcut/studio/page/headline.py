@@ -25,7 +25,7 @@ class Headline:
         return "headline" if self.kind == "better" else f"headline {self.kind}"
 
 
-def saving(answer: dict[str, Any], words: Words) -> Headline:
+def saving_headline(answer: dict[str, Any], words: Words) -> Headline:
     """Return the time that a program saves, or the reason why it was not improved."""
     seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
     if format_time(abs(seconds)) == format_time(0.0):
@@ -66,7 +66,7 @@ def missing_words(answer: dict[str, Any], words: Words) -> str:
     return words(key, number=f"{number:,}") if number else ""
 
 
-def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
+def announcement(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     """Return the announcement of a new result for screen readers."""
     return f"{record.title}: {_summary(record, answer, words)}"
 
@@ -74,7 +74,7 @@ def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
 def _summary(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     command = record.task.command
     if command == "optimize":
-        time_saving = saving(answer, words)
+        time_saving = saving_headline(answer, words)
         proved = words("result.verified" if answer["verified"] else "result.unverified")
         large = time_saving.large if time_saving.kind == "same" else f"{time_saving.large}, {time_saving.small}"
         missing = missing_words(answer, words)

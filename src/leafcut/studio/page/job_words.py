@@ -11,7 +11,7 @@ from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord, JobState, SearchTerm
 from leafcut.studio.jobs.task import Task
-from leafcut.studio.page.forms import changed
+from leafcut.studio.page.forms import changed_values
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
@@ -21,7 +21,7 @@ _MAX_WORDS = 8
 
 def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
     """Return the choices that distinguish a job from others with the same file: machine and changed options."""
-    options = changed(task.options)
+    options = changed_values(task.options)
     machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
     choices = [machine] if task.command == "optimize" or "machine" in task.options else []
     for name, value in options.items():

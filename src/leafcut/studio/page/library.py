@@ -14,7 +14,7 @@ from leafcut.studio.folder import Folder
 KINDS = ("machines", "tools")
 
 
-def shipped(kind: str) -> list[str]:
+def shipped_names(kind: str) -> list[str]:
     """Return the names of the included files, which can be viewed and copied but not changed."""
     if kind == "machines":
         from leafcut.read.machine import shipped_machines
@@ -25,7 +25,7 @@ def shipped(kind: str) -> list[str]:
 
 def shipped_text(kind: str, name: str) -> str:
     """Return the TOML text of an included file; raise `OptionError` for an unknown name."""
-    if name not in shipped(kind):
+    if name not in shipped_names(kind):
         raise OptionError(f"unknown name '{name}' in {kind}")
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
     return file.read_text(encoding="utf-8")
@@ -39,7 +39,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
         raise OptionError(f"'{name}' is no longer in your {kind}") from None
 
 
-def check(kind: str, name: str, text: str) -> None:
+def check_profile(kind: str, name: str, text: str) -> None:
     """Check a text with the reader for such files; raise `OptionError` if it is invalid."""
     if len(text) > MAX_CHARACTERS:
         raise OptionError(f"{name}.toml: longer than {MAX_CHARACTERS:,} characters, too long for a profile")
@@ -58,18 +58,18 @@ def check(kind: str, name: str, text: str) -> None:
             raise OptionError(str(problem).replace(f"{Path(place)}{os.sep}", "")) from None
 
 
-def save(folder: Folder, kind: str, name: str, text: str) -> None:
+def save_profile(folder: Folder, kind: str, name: str, text: str) -> None:
     """Check a text and save it as one of the user's own files.
 
     Raise `OptionError` if the text or the name is invalid, or if the name belongs to an included machine.
     """
     folder.own_path(kind, name)
-    if kind == "machines" and name in shipped(kind):
+    if kind == "machines" and name in shipped_names(kind):
         raise OptionError(f"'{name}' is a built-in machine; give yours another name")
-    check(kind, name, text)
+    check_profile(kind, name, text)
     folder.save_own(kind, name, text)
 
 
-def delete(folder: Folder, kind: str, name: str) -> None:
+def delete_profile(folder: Folder, kind: str, name: str) -> None:
     """Delete one of the user's own files."""
     folder.own_path(kind, name).unlink(missing_ok=True)

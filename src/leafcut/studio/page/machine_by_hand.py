@@ -10,7 +10,7 @@ from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import JogPad, box, button, text
 from leafcut.studio.page.machine_fields import Field, enable
 from leafcut.studio.page.page_state import View
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 
 if TYPE_CHECKING:
     from leafcut.studio.page.panel_machine import MachinePanel
@@ -112,7 +112,7 @@ class ByHandPanel:
         """Update the position, and enable the actions that are possible now."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
-                words = "–" if place is None or not state.open else fixed(place[axis], 3)
+                words = "–" if place is None or not state.open else to_fixed(place[axis], 3)
                 if cell.text != words:
                     cell.set_text(words)
         asked = state.question is not None

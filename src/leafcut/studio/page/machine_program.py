@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
 from leafcut.model.machine import XYZ
-from leafcut.sender.by_hand import fed_box
 from leafcut.sender.job import SendJob, accepted_codes
+from leafcut.sender.jogging import box_of_cuts
 from leafcut.sender.resuming import number_in_mm
 from leafcut.sender.run import Request
 from leafcut.studio.drawing.canvas import Canvas
@@ -198,7 +198,7 @@ class MachineProgramPanel:
         if job is self._drawn or (job is not None and self._drawn is not None and job.program is self._drawn.program):
             return
         self._drawn = job
-        self._box = None if job is None else fed_box(job)
+        self._box = None if job is None else box_of_cuts(job)
         self.empty.set_visibility(job is None)
         self.canvas.set_visibility(job is not None)
         if job is None:

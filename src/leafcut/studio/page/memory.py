@@ -8,9 +8,9 @@ from urllib.parse import urlencode
 
 from nicegui import Client
 
-from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.page.elements import Address
-from leafcut.studio.page.kept_state import KeptState, has_choices
+from leafcut.studio.page.saved_state import KeptState, has_choices
+from leafcut.studio.saved_pages import KeptPages
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -39,7 +39,7 @@ class Memory:
         self._history = Address(on_address)
         self._seen = lambda: client.has_socket_connection
         client.on_connect(self.hold)
-        client.on_delete(lambda: self._kept.let_go(self._seen))
+        client.on_delete(lambda: self._kept.release(self._seen))
 
     def hold(self) -> None:
         """Claim the name. If another open page has it (a duplicated tab), continue under a new name."""
@@ -66,7 +66,7 @@ class Memory:
         self._kept.put(self.name, text)
         return True
 
-    def begin_other(self) -> None:
+    def save_and_rename(self) -> None:
         """Save the state and continue under a new name, because another input may be opened."""
         state = self._page.state()
         if self._left or not (state["source"] or state["job"] or state["parts"]):

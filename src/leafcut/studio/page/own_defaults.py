@@ -10,9 +10,9 @@ from typing import Any
 
 from leafcut.errors import LeafcutError
 from leafcut.files.user_files import defaults_file
-from leafcut.files.whole_files import decoded, toml_bytes
+from leafcut.files.whole_files import decode_text, toml_bytes
 from leafcut.processes import registry
-from leafcut.processes.settings import collect, group_of, placed_in, placed_options, unused_options
+from leafcut.processes.settings import collect_settings, group_of, placed_options, resolve_files, unused_options
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.task import OWN_KINDS
 
@@ -49,7 +49,7 @@ def own_defaults(folder: Folder) -> OwnDefaults:
         for entry in placed_options(file):
             name, value = entry.name, entry.value
             if group_of(name).specs()[name].names_file(str(value)):
-                path = Path(placed_in(file.parent, {name: value})[name])
+                path = Path(resolve_files(file.parent, {name: value})[name])
                 value, defaults.shown[name] = _copied(path, name, folder), path.name
             defaults.values[name] = value if isinstance(value, bool) else _typed(value)
             defaults.places[name] = f"{file.name}:{entry.line}" if entry.line else file.name
@@ -64,7 +64,7 @@ def _copied(path: Path, name: str, folder: Folder) -> str:
     kind = OWN_KINDS.get(name)
     if kind is None:
         return folder.add_input(path.name, data)
-    text = decoded(data)[0]
+    text = decode_text(data)[0]
     called = re.sub(r"[^a-z0-9_-]+", "-", path.stem.lower()).strip("-_")[:40] or "shop"
     if called in folder.own_names(kind) and folder.own_path(kind, called).read_text(encoding="utf-8") != text:
         called += "-defaults"  # never overwrite a file of the user's library
@@ -83,5 +83,5 @@ def without_idle(
     known = next((kind for kind in registry.works() if kind.name == work), None)
     if known is None or not usual.keys() & options.keys():
         return dict(options)
-    idle = unused_options(collect(options), known, input_kind)
+    idle = unused_options(collect_settings(options), known, input_kind)
     return {name: value for name, value in options.items() if name not in usual or name not in idle}

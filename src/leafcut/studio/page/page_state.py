@@ -95,7 +95,7 @@ class View:
         """
         try:
             values = dict(self.values)  # the user may type meanwhile
-            known = forms.of_work(work, values) if work else forms.changed(values)
+            known = forms.values_of_work(work, values) if work else forms.changed_values(values)
             options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
             seen: Preview = reading.run(preview, call.sources[0], work, call.options, on_message=on_message)
@@ -121,7 +121,7 @@ class View:
     def studied(self) -> bool:
         """Whether the search is an algorithm of the literature, which can be watched step by step."""
         chosen = str(self.values.get("algorithm") or "auto")
-        return "algorithm" in forms.of_work(self.work, self.values) and chosen in LITERATURE
+        return "algorithm" in forms.values_of_work(self.work, self.values) and chosen in LITERATURE
 
     def follow_study(self) -> None:
         """Turn local search off when an algorithm of the literature is chosen for a map, and on again afterwards.
@@ -136,12 +136,12 @@ class View:
         elif not self.for_study:
             self.put("local_search", "")
 
-    def leave_unfit(self) -> str:
+    def leave_unsuitable_machine(self) -> str:
         """Reset options of an earlier input that do not suit this input; return a message for the user, or ""."""
         if self.values.get("pixel_size") and self.seen is not None and self.seen.format != "picture":
             self.put("pixel_size", "")
         machine = str(self.values.get("machine") or "")
-        if not fitting_machines.why_not(machine, self.work, self.studio.folder, self.words):
+        if not fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words):
             return ""
         self.put("machine", "")
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
@@ -165,16 +165,16 @@ class View:
         self.kept = self.values.keys() - self.usual.keys()
 
     @property
-    def wrong(self) -> dict[str, str]:
+    def invalid_values(self) -> dict[str, str]:
         """Errors of the options that apply to the chosen kind of work: name → message."""
-        known = forms.of_work(self.work, self.values)
+        known = forms.values_of_work(self.work, self.values)
         return {name: line for name, line in self.problems.items() if name in known}
 
     @property
     def problems(self) -> dict[str, str]:
         """Errors of the values, individually and for the chosen kind of work: name → message."""
         machine = str(self.values.get("machine") or "")
-        line = fitting_machines.why_not(machine, self.work, self.studio.folder, self.words)
+        line = fitting_machines.unsuitable_reason(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": line} if line else self.errors
 
     def take_defaults(self) -> str:
@@ -243,7 +243,7 @@ class View:
         """Return the options form for the chosen kind of work."""
         tools = self.studio.folder.own_names("tools")
         chosen = str(self.values.get("machine") or "")
-        machines = fitting_machines.offered(self._machines(), self.work, chosen, self.studio.folder)
+        machines = fitting_machines.offered_machines(self._machines(), self.work, chosen, self.studio.folder)
         return forms.form(
             self.work,
             self.values,
@@ -257,7 +257,7 @@ class View:
 
     def cut_form(self) -> list[dict[str, Any]]:
         """Return the form with the options for cutting nested sheets."""
-        machines = fitting_machines.offered(self._machines(), "cut", "", self.studio.folder)
+        machines = fitting_machines.offered_machines(self._machines(), "cut", "", self.studio.folder)
         return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", machines, self._menus("cut"))
 
     def _menus(self, work: str) -> Menus:
@@ -270,7 +270,7 @@ class View:
         wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
         if wrong:
             raise OptionError(f"{flag_name(wrong[0])}: {self.errors[wrong[0]]}")
-        return {name: value for name, value in forms.of_work("cut", self.values).items() if name != "quantity"}
+        return {name: value for name, value in forms.values_of_work("cut", self.values).items() if name != "quantity"}
 
     def _machines(self) -> dict[str, str]:
         own_names = self.studio.folder.own_names("machines")
@@ -300,7 +300,7 @@ class View:
         process = self.process if self.work == "program" else work.process
         origin = self.origin if self.work == "cut" else ""
         kind = self.seen.format if self.seen is not None else ""
-        options = without_idle(forms.of_work(self.work, self.values), self.usual, self.work, kind)
+        options = without_idle(forms.values_of_work(self.work, self.values), self.usual, self.work, kind)
         return Task(work.command, inputs, process, options, origin)
 
     def command_line(self) -> str:

@@ -8,18 +8,18 @@ import logging
 import math
 import time
 from contextlib import suppress
+from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 from fastapi import Request
 from nicegui import Client, background_tasks, ui
 
+from leafcut.studio.drawing.canvas import STATIC
 from leafcut.studio.folder import Folder
 from leafcut.studio.page.badge import Badge
 from leafcut.studio.page.elements import box, button, link, text
-from leafcut.studio.page.head import LEAF, first_bar, head
 from leafcut.studio.page.help_dialog import VIEWS, help_dialog
-from leafcut.studio.page.kept_state import KeptState, kept_state, restore
 from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
@@ -29,7 +29,8 @@ from leafcut.studio.page.panel_library import LibraryPanel
 from leafcut.studio.page.panel_machine import MachinePanel, StopBar
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
-from leafcut.studio.wording import LANGUAGES, Words, preferred, words
+from leafcut.studio.page.saved_state import KeptState, kept_state, restore
+from leafcut.studio.wording import LANGUAGES, Words, preferred_language, words
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -44,6 +45,16 @@ _MAX_UNSEEN = 20
 _TIDY_SECONDS = 1.0
 #: Polling interval for running jobs, s; short enough for a result to appear at once.
 _TICK = 0.05
+
+LEAF = (
+    '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
+    '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
+)
+
+_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
+#: Must run before painting, because it sets the light or dark theme.
+_FIRST_SCRIPT = "shell.js"
+_MODULES = ("focus.js", "badge.js", "machine_stop.js", "picture.js")
 
 
 def add_pages(app: FastAPI, studio: Studio) -> None:
@@ -108,7 +119,7 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
         saved = kept.read_text(encoding="utf-8")
         if saved in LANGUAGES:
             return saved
-    return preferred(request.headers.get("accept-language", ""))
+    return preferred_language(request.headers.get("accept-language", ""))
 
 
 class Page:
@@ -314,7 +325,7 @@ class Page:
         if record is None:
             self.show_message(self.words("jobs.gone"), True)
             return
-        self.memory.begin_other()
+        self.memory.save_and_rename()
         self.view.job = job
         self.show("work")
         self.run.watch()
@@ -325,9 +336,9 @@ class Page:
         self.run.draw()
         self.result.draw()
 
-    def begin_other(self) -> None:
+    def save_and_rename(self) -> None:
         """Save the choices for Back, because another input may be opened."""
-        self.memory.begin_other()
+        self.memory.save_and_rename()
 
     def stay(self) -> None:
         """Continue with the current input, because no other input was opened."""
@@ -351,3 +362,19 @@ class Page:
             self.jobs.tick()
         elif self.shown == "lab":
             self.lab.tick()
+
+
+@cache
+def head() -> str:
+    """Return the style sheets and scripts as HTML."""
+    # Browsers cache by address, so a newer file gets a new address.
+    newest = int(max(file.stat().st_mtime for file in STATIC.iterdir()))
+    styles = [f'<link rel="stylesheet" href="/static/{name}?{newest}">' for name in _STYLES]
+    first = f'<script src="/static/{_FIRST_SCRIPT}?{newest}"></script>'
+    modules = [f'<script type="module" src="/static/{name}?{newest}"></script>' for name in _MODULES]
+    return "".join([*styles, first, *modules])
+
+
+def first_bar() -> str:
+    """Return the HTML of the top bar that is visible until the page has loaded."""
+    return f'<div class="boot" aria-hidden="true"><div class="mark">{LEAF}<b>leafcut</b><span>studio</span></div></div>'

@@ -117,7 +117,7 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
     wrong = next((name for name in view.errors if name in known), None)
     if wrong is not None:
         raise OptionError(f"{flag_name(wrong)}: {view.errors[wrong]}")
-    return {name: value for name, value in forms.changed(view.values).items() if name in known}
+    return {name: value for name, value in forms.changed_values(view.values).items() if name in known}
 
 
 def label(name: str) -> str:

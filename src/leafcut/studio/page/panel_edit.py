@@ -30,7 +30,7 @@ _SAME = 1e-6
 _EDITABLE = ("order", "plan")
 
 
-def edited_of(history: History, job: str) -> Edited | None:
+def edited_order_of(history: History, job: str) -> Edited | None:
     """Return the editable order of a job's result, or None."""
     order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
     if order is not None and holes is not None:
@@ -43,7 +43,7 @@ def edited_of(history: History, job: str) -> Edited | None:
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedOrder:
     """A run with an edited order, and the previous state, which is restored if the run fails."""
 
     edited: Edited
@@ -63,7 +63,7 @@ class EditPanel:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0
-        self._tried: Tried | None = None
+        self._tried: TriedOrder | None = None
         #: Result of `kept` for an order whose editing resumes when its result is shown.
         self._waiting: dict[str, Any] | None = None
         #: Length of the straight travel moves at the start of editing, mm.
@@ -95,7 +95,7 @@ class EditPanel:
 
     def start(self, record: JobRecord) -> None:
         """Start editing the result of a job."""
-        edited = edited_of(self.view.studio.history, record.id)
+        edited = edited_order_of(self.view.studio.history, record.id)
         if edited is None:
             self.page.show_message(self.view.words("edit.cannot"), True)
             return
@@ -117,7 +117,7 @@ class EditPanel:
         kept, self._waiting = self._waiting, None
         if kept is None or self.view.job is None or kept.get("job") != self.view.job:
             return
-        edited = edited_of(self.view.studio.history, self.view.job)
+        edited = edited_order_of(self.view.studio.history, self.view.job)
         if edited is not None:
             self._before = _length(edited.stops())
             edited.take_plain(kept)
@@ -263,7 +263,7 @@ class EditPanel:
         view.put_for_input("plan", input_id, name)
         self.page.input.draw()
         self.page.run.start()
-        self._tried = Tried(edited, base, sheet, view.job, value, shown)
+        self._tried = TriedOrder(edited, base, sheet, view.job, value, shown)
         if view.job == base:
             self.take_back()
 
@@ -287,7 +287,7 @@ class EditPanel:
 def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
     """Return whether a job has a result that can be edited."""
     if record.task.options.get("chains"):
-        return edited_of(history, record.id) is not None  # a result with chains cannot be edited
+        return edited_order_of(history, record.id) is not None  # a result with chains cannot be edited
     return any(name in files for name in _EDITABLE)
 
 

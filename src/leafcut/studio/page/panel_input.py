@@ -15,8 +15,8 @@ from leafcut.options.removed import why_removed
 from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.preview import Preview
-from leafcut.studio.jobs.sheets import SheetOfNest, take
-from leafcut.studio.jobs.task import Task, called, parts_of
+from leafcut.studio.jobs.sheets import SheetOfNest, upload_sheet
+from leafcut.studio.jobs.task import Task, display_name, parts_of
 from leafcut.studio.page import forms
 from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.forms import plain_field, plain_group
@@ -182,7 +182,7 @@ class InputPanel:
             return
         before = {k: v.copy() if isinstance(v, dict | list | set) else v for k, v in vars(view).items()}
         edit, shown = self.page.run.edit.kept(), self.page.result.kept()
-        self.page.begin_other()
+        self.page.save_and_rename()
         view.take(source, name or source)
         self.page.run.leave()
         taken = {kind: dict(getattr(view, kind)) for kind in _TYPED}
@@ -190,7 +190,7 @@ class InputPanel:
             return
         broken = not view.source or (view.seen is not None and view.seen.broken)
         if not broken or not before["source"]:
-            if not broken and (left := view.leave_unfit()):
+            if not broken and (left := view.leave_unsuitable_machine()):
                 if not await self.read(view.work):
                     return
                 self.page.show_message(left)
@@ -219,11 +219,11 @@ class InputPanel:
         """Open a sheet of a nest for cutting."""
         view, self._run_wanted = self.view, False
         try:
-            source = take(view.studio.jobs, sheet)
+            source = upload_sheet(view.studio.jobs, sheet)
         except LeafcutError as problem:
             self.page.show_message(str(problem), True)
             return
-        self.page.begin_other()
+        self.page.save_and_rename()
         view.take(source, sheet.file, sheet.origin)
         self.page.run.leave()
         view.put_for_input("quantity", str(sheet.count) if sheet.count > 1 else "")
@@ -329,7 +329,7 @@ class InputPanel:
             return
         if work == "nest":
             self.parts.adopt()
-            self.view.leave_unfit()  # a nest has no machine
+            self.view.leave_unsuitable_machine()  # a nest has no machine
         self.draw()
 
     def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
@@ -425,7 +425,7 @@ class InputPanel:
 
     def _named(self, word: str) -> str:
         if word.startswith(BUILT_IN):
-            return called(word)
+            return display_name(word)
         try:
             return self.view.studio.folder.input_path(word.partition(":")[0]).name
         except LeafcutError:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
 from leafcut.lab.loading import shipped, shipped_names
-from leafcut.lab.own_part import OWN_PART, compare_on, what_differs
+from leafcut.lab.own_experiment import OWN_PART, compared_option_values, comparison_experiment
 from leafcut.lab.results import Results, number
 from leafcut.lab.store import Row
 from leafcut.report.wording import time_words
@@ -97,7 +97,7 @@ class LabPanel:
 
     def _published(self) -> None:
         w = self.view.words
-        experiment = self.lab.described(self.chosen, self.reduced)
+        experiment = self.lab.description_of(self.chosen, self.reduced)
         text("h2", experiment.title, lang="en")
         text("p", " ".join(experiment.about.split()), "", lang="en")
         if experiment.source:
@@ -105,7 +105,7 @@ class LabPanel:
         with box("div", "actions"):
             for reduced in (False, True):
                 pressed = "true" if reduced == self.reduced else "false"
-                n = self.lab.described(self.chosen, reduced).n_runs
+                n = self.lab.description_of(self.chosen, reduced).n_runs
                 words = w("lab.short" if reduced else "lab.whole", runs=f"{n:,}")
                 button(words, lambda reduced=reduced: self._form(reduced), "small", aria_pressed=pressed)
         if self.reduced:
@@ -125,7 +125,7 @@ class LabPanel:
         if not view.source or view.work not in _COMPARABLE:
             text("p", w("lab.no_source" if not view.source else "lab.no_ways"), "hint", role="note")
         else:
-            option, names = what_differs(self._command())
+            option, names = compared_option_values(self._command())
             flags = [plain_field(n, label(n), "flag", help=w.table.get(f"algorithm.{n}", "")) for n in names]
             groups = [plain_group(plain_field("runs", w("bench.runs"), help=w("bench.runs_help")), *flags)]
             form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.show_message(line, True))
@@ -142,7 +142,7 @@ class LabPanel:
         return task.command if task.command == "solve" or task.process == "auto" else task.process
 
     def _put(self, name: str, value: Any, _: str) -> None:
-        option = what_differs(self._command())[0]
+        option = compared_option_values(self._command())[0]
         if name == "runs":
             self.runs = str(value).strip() or _RUNS
         elif value:
@@ -157,10 +157,10 @@ class LabPanel:
             if not self.runs.isdecimal():
                 raise OptionError(f"{words('bench.runs')}: '{self.runs}' is not a whole number")
             ready, command = prepare(view.task(), view.studio.folder), self._command()
-            option, names = what_differs(command)
+            option, names = compared_option_values(command)
             values = [name for name in names if name in self.ways[option]]
             options = {k: v for k, v in ready.options.items() if k != option}
-            self._start(compare_on(view.name, ready.sources[0], command, options, values, int(self.runs)))
+            self._start(comparison_experiment(view.name, ready.sources[0], command, options, values, int(self.runs)))
         except Exception as problem:
             self.page.show_message(view.studio.folder.without_paths(line_of(problem)), True)
 

@@ -47,7 +47,7 @@ class LibraryPanel:
         """Show the list and the selected profile."""
         w, folder = self.view.words, self.view.studio.folder
         if not self.chosen:
-            self.chosen = library.shipped(self.kind)[0]
+            self.chosen = library.shipped_names(self.kind)[0]
         self.place.clear()
         with self.place:
             text("h1", w(f"top.{self.kind}"))
@@ -60,7 +60,7 @@ class LibraryPanel:
                     for name in own_names:
                         self._entry(name, True)
                     text("h2", w("library.shipped"), "minor")
-                    for name in library.shipped(self.kind):
+                    for name in library.shipped_names(self.kind):
                         self._entry(name, False)
                 with box("section", "card", aria_label=self.chosen):
                     self._detail()
@@ -138,7 +138,7 @@ class LibraryPanel:
 
     def _body(self) -> None:
         w, self.form, self.editor = self.view.words, None, None
-        data = profile_form.parsed(self.now)
+        data = profile_form.parse_profile(self.now)
         if self.tab == "toml":
             self.editor = Editor(self.now, self._typed if self.own else None, f"{self.chosen}.toml")
         elif data is None:
@@ -154,7 +154,7 @@ class LibraryPanel:
         groups = self._groups(data, table)
         form = self.form = Form(groups, words, self._put, lambda _: None, fixed=not self.own)
         form.classes("profile")
-        form.show(profile_form.values(self.array, table))
+        form.show(profile_form.form_values(self.array, table))
 
     def _groups(self, data: dict[str, Any], table: Any) -> list[dict[str, Any]]:
         groups = profile_form.groups(self.view.words, self.array, data)
@@ -164,7 +164,7 @@ class LibraryPanel:
 
     def _tools(self, data: dict[str, Any]) -> None:
         w = self.view.words
-        entries = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
+        entries = {array: profile_form.entries_of(data, array) for array in profile_form.ARRAYS}
         if self.entry >= len(entries[self.array]):
             self.array, self.entry = "tool", 0
         with box("div", "tool-form"):
@@ -196,11 +196,11 @@ class LibraryPanel:
         self.draw()
 
     def _add(self, array: str) -> None:
-        if self._edit(lambda words: profile_form.added(words, array)):
-            self._pick(array, len(profile_form.entries(profile_form.parsed(self.now) or {}, array)) - 1)
+        if self._edit(lambda words: profile_form.add_entry(words, array)):
+            self._pick(array, len(profile_form.entries_of(profile_form.parse_profile(self.now) or {}, array)) - 1)
 
     def _remove(self) -> None:
-        if self._edit(lambda words: profile_form.removed(words, self.array, self.entry)):
+        if self._edit(lambda words: profile_form.remove_entry(words, self.array, self.entry)):
             self._pick(self.array, max(self.entry - 1, 0))
 
     def _edit(self, change: Callable[[str], str]) -> bool:
@@ -215,15 +215,15 @@ class LibraryPanel:
         return True
 
     def _put(self, name: str, value: Any, _: str) -> None:
-        if not self._edit(lambda words: profile_form.put(words, self.array, self.entry, name, value)):
+        if not self._edit(lambda words: profile_form.set_value(words, self.array, self.entry, name, value)):
             return
-        data = profile_form.parsed(self.now) or {}
-        rows = profile_form.entries(data, self.array) if self.array else [data]
+        data = profile_form.parse_profile(self.now) or {}
+        rows = profile_form.entries_of(data, self.array) if self.array else [data]
         if self.form is not None and self.entry < len(rows):
             row = rows[self.entry]
             if self.array and self._title is not None:
                 self._title.set_text(profile_form.entry_title(self.array, row))
-            self.form.show(profile_form.values(self.array, row), groups=self._groups(data, row))
+            self.form.show(profile_form.form_values(self.array, row), groups=self._groups(data, row))
         self._check()
 
     def _typed(self, words: str) -> None:
@@ -249,7 +249,7 @@ class LibraryPanel:
             return
         problem, place = "", TomlPlace()
         try:
-            library.check(self.kind, self.chosen, self.now)
+            library.check_profile(self.kind, self.chosen, self.now)
         except LeafcutError as refusal:
             problem = str(refusal)
             place = place_of(self.now, problem)
@@ -271,7 +271,7 @@ class LibraryPanel:
             self.editor.run_method("go")
 
     def _copy(self, words: str) -> None:
-        taken = {*self.view.studio.folder.own_names(self.kind), *library.shipped(self.kind)}
+        taken = {*self.view.studio.folder.own_names(self.kind), *library.shipped_names(self.kind)}
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
         name = next(name for name in names if name not in taken)
@@ -279,7 +279,7 @@ class LibraryPanel:
 
     def _renamed(self, words: str, shown: str, name: str) -> str:
         """Return a machine profile with its own name replaced. Other profiles are returned unchanged."""
-        return profile_form.renamed(words, shown, name) if self.kind == "machines" else words
+        return profile_form.rename_profile(words, shown, name) if self.kind == "machines" else words
 
     def _save(self, name: str) -> None:
         if not self._as_shown():
@@ -295,7 +295,7 @@ class LibraryPanel:
 
     def _keep(self, name: str, words: str) -> bool:
         try:
-            library.save(self.view.studio.folder, self.kind, name, words)
+            library.save_profile(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:
             self.page.show_message(line_of(problem), True)
             return False
@@ -306,7 +306,7 @@ class LibraryPanel:
         return True
 
     def _delete(self) -> None:
-        library.delete(self.view.studio.folder, self.kind, self.chosen)
+        library.delete_profile(self.view.studio.folder, self.kind, self.chosen)
         self.drafts.pop(self.chosen, None)
-        self.choose(library.shipped(self.kind)[0], False)
+        self.choose(library.shipped_names(self.kind)[0], False)
         self.page.input.draw()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
+
+from nicegui import ui
 
 from leafcut.model.snapshot import Snapshot
 from leafcut.studio.drawing.canvas import Canvas
@@ -11,11 +14,19 @@ from leafcut.studio.drawing.scene import path_scene, pheromone_scene
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.jobs import LiveJob
 from leafcut.studio.jobs.search_watch import Watch
-from leafcut.studio.page.charts import Chart, SwitchedChart, bars, brightness, convergence, learning
+from leafcut.studio.page.charts import (
+    Chart,
+    SwitchedChart,
+    bar_chart,
+    brightness_chart,
+    convergence_chart,
+    learning_chart,
+)
 from leafcut.studio.page.elements import Form, box, button, text
 from leafcut.studio.page.forms import plain_field, plain_group
+from leafcut.studio.page.lesson import lesson
 from leafcut.studio.page.page_state import View
-from leafcut.studio.page.panel_lesson import LessonPanel
+from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -25,6 +36,9 @@ if TYPE_CHECKING:
 _MAX_POINTS, _MAX_WORKERS = 300, 8
 #: Speeds of a search: no limit, steps per second, or step by step.
 PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
+
+#: Minimum interval between two explanations of a search that is not paused, s: time to read.
+_EVERY = 1.0
 
 
 def watch_of(pace: str) -> Watch:
@@ -120,7 +134,7 @@ class LivePanel:
         self.learning.place.set_visibility(bool(rows))
         if rows:
             self.chart.place.set_visibility(False)
-            self.learning.show(lambda by: learning(rows, bound, unit, words, by))
+            self.learning.show(lambda by: learning_chart(rows, bound, unit, words, by))
             return
         points = [(seconds, cost) for seconds, cost, step in live.points if step == latest.step]
         self.chart.place.set_visibility(bool(points))
@@ -128,7 +142,7 @@ class LivePanel:
             start_s = points[0][0]
             shown = [(seconds - start_s, cost) for seconds, cost in points[:: len(points) // _MAX_POINTS + 1]]
             shown.append((points[-1][0] - start_s, points[-1][1]))
-            self.chart.show(*convergence(shown, bound, unit, words, live.latest_s - start_s))
+            self.chart.show(*convergence_chart(shown, bound, unit, words, live.latest_s - start_s))
 
     def _draw(self, snapshot: Snapshot) -> None:
         if len(snapshot.path):
@@ -148,7 +162,7 @@ class LivePanel:
             self._floor = darkest if self._floor is None else min(self._floor, darkest)
             spread = max(float(values.max()) - self._floor, 1e-300)
             shown = ((values - self._floor) / spread * 0.95 + 0.05).tolist()
-            self.brightness.show(*brightness(shown, w.section("chart")))
+            self.brightness.show(*brightness_chart(shown, w.section("chart")))
 
     def _show_workers(self, snapshot: Snapshot) -> None:
         w = self.view.words
@@ -160,7 +174,7 @@ class LivePanel:
                 (f"{w('canvas.worker')} {o.worker}", o.seconds, w("run.ants", number=f"{o.ants:,}"), o.best <= best)
                 for o in workers
             )
-            bars(self.workers, rows)
+            bar_chart(self.workers, rows)
 
     def _job(self) -> LiveJob | None:
         return self.view.studio.jobs.live(self.view.job or "")
@@ -199,3 +213,33 @@ def pace_field(view: View) -> dict[str, object]:
     """Return a form group with one field for the speed of a search."""
     w = view.words
     return plain_group(plain_field("pace", w("run.pace"), choices=[[pace, w(f"pace.{pace}")] for pace in PACES]))
+
+
+class LessonPanel:
+    """The card that explains the latest step of a search."""
+
+    def __init__(self, words: Words) -> None:
+        self.words = words
+        self._shown: tuple[Snapshot | None, float] = (None, -math.inf)
+        with box("section", "lesson", aria_label=words("lesson.title")) as self.place:
+            self.title = text("h3", words("lesson.title"))
+            self.content = ui.html("", sanitize=False)
+
+    def clear(self) -> None:
+        """Hide the explanation."""
+        self._shown = (None, -math.inf)
+        self.place.set_visibility(False)
+
+    def show(self, snapshot: Snapshot | None, paused: bool) -> None:
+        """Explain the current step of a search.
+
+        If it is not paused, at most one step per `_EVERY` seconds is explained.
+        """
+        seen, shown_at = self._shown
+        now = time.monotonic()
+        if snapshot is None or snapshot.step is None or snapshot is seen or (now < shown_at + _EVERY and not paused):
+            return
+        self._shown = (snapshot, now)
+        self.place.set_visibility(True)
+        self.title.set_text(self.words("lesson.step", number=f"{snapshot.iteration:,}"))
+        self.content.set_content(lesson(snapshot.step, self.words))

@@ -148,7 +148,7 @@ class MachinePanel:
         self._ticks += 1
         connected = self._client.has_socket_connection
         if connected and self._ticks % _EVERY == 0:
-            self.link.alive(self.key, adopt=shown)
+            self.link.record_page(self.key, adopt=shown)
         if shown and connected and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
             background_tasks.create(self.draw())
         state = self.link.state

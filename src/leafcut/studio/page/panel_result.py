@@ -17,10 +17,10 @@ from leafcut.studio.page.panel_program import is_program, show_made, show_opened
 from leafcut.studio.page.panel_search import draw_searches
 from leafcut.studio.page.panel_strategies import StrategiesPanel
 from leafcut.studio.page.panel_study import StudyPanel
-from leafcut.studio.page.panel_tried import TriedPanel
+from leafcut.studio.page.panel_trials import TriedPanel
 from leafcut.studio.page.stale_mark import StaleMark
 from leafcut.studio.wording import Words
-from leafcut.units import fixed, format_length, format_time
+from leafcut.units import format_length, format_time, to_fixed
 
 if TYPE_CHECKING:
     from nicegui.element import Element
@@ -84,13 +84,13 @@ class ResultPanel:
         self.tab, self._opened = kept
         self.draw()
 
-    def arrive(self, record: JobRecord) -> None:
+    def show_new_result(self, record: JobRecord) -> None:
         """Show a new result from its first figures. It is announced without taking the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
         if answer is not None:
-            self.page.announce(headline.announced(record, answer, self.view.words))
+            self.page.announce(headline.announcement(record, answer, self.view.words))
 
     def draw(self) -> None:
         """Show the result of the job, or the reason why it has no result."""
@@ -189,11 +189,11 @@ class ResultPanel:
         command = record.task.command
         if command == "verify":
             self._verdict(answer)
-        self._warned(answer)
+        self._warning_list(answer)
         if command == "nest":
             self.nest.draw(record, answer)
         elif command == "optimize":
-            self._from_nest(record)
+            self._nest_link(record)
             self._saved(record, answer)
         elif command == "solve":
             self._tour(answer)
@@ -204,14 +204,14 @@ class ResultPanel:
         else:
             self._times(answer)
 
-    def _from_nest(self, record: JobRecord) -> None:
+    def _nest_link(self, record: JobRecord) -> None:
         job, _, place = record.task.origin.partition("/")
         if job and self.view.studio.jobs.record(job) is not None:
             variant, number = (int(word) for word in place.split("/"))
             words = self.view.words("nest.back", variant=variant, number=number)
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
 
-    def _warned(self, answer: dict[str, Any]) -> None:
+    def _warning_list(self, answer: dict[str, Any]) -> None:
         """Show the most important messages first: missing work, dangers, and the first warnings."""
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
@@ -238,7 +238,7 @@ class ResultPanel:
 
     def _saved(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
-        saving = headline.saving(answer, w)
+        saving = headline.saving_headline(answer, w)
         text("p", saving.large, saving.classes)
         text("p", saving.small, "under")
         if answer["gap_percent"] is not None:
@@ -359,7 +359,9 @@ class ResultPanel:
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
         draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w)
-        limits = [[axis.upper(), fixed(low, 3), fixed(high, 3)] for axis, (low, high) in answer["extents"].items()]
+        limits = [
+            [axis.upper(), to_fixed(low, 3), to_fixed(high, 3)] for axis, (low, high) in answer["extents"].items()
+        ]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
 
     def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ from nicegui.events import GenericEventArguments
 from leafcut.errors import OptionError
 from leafcut.options.option_spec import flag_name
 from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
-from leafcut.studio.drawing.solid import in_words
+from leafcut.studio.drawing.solid import translate_refusal
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page.elements import box, button, text
@@ -132,8 +132,8 @@ class RunPanel:
         if self.running:
             return
         try:
-            if view.wrong:
-                name, line = next(iter(view.wrong.items()))
+            if view.invalid_values:
+                name, line = next(iter(view.invalid_values.items()))
                 raise OptionError(f"{flag_name(name)}: {line}")
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
@@ -195,7 +195,7 @@ class RunPanel:
             self._announce_end(record)
         if record is not None and record.state.kept:
             self.draw()
-            self.page.result.arrive(record)
+            self.page.result.show_new_result(record)
         else:
             if not self.edit.take_back():
                 self.draw()
@@ -262,7 +262,7 @@ class RunPanel:
             }
             for layer in SOLIDS:
                 if (artefact := kept[layer]) is not None:
-                    scenes[layer] = in_words(artefact.data, view.words.plain)
+                    scenes[layer] = translate_refusal(artefact.data, view.words.plain)
             background = self._background()
             return f"{view.job}{'/whole' if background else ''}", scenes | background
         seen = view.seen
@@ -274,4 +274,4 @@ class RunPanel:
 
     def _in_page_language(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
         """Return a function that creates the scene of the stock, with a refusal in the language of the page."""
-        return lambda: in_words(make(), self.view.words.plain)
+        return lambda: translate_refusal(make(), self.view.words.plain)

@@ -8,7 +8,7 @@ from typing import Any
 from leafcut.model.study import Iteration
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.search_watch import thinned
-from leafcut.studio.page.charts import Chart, SwitchedChart, bars, convergence, learning
+from leafcut.studio.page.charts import Chart, SwitchedChart, bar_chart, convergence_chart, learning_chart
 from leafcut.studio.page.elements import box, button, link, text
 from leafcut.studio.page.page_state import View
 
@@ -25,7 +25,7 @@ def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None
         text("h3", search["name"])
         if search["history"]:
             words = view.words.section("chart")
-            Chart("chart tall").show(*convergence(search["history"], search["bound"], search["unit"], words))
+            Chart("chart tall").show(*convergence_chart(search["history"], search["bound"], search["unit"], words))
     _workers(view, answer)
 
 
@@ -41,7 +41,7 @@ def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
                 link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
         rows, words = thinned(search["iterations"], _MAX_POINTS), w.section("chart")
         SwitchedChart(words, "chart learned").show(
-            lambda by: learning(rows, search["bound"], search["unit"], words, by)
+            lambda by: learning_chart(rows, search["bound"], search["unit"], words, by)
         )
     last = Iteration(*search["iterations"][-1])
     if last.branching is not None:
@@ -64,4 +64,4 @@ def _workers(view: View, answer: dict[str, Any]) -> None:
         )
         for row in workers
     )
-    bars(box("div"), rows)
+    bar_chart(box("div"), rows)

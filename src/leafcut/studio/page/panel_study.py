@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from leafcut.studio.jobs.history import JobRecord
-from leafcut.studio.page.charts import Chart, SwitchedChart, boxes, boxes_style, runs
+from leafcut.studio.page.charts import Chart, SwitchedChart, box_plots, boxes_style, run_curves
 from leafcut.studio.page.elements import box, button, link, table, text
 from leafcut.studio.page.page_state import View
 from leafcut.units import format_time
@@ -50,11 +50,11 @@ class StudyPanel:
     def _boxes(self, answer: dict[str, Any]) -> None:
         chart = Chart("chart boxes")
         chart.place.style(boxes_style(answer["algorithms"]))
-        chart.show(*boxes(answer["algorithms"], _bound(answer), self._chart_words(answer)))
+        chart.show(*box_plots(answer["algorithms"], _bound(answer), self._chart_words(answer)))
 
     def _runs(self, answer: dict[str, Any], curves: list[dict[str, Any]]) -> None:
         words = self._chart_words(answer)
-        SwitchedChart(words, "chart study-runs").show(lambda by: runs(curves, _bound(answer), words, by))
+        SwitchedChart(words, "chart study-runs").show(lambda by: run_curves(curves, _bound(answer), words, by))
 
     def _head(self, title: str, name: str) -> None:
         w = self.view.words

@@ -29,7 +29,7 @@ def keys_of(array: str) -> tuple[ProfileKey, ...]:
     return ARRAYS[array] if array else PROFILE_KEYS
 
 
-def parsed(text: str) -> dict[str, Any] | None:
+def parse_profile(text: str) -> dict[str, Any] | None:
     """Return the data of TOML text, or None if it is invalid."""
     try:
         return tomllib.loads(text)
@@ -93,7 +93,7 @@ def _shown_default(key: ProfileKey) -> str:
     return text.partition(" ")[0] if key.unit and text.partition(" ")[2] in (BARE_UNIT[key.unit], "mm/s2") else text
 
 
-def values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
+def form_values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of the fields of a machine or of an array entry."""
     by_name = {}
     for key in keys_of(array):
@@ -111,7 +111,7 @@ def _typed(key: ProfileKey, value: Any) -> Any:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def put(text: str, array: str, number: int, name: str, value: Any) -> str:
+def set_value(text: str, array: str, number: int, name: str, value: Any) -> str:
     """Return the text with a new value for a key, in entry `number` (from 0) of an array or in a machine.
 
     An empty value removes the key. The source of a changed value becomes `BY_HAND`. Raise `OptionError` if the text
@@ -180,7 +180,7 @@ def _number(text: str) -> int | float | str:
     return text
 
 
-def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
+def entries_of(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
     """Return the entries of an array of a tool library."""
     items = data.get(array, [])
     return [item for item in items if isinstance(item, Mapping)] if isinstance(items, list) else []
@@ -196,10 +196,10 @@ def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[A
     return listed, places[number]
 
 
-def added(text: str, array: str) -> str:
+def add_entry(text: str, array: str) -> str:
     """Return the text with a new tool or recipe; raise `OptionError` if the text is invalid."""
     document = _document(text)
-    numbers = [tool.get("number") for tool in entries(document.unwrap(), "tool")]
+    numbers = [tool.get("number") for tool in entries_of(document.unwrap(), "tool")]
     known = [number for number in numbers if isinstance(number, int)]
     entry_table = tomlkit.table()
     for key, value in _NEW[array].items():
@@ -218,7 +218,7 @@ def added(text: str, array: str) -> str:
     return tomlkit.dumps(document)
 
 
-def removed(text: str, array: str, number: int) -> str:
+def remove_entry(text: str, array: str, number: int) -> str:
     """Return the text without an array entry, counted from 0; raise `OptionError` if it has none or is invalid."""
     document = _document(text)
     listed, place = _place(document, array, number)
@@ -228,7 +228,7 @@ def removed(text: str, array: str, number: int) -> str:
     return tomlkit.dumps(document)
 
 
-def renamed(text: str, shown: str, name: str) -> str:
+def rename_profile(text: str, shown: str, name: str) -> str:
     """Return the text of a machine with the name `name`, if its name was `shown`."""
     try:
         document = _document(text)

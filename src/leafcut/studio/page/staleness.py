@@ -12,7 +12,7 @@ from leafcut.processes.settings import group_of
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart
-from leafcut.studio.jobs.task import OWN_KINDS, Task, called, parts_of
+from leafcut.studio.jobs.task import OWN_KINDS, Task, display_name, parts_of
 from leafcut.studio.page import forms
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import work_of
@@ -85,7 +85,7 @@ def _part_text(part: WantedPart | None, words: Words) -> str:
 
 
 def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
-    before, after = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
+    before, after = forms.values_of_work(work, task.options), forms.values_of_work(view.work, view.values)
     names = dict.fromkeys([*before, *after])
     if work != view.work:  # the change of work covers options that only one of the two has
         shared = _names(work, task.options) & _names(view.work, view.values)
@@ -138,4 +138,4 @@ def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[
 def _called(word: str, folder: Folder) -> str:
     with suppress(LeafcutError):
         return folder.input_path(word).name
-    return called(word).removeprefix(OWN)
+    return display_name(word).removeprefix(OWN)

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
-from leafcut.studio.keys import page_that_goes_to, write_private
+from leafcut.studio.keys import redirect_page, write_private
 from leafcut.studio.lock import lock_folder
-from leafcut.studio.server.connections import patient_protocol
 from leafcut.studio.server.safety import Guard
 from leafcut.studio.studio import HOST, PORT, Studio, open_studio
 
@@ -30,6 +29,9 @@ _TRIED = 20
 _TRIES, _MOMENT = 40, 0.05
 #: Maximum wait for open connections at the end, s.
 _PATIENCE = 1
+
+#: Timeout for the head of a request, s; it starts with the connection, or with the end of the previous answer.
+HEAD_SECONDS = 10.0
 
 
 class StudioError(LeafcutError):
@@ -68,14 +70,14 @@ def make_api(studio: Studio) -> FastAPI:
     return app
 
 
-def guarded(
+def guard_app(
     studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
 ) -> Guard:
     """Return an application behind the guard of a studio."""
     return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
 
 
-class _Door:
+class _Entrance:
     """Prints a single-use address in the terminal, and a new address after each use."""
 
     def __init__(self, studio: Studio) -> None:
@@ -86,7 +88,7 @@ class _Door:
         self._offered_key = self._studio.keys.new_entry()
         print(f"{words} {self._studio.address(self._offered_key)}", flush=True)
 
-    def entered(self, key: str) -> None:
+    def record_entry(self, key: str) -> None:
         self._studio.entrance.unlink(missing_ok=True)
         if key == self._offered_key:
             self.print_address("leafcut studio, for another browser:")
@@ -112,9 +114,9 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)
         add_pages(app, studio)
-        door = _Door(studio)
+        door = _Entrance(studio)
         config = uvicorn.Config(
-            guarded(studio, app, on_entry=door.entered),
+            guard_app(studio, app, on_entry=door.record_entry),
             log_level="critical",
             access_log=False,
             proxy_headers=False,
@@ -145,7 +147,7 @@ def _write_keys(studio: Studio) -> None:
     """Write the token for programs and the page for the browser; raise `OutputError` if they cannot be written."""
     try:
         write_private(studio.token_file, studio.keys.token.encode())
-        write_private(studio.entrance, page_that_goes_to(studio.address(studio.keys.new_entry())))
+        write_private(studio.entrance, redirect_page(studio.address(studio.keys.new_entry())))
     except OSError as problem:
         raise OutputError(f"{studio.folder.root}: cannot be written ({problem.strerror})") from None
 
@@ -199,3 +201,47 @@ def parse_port(word: str) -> int:
     if not word.isdecimal() or not 1 <= int(word) <= 65535:
         raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
     return int(word)
+
+
+def patient_protocol(seconds: float = HEAD_SECONDS) -> type[asyncio.Protocol]:
+    """Return uvicorn's protocol with a timeout for the head of a request."""
+    from uvicorn.protocols.http.auto import AutoHTTPProtocol
+
+    base: Any = AutoHTTPProtocol
+
+    class Patient(base):  # type: ignore[misc]
+        _waiting: asyncio.TimerHandle | None = None
+
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            self._wait()
+
+        def data_received(self, data: bytes) -> None:
+            super().data_received(data)
+            if self._answering():
+                self._stop_waiting()
+            elif self._waiting is None:
+                self._wait()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._stop_waiting()
+            super().connection_lost(exc)
+
+        def _answering(self) -> bool:
+            return self.cycle is not None and not self.cycle.response_complete
+
+        def _wait(self) -> None:
+            self._waiting = asyncio.get_running_loop().call_later(seconds, self._give_up)
+
+        def _stop_waiting(self) -> None:
+            if self._waiting is not None:
+                self._waiting.cancel()
+                self._waiting = None
+
+        def _give_up(self) -> None:
+            self._waiting = None
+            # A websocket gets its own protocol with its first answer.
+            if not self._answering() and self.transport.get_protocol() is self:
+                self.transport.close()
+
+    return Patient

@@ -104,7 +104,7 @@ def add_machine(router: APIRouter, studio: Studio) -> None:
 
 
 def _state(studio: Studio) -> dict[str, Any]:
-    studio.machine.alive(PROGRAM)
+    studio.machine.record_page(PROGRAM)
     return studio.machine.state.as_json()
 
 

@@ -57,10 +57,10 @@ def add_static(app: FastAPI) -> None:
     def colours() -> Response:
         return Response(css, media_type="text/css", headers=_KEPT)
 
-    app.mount("/static", _Static(packages=[("leafcut.studio", "static")]))
+    app.mount("/static", _StaticFiles(packages=[("leafcut.studio", "static")]))
 
 
-class _Static(StaticFiles):
+class _StaticFiles(StaticFiles):
     """Static files with versioned addresses, which browsers may cache."""
 
     def file_response(self, *arguments: Any, **named: Any) -> Response:
@@ -81,7 +81,7 @@ def colours_css() -> str:
     )
 
 
-class _Answer(JSONResponse):
+class _JsonAnswer(JSONResponse):
     """A JSON object with its schema number."""
 
     def render(self, content: Any) -> bytes:
@@ -115,7 +115,7 @@ def router(studio: Studio) -> APIRouter:
     """Return the routes of a studio under ``/api``."""
     token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # checked by the guard
     routes = APIRouter(
-        prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_Answer
+        prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_JsonAnswer
     )
     _add_commands(routes, studio.folder, studio.jobs)
     _add_files(routes, studio.folder)
@@ -154,7 +154,7 @@ def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
     return JSONResponse({"error": f"{place}: {first.get('msg', 'cannot be understood')}".strip(": ")}, 422)
 
 
-async def _keep(folder: Folder, file: UploadFile) -> str:
+async def _store_upload(folder: Folder, file: UploadFile) -> str:
     """Store an upload in chunks, because it may be large; return its id."""
     input_id, path = folder.new_input(file.filename or "file")
     with path.open("wb") as output:
@@ -165,7 +165,7 @@ async def _keep(folder: Folder, file: UploadFile) -> str:
 
 async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
     if file is not None:
-        return await _keep(folder, file)
+        return await _store_upload(folder, file)
     if not named:
         raise OptionError("no file given; send one as 'file', or name a built-in part as 'source'")
     return named
@@ -181,7 +181,7 @@ def _options(text: str) -> dict[str, Any]:
     return options
 
 
-async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
+async def _finished_job(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
     """Run a task and wait for its end.
 
     If the task is refused, delete its uploads, except the input that the request has `named`.
@@ -209,20 +209,20 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
     @routes.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
     async def optimize(
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
-    ) -> _Answer:
+    ) -> _JsonAnswer:
         """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("optimize", (await _input(folder, file, source),), process, given)
-        record, answer = await _done(jobs, task, "" if file is not None else source)
-        return _Answer({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
+        record, answer = await _finished_job(jobs, task, "" if file is not None else source)
+        return _JsonAnswer({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
 
     @routes.post("/solve", summary="A short closed tour through the points of a map")
-    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _Answer:
+    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _JsonAnswer:
         """Return the answer of ``leafcut solve --json``, the TSPLIB tour as ``text``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("solve", (await _input(folder, file, source),), "auto", given)
-        record, answer = await _done(jobs, task, "" if file is not None else source)
-        return _Answer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
+        record, answer = await _finished_job(jobs, task, "" if file is not None else source)
+        return _JsonAnswer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
     @routes.post("/nest", summary="Nest parts with quantities on sheets, in several variants")
     async def nest(
@@ -231,37 +231,38 @@ def _add_commands(routes: APIRouter, folder: Folder, jobs: Jobs) -> None:
             str, Form(description='quantities, in the order of the files: [{"quantity": 10, "rotations": "0 90"}]')
         ] = "[]",
         options: Options = "{}",
-    ) -> _Answer:
+    ) -> _JsonAnswer:
         """Return the answer of ``leafcut nest --json``, the drawings by name as ``texts``, and the id as ``job``."""
         given, parts_wanted = _options(options), wanted_parts([""] * len(files), parts)
         words = [
-            replace(part, input=await _keep(folder, file)).word for part, file in zip(parts_wanted, files, strict=True)
+            replace(part, input=await _store_upload(folder, file)).word
+            for part, file in zip(parts_wanted, files, strict=True)
         ]
         task = Task("nest", tuple(words), "auto", given)
-        record, answer = await _done(jobs, task)
+        record, answer = await _finished_job(jobs, task)
         sheets = sheets_of(record.id, answer)
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
-        return _Answer({**answer, "texts": texts, "job": record.id})
+        return _JsonAnswer({**answer, "texts": texts, "job": record.id})
 
     @routes.post("/simulate", summary="Time and cost of a program on a machine, and its dangers")
-    async def simulate(file: Upload = None, options: Options = "{}") -> _Answer:
+    async def simulate(file: Upload = None, options: Options = "{}") -> _JsonAnswer:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
-        record, answer = await _done(jobs, task)
-        return _Answer({**answer, "job": record.id})
+        record, answer = await _finished_job(jobs, task)
+        return _JsonAnswer({**answer, "job": record.id})
 
     @routes.post("/verify", summary="Whether two programs do the same work, and their differences")
     async def verify(
         original: Annotated[UploadFile, File(description="the reference program")],
         new: Annotated[UploadFile, File(description="the program to compare with it")],
         options: Options = "{}",
-    ) -> _Answer:
+    ) -> _JsonAnswer:
         """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
         given = _options(options)
-        files = (await _keep(folder, original), await _keep(folder, new))
-        record, answer = await _done(jobs, Task("verify", files, "auto", given))
-        return _Answer({**answer, "job": record.id})
+        files = (await _store_upload(folder, original), await _store_upload(folder, new))
+        record, answer = await _finished_job(jobs, Task("verify", files, "auto", given))
+        return _JsonAnswer({**answer, "job": record.id})
 
 
 def _add_files(routes: APIRouter, folder: Folder) -> None:
@@ -348,11 +349,11 @@ def _add_jobs(routes: APIRouter, jobs: Jobs) -> None:
     @routes.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
-    def answer(job: JobId) -> _Answer:
+    def answer(job: JobId) -> _JsonAnswer:
         stored = jobs.history.answer(_record_of(jobs, job).id)
         if stored is None:
             raise HTTPException(404, "this job has no answer")
-        return _Answer(stored)
+        return _JsonAnswer(stored)
 
     @routes.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
     async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
@@ -399,7 +400,7 @@ def _add_lab(routes: APIRouter, lab: LabRuns) -> None:
 
         if file not in ("report.html", "runs.csv"):
             raise HTTPException(404, "the file does not exist")
-        description = lab.described(name, reduced)
+        description = lab.description_of(name, reduced)
         rows = lab.rows(description)
         headers = {"content-security-policy": STILL_POLICY}
         if file == "runs.csv":

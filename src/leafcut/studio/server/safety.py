@@ -104,7 +104,7 @@ class Guard:
             await self.app(scope, receive, send)
             return
         scope["headers"] = [(k, v) for k, v in scope["headers"] if not k.startswith(b"x-forwarded-")]
-        asked = _Asked(scope)
+        asked = _RequestHead(scope)
         refusal = self._refusal(asked)
         if scope["type"] == "websocket":
             if refusal or not self._known(asked):
@@ -123,7 +123,7 @@ class Guard:
         else:
             await self._pass(asked, scope, receive, send)
 
-    def _refusal(self, asked: _Asked) -> str:
+    def _refusal(self, asked: _RequestHead) -> str:
         """Return the reason why a request is refused regardless of its key; empty if it is not refused."""
         if asked.host not in self.hosts:
             return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
@@ -137,19 +137,19 @@ class Guard:
             return "A page of another origin may not load from the studio."
         return ""
 
-    def _known(self, asked: _Asked) -> bool:
+    def _known(self, asked: _RequestHead) -> bool:
         return self._bearer(asked) or self._has_cookie(asked)
 
-    def _has_cookie(self, asked: _Asked) -> bool:
+    def _has_cookie(self, asked: _RequestHead) -> bool:
         return any(self.keys.is_cookie(value) for value in asked.cookies(self.cookie))
 
-    def _bearer(self, asked: _Asked) -> bool:
+    def _bearer(self, asked: _RequestHead) -> bool:
         return self.keys.is_token(asked.bearer)
 
-    async def _enter(self, asked: _Asked, send: Send) -> None:
+    async def _enter(self, asked: _RequestHead, send: Send) -> None:
         """Exchange the key in the address for a cookie that scripts cannot read."""
         key = asked.token or ""
-        if self.keys.enter(key):
+        if self.keys.redeem_entry(key):
             self.on_entry(key)
         elif not self._has_cookie(asked):
             line = "This address was used already, or its studio has ended: open the one that leafcut printed last."
@@ -161,7 +161,7 @@ class Guard:
         value = self.keys.new_cookie()
         return f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
 
-    async def _pass(self, asked: _Asked, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _pass(self, asked: _RequestHead, scope: Scope, receive: Receive, send: Send) -> None:
         limit = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
         if asked.length > limit:
             await _answer(asked, send, *_too_large(limit))
@@ -179,7 +179,7 @@ def _too_large(limit: int) -> tuple[int, str]:
     return 413, f"This is larger than {limit >> 20} MiB, the studio's limit."
 
 
-class _Asked:
+class _RequestHead:
     def __init__(self, scope: Scope) -> None:
         self.headers: dict[bytes, list[bytes]] = {}
         for name, value in scope["headers"]:
@@ -221,7 +221,7 @@ class _Exchange:
     and within `WHOLE` seconds. After a violation, the application's answer is dropped.
     """
 
-    def __init__(self, receive: Receive, send: Send, asked: _Asked, limit: int, cookie: str) -> None:
+    def __init__(self, receive: Receive, send: Send, asked: _RequestHead, limit: int, cookie: str) -> None:
         self._receive, self._send, self._asked = receive, send, asked
         self._limit, self._left = limit, limit
         self._cookie = cookie
@@ -286,7 +286,9 @@ class _Exchange:
         return [(k.encode(), v.encode()) for k, v in added.items() if k not in headers]
 
 
-async def _answer(asked: _Asked, send: Send, status: int, line: str, extra: Iterable[tuple[str, str]] = ()) -> None:
+async def _answer(
+    asked: _RequestHead, send: Send, status: int, line: str, extra: Iterable[tuple[str, str]] = ()
+) -> None:
     """Send an answer of the guard itself: one line of text, or a JSON error for routes of the API."""
     api = asked.path.startswith(UPLOADS)
     body = (json.dumps({"error": line}) if api else line).encode()

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.pocket.plan.fronts import Fronts
+from leafcut.processes.pocket.plan.cleared_discs import ClearedDiscs
 
 TOOL = 5.0
 
 
-def fronts(*discs: tuple[float, float, float], turn: int = 1) -> Fronts:
-    made = Fronts(TOOL, turn, 1e-6, 1e-6)
+def fronts(*discs: tuple[float, float, float], turn: int = 1) -> ClearedDiscs:
+    made = ClearedDiscs(TOOL, turn, 1e-6, 1e-6)
     for disc in discs:
         made.add(*disc)
     return made
@@ -42,7 +42,7 @@ def test_the_arcs_of_a_circle_outside_of_all_discs_are_as_long_as_shapely_says(t
         for share in (0.02, 0.5, 0.98):
             angle = start + turn * share * sweep
             place = np.array([[1.0 + 8.0 * math.cos(angle), 2.0 + 8.0 * math.sin(angle)]])
-            assert ground.beyond(place)[0] > -1e-9
+            assert ground.distances_outside(place)[0] > -1e-9
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -50,7 +50,7 @@ def test_how_far_places_lie_outside_is_their_distance_to_what_is_cleared(seed: i
     ground, dice = fronts(*some(seed, 300)[:290]), np.random.default_rng(seed)
     places = dice.uniform(-60, 60, (50, 2))
     whole = cleared(ground.discs)
-    for place, gap in zip(places, ground.beyond(places), strict=True):
+    for place, gap in zip(places, ground.distances_outside(places), strict=True):
         assert max(gap, 0.0) == pytest.approx(shapely.distance(whole, shapely.Point(place)), abs=0.01)
 
 
@@ -61,7 +61,7 @@ def test_a_straight_way_is_clear_where_the_discs_together_cover_it(seed: int) ->
     a, b = dice.uniform(-12, 12, (2, 2))
     line = shapely.LineString([a, b])
     met = [k for k, (x, y, r) in enumerate(ground.discs) if line.distance(shapely.Point(x, y)) < r]
-    said = ground.clear(tuple(a), tuple(b), met)
+    said = ground.contains_move(tuple(a), tuple(b), met)
     # Chords lie a hair inside of their circles.
     assert said <= whole.buffer(0.01).covers(line)
     assert said >= whole.buffer(-0.01).covers(line)
@@ -70,13 +70,13 @@ def test_a_straight_way_is_clear_where_the_discs_together_cover_it(seed: int) ->
 def test_discs_beyond_the_ends_of_a_way_do_not_matter() -> None:
     """From 0 to 10 one disc covers it; others are 20 mm after its end and before its start."""
     ground = fronts((5, 0, 6), (30, 0, 2), (-30, 0, 2))
-    assert ground.clear((0.0, 0.0), (10.0, 0.0), [0, 1, 2])
-    assert not ground.clear((0.0, 0.0), (12.0, 0.0), [0, 1, 2])
-    assert not ground.clear((-2.0, 0.0), (10.0, 0.0), [0, 1, 2])
+    assert ground.contains_move((0.0, 0.0), (10.0, 0.0), [0, 1, 2])
+    assert not ground.contains_move((0.0, 0.0), (12.0, 0.0), [0, 1, 2])
+    assert not ground.contains_move((-2.0, 0.0), (10.0, 0.0), [0, 1, 2])
 
 
 def test_a_way_of_no_length_is_clear() -> None:
-    assert fronts((0, 0, 1)).clear((9.0, 9.0), (9.0, 9.0), [0])
+    assert fronts((0, 0, 1)).contains_move((9.0, 9.0), (9.0, 9.0), [0])
 
 
 def test_round_a_disc_larger_by_a_step_the_engagement_is_that_of_the_step_in_a_hollow() -> None:
@@ -120,7 +120,11 @@ def test_the_engagement_is_the_share_of_the_leading_edge_in_uncleared_ground(see
 
 def test_one_disc_holds_another_but_for_a_film_and_the_nearest_is_that_which_a_place_lies_deepest_in() -> None:
     ground = fronts((0, 0, 10), (30, 0, 5))
-    assert ground.holds(3, 0, 7.0, 0.0) and not ground.holds(3, 0, 7.1, 0.0) and ground.holds(3, 0, 7.1, 0.2)
+    assert (
+        ground.contains_disc(3, 0, 7.0, 0.0)
+        and not ground.contains_disc(3, 0, 7.1, 0.0)
+        and ground.contains_disc(3, 0, 7.1, 0.2)
+    )
     assert [ground.nearest(x, 0) for x in (0, 17, 18, 29)] == [0, 0, 1, 1]
 
 

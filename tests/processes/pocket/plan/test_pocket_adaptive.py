@@ -19,7 +19,7 @@ from leafcut.options import JobOptions
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.adaptive import adaptive
-from leafcut.processes.pocket.plan.medial_axis import middle_axis
+from leafcut.processes.pocket.plan.medial_axis import medial_axis
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, pocket_motion
@@ -95,7 +95,7 @@ def test_without_a_limit_and_in_a_slot_as_wide_as_the_tool_it_is_refused_in_one_
 
 
 def test_the_axis_of_a_rectangle_is_its_middle_line_and_four_diagonals() -> None:
-    axis = middle_axis(shapely.box(0, 0, 40, 20), 0.5, 0.005)
+    axis = medial_axis(shapely.box(0, 0, 40, 20), 0.5, 0.005)
     assert axis.width[0] == pytest.approx(10.0, abs=0.01)
     length = sum(math.dist(axis.xy[i], axis.xy[axis.parent[i]]) for i in range(1, len(axis.xy)))
     assert length == pytest.approx(20.0 + 4 * 10.0 * math.sqrt(2.0), rel=0.01)

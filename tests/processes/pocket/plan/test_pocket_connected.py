@@ -12,19 +12,19 @@ from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncov
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
-from leafcut.material.step_over import TooWide
+from leafcut.material.step_over import WidePlaceFinder
 from leafcut.model.pocket import Pocket
-from leafcut.processes.pocket.plan import connected as pocket_best
-from leafcut.processes.pocket.plan.connected import best
+from leafcut.processes.pocket.plan import connected_rings as pocket_best
+from leafcut.processes.pocket.plan.connected_rings import connected_path
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
-from leafcut.processes.pocket.plan.track import Track
+from leafcut.processes.pocket.plan.stationed_path import StationedPath
 
 
 @pytest.mark.parametrize("name", ["plate", "l_shape"])
 @pytest.mark.parametrize("asked", [0, 40])
 def test_a_connected_way_that_is_stopped_at_any_time_is_one_and_clears_all_ground(name: str, asked: int) -> None:
     region, count = only_region({"plate": plate, "l_shape": l_shape}[name]()), itertools.count()
-    path = best(region, TooWide(region.polygon, RULES), lambda: next(count) >= asked)
+    path = connected_path(region, WidePlaceFinder(region.polygon, RULES), lambda: next(count) >= asked)
     assert next(count) > asked
     assert path.retracts == 0
     assert leaves(region, path) < 1e-6
@@ -33,13 +33,13 @@ def test_a_connected_way_that_is_stopped_at_any_time_is_one_and_clears_all_groun
 
 def test_a_connected_way_that_is_stopped_is_no_shorter_than_one_that_is_not() -> None:
     region = only_region(plate())
-    assert best(region).feed_mm < best(region, stopped=lambda: True).feed_mm
+    assert connected_path(region).feed_mm < connected_path(region, stopped=lambda: True).feed_mm
 
 
 def test_what_is_stopped_while_it_is_corrected_is_the_way_that_was_there_before() -> None:
     """A judge that finds something wrong everywhere, and time that is over when it has done so once."""
     region, judged = only_region(Pocket(box(0, 0, 80, 60))), []
-    path = best(region, lambda path: judged.append(path) or np.array([[20.0, 20.0]]), lambda: bool(judged))
+    path = connected_path(region, lambda path: judged.append(path) or np.array([[20.0, 20.0]]), lambda: bool(judged))
     assert [path] == judged
 
 
@@ -79,11 +79,11 @@ def test_a_track_is_nearest_where_shapely_finds_it() -> None:
     points = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.0, 7.0), (3.0, 9.0)])
     places = np.random.default_rng(3).uniform(-4.0, 14.0, (50, 2))
     line = shapely.LineString(points)
-    away, stations = Track(points).nearest(places)
+    away, stations = StationedPath(points).nearest(places)
     assert away == pytest.approx(shapely.distance(line, shapely.points(places)))
-    feet = Track(points).places(stations)
+    feet = StationedPath(points).places(stations)
     assert np.hypot(*(feet - places).T) == pytest.approx(away)
-    assert Track(points).stations[-1] == pytest.approx(17.0 + math.hypot(7.0, 2.0))
+    assert StationedPath(points).stations[-1] == pytest.approx(17.0 + math.hypot(7.0, 2.0))
 
 
 def test_more_rings_in_each_other_than_can_be_joined_are_refused_with_what_to_do(
@@ -93,6 +93,6 @@ def test_more_rings_in_each_other_than_can_be_joined_are_refused_with_what_to_do
     region = only_region(Pocket(box(0, 0, 80, 60)))
     monkeypatch.setattr(pocket_best, "MOST_LEVELS", 4)
     with pytest.raises(PlanError, match="4 nested rings or more; use --strategy contour"):
-        best(region)
+        connected_path(region)
     monkeypatch.setattr(pocket_best, "MOST_LEVELS", 5)
-    assert best(region).retracts == 0
+    assert connected_path(region).retracts == 0

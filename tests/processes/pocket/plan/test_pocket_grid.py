@@ -21,7 +21,7 @@ from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_path, gr
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
 from leafcut.processes.pocket.strategies import STRATEGIES, Grids
-from leafcut.processes.settings import collect
+from leafcut.processes.settings import collect_settings
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 #: A square with a square island in its middle, as a region of tool centres.
@@ -78,7 +78,7 @@ def test_too_many_points_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch
 def test_no_path_is_shorter_than_the_bound_of_colours_and_spurs(cells: set[int]) -> None:
     """All orders of some points of a 4 × 4 grid, tried; the points are taken by a region of spots."""
     places = np.array([(k % 4, k // 4) for k in cells | {0}]) * 6.0
-    spurs = pocket_grid._spurs(*(places / 6.0).round().astype(int).T)
+    spurs = pocket_grid._count_spurs(*(places / 6.0).round().astype(int).T)
     colour = (places.sum(axis=1) / 6.0).round().astype(int) % 2
     longer = max(abs(len(places) - 2 * int(colour.sum())) - 1, spurs)
     grid = pocket_grid.Grid(places, 6.0, longer)
@@ -100,7 +100,7 @@ def test_the_way_round_an_island_is_the_string_pulled_tight() -> None:
     points = np.array([[20.0, 10.0], [20.0, 30.0], [5.0, 5.0]])
     ways = RegionPaths(RING, CentreRegion(RING, RULES).rings, points, 6.0)
     by_hand = 2 * math.hypot(7, 3) + 14
-    node, way = ways.to_nearest(0, [1]) or (-1, points)
+    node, way = ways.path_to_nearest(0, [1]) or (-1, points)
     assert node == 1 and length_of(way) == pytest.approx(by_hand)
     lengths = ways.between_points()
     assert by_hand - 1e-6 <= lengths[0, 1] < 1.02 * by_hand
@@ -194,7 +194,7 @@ def test_two_strategies_on_one_region_make_its_grid_once(monkeypatch: pytest.Mon
             made.append(self)
 
     monkeypatch.setattr(pocket_grid, "RegionPaths", Counted)
-    settings = collect({"preset": "fast", "threads": 1})
+    settings = collect_settings({"preset": "fast", "threads": 1})
     run, shape = Job(settings, machine_of(settings), Deadline()), region(RING)
     strategies = {way.name: way.path for way in STRATEGIES}
     counts, paths = [], []

@@ -14,7 +14,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.issue import Severity
 from leafcut.model.pocket import Pocket, PocketRules
-from leafcut.processes.pocket.plan.region import centre_regions, unreached
+from leafcut.processes.pocket.plan.region import centre_regions, unreachable_areas
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 
@@ -115,7 +115,7 @@ def test_the_tip_of_a_wedge_is_a_corner_with_the_area_between_its_walls_and_the_
     half = math.radians(0.5 * degrees)
     x, y = 100.0 * math.cos(half), 100.0 * math.sin(half)
     wedge = shapely.Polygon([(0, 0), (x, -y), (x, y)]).intersection(shapely.Point(0, 0).buffer(80, quad_segs=64))
-    tips = [u for u in unreached(wedge, RULES) if math.hypot(*u.place) < 25]
+    tips = [u for u in unreachable_areas(wedge, RULES) if math.hypot(*u.place) < 25]
     assert [u.corner for u in tips] == [True]
     assert tips[0].area == pytest.approx(25.0 * (1.0 / math.tan(half) - (0.5 * math.pi - half)), rel=0.03)
 

@@ -14,16 +14,16 @@ from hypothesis import strategies as st
 from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.material.step_over import TooWide
+from leafcut.material.step_over import WidePlaceFinder
 from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.processes.pocket.measures import measure_path
-from leafcut.processes.pocket.plan.connected import best
+from leafcut.processes.pocket.plan.connected_rings import connected_path
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
-from leafcut.processes.pocket.plan.rings import contour, rings
-from leafcut.processes.pocket.plan.spurs import with_spurs
+from leafcut.processes.pocket.plan.rings import contour_parallel_path, rings
+from leafcut.processes.pocket.plan.spurs import add_spurs
 from leafcut.processes.pocket.plan.zigzag import zigzag
 
-STRATEGIES = [best, contour, zigzag]
+STRATEGIES = [connected_path, contour_parallel_path, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 24))}
 
 
@@ -41,7 +41,7 @@ def test_every_strategy_clears_the_whole_floor_and_gouges_no_wall(
 @pytest.mark.parametrize("name", POCKETS)
 def test_the_connected_path_has_no_retract_and_is_at_most_a_percent_longer_than_other_strategies(name: str) -> None:
     region = only_region(POCKETS[name])
-    path, others = best(region), [contour(region), zigzag(region)]
+    path, others = connected_path(region), [contour_parallel_path(region), zigzag(region)]
     assert path.retracts == 0 and path.rapid_mm == 0.0
     assert path.feed_mm <= 1.01 * min(other.feed_mm + other.rapid_mm for other in others)
 
@@ -54,7 +54,7 @@ def test_rings_of_a_rectangle_are_as_long_as_by_hand() -> None:
 
 
 def test_contour_links_the_rings_of_a_rectangle_by_one_step_over_each() -> None:
-    path = contour(only_region(Pocket(box(0, 0, 100, 60))))
+    path = contour_parallel_path(only_region(Pocket(box(0, 0, 100, 60))))
     links = [piece.path.length for piece in path.pieces if piece.kind == "link"]
     assert len(links) == 4 and path.retracts == 0
     # Rings are closest at the start of the next ring: at a step-over, or on the diagonal of a corner.
@@ -78,7 +78,7 @@ def test_no_pass_of_the_connected_path_is_further_than_the_step_over_from_its_ne
     """Wider passes stay rings. The core between two fronts is at most as wide as the tool."""
     pocket = Pocket(box(0, 0, *size))
     region = only_region(pocket)
-    found = measure_path(pocket, best(region, TooWide(region.polygon, RULES)), RULES)
+    found = measure_path(pocket, connected_path(region, WidePlaceFinder(region.polygon, RULES)), RULES)
     assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
     assert found.max_core < RULES.tool_diameter
 
@@ -87,7 +87,7 @@ def test_a_strip_between_two_lines_is_cleared_by_spurs_as_short_as_will_do() -> 
     """Lines 10.4 mm apart leave a strip 0.4 mm wide: a spur 0.2 mm deep would just touch its middle."""
     ground = shapely.box(0, 0, 50, 10.4)
     ways = [np.array([(0.0, 0.0), (50.0, 0.0)]), np.array([(0.0, 10.4), (50.0, 10.4)])]
-    spurred = with_spurs(ways, ground, RULES)
+    spurred = add_spurs(ways, ground, RULES)
     added = sum(shapely.LineString(way).length for way in spurred) - 100.0
     assert 0.0 < added < 50.0
     steps = np.concatenate([np.stack([way[:-1], way[1:]], axis=1) for way in spurred])
@@ -101,14 +101,14 @@ def test_a_spur_goes_round_no_corner_but_comes_from_a_pass_that_sees_the_place()
     ground = shapely.box(0, 0, 60, 30) - wall
     ways = [np.array([(0.0, 6.0), (60.0, 6.0)]), np.array([(0.0, 30.0), (0.0, 10.0), (8.0, 10.0)])]
     ways.append(np.array([(20.0, 30.0), (60.0, 30.0), (60.0, 19.0), (20.0, 19.0)]))
-    spurred = with_spurs(ways, ground, RULES)
+    spurred = add_spurs(ways, ground, RULES)
     assert sum(len(way) for way in spurred) > sum(len(way) for way in ways)
     assert all(ground.buffer(1e-5).covers(shapely.LineString(way)) for way in spurred)
 
 
 def test_nothing_is_added_where_nothing_is_uncut() -> None:
     way = np.array([(0.0, 0.0), (50.0, 0.0)])
-    (same,) = with_spurs([way], shapely.box(0, -4, 50, 4), RULES)
+    (same,) = add_spurs([way], shapely.box(0, -4, 50, 4), RULES)
     assert np.array_equal(same, way)
 
 
@@ -129,7 +129,7 @@ def test_lines_end_on_the_walls_where_they_would_leave_more_than_the_step_over_b
     pocket = Pocket(Polyline.of_points(points, closed=True))
     region = only_region(pocket)
     before = measure_path(pocket, zigzag(region, 0.0), RULES)
-    after = measure_path(pocket, zigzag(region, 0.0, too_wide=TooWide(region.polygon, RULES)), RULES)
+    after = measure_path(pocket, zigzag(region, 0.0, too_wide=WidePlaceFinder(region.polygon, RULES)), RULES)
     assert before.max_step_over > 1.1 * RULES.step_over
     assert after.max_step_over <= RULES.step_over
 
@@ -146,7 +146,7 @@ def test_lines_begin_with_a_run_that_has_room_for_a_ramp_and_not_in_a_corner() -
 
 def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> None:
     region = only_region(Pocket(box(0, 0, 60, 10.2)))
-    path = best(region)
+    path = connected_path(region)
     assert uncovered_share(region, path) < 1e-4 and leaves(region, path) < 1e-6
     assert path.feed_mm < 2.2 * 50.0
 
@@ -162,7 +162,7 @@ def test_a_slot_a_few_hundredths_wider_than_the_tool_is_cleared_by_lines(width: 
 def test_the_connected_path_over_a_disc_is_near_the_ideal_of_constant_pitch() -> None:
     """The ideal is floor + half the wall: half of the strip along the wall lies outside the region."""
     region = only_region(Pocket(Polyline.circle(0, 0, 45)))
-    assert best(region).feed_mm < 1.03 * (floor_mm(region) + 0.5 * region.polygon.length)
+    assert connected_path(region).feed_mm < 1.03 * (floor_mm(region) + 0.5 * region.polygon.length)
 
 
 @st.composite
@@ -186,7 +186,7 @@ def polygons_with_islands(draw: st.DrawFn) -> Pocket:
 @given(polygons_with_islands())
 def test_any_pocket_is_cleared_without_gouges_by_one_path_per_region(pocket: Pocket) -> None:
     for region in centre_regions(pocket, RULES)[0]:
-        path = best(region)
+        path = connected_path(region)
         assert path.retracts == 0
         assert leaves(region, path) < 1e-6
         assert uncovered_share(region, path) < 1e-3
@@ -195,7 +195,7 @@ def test_any_pocket_is_cleared_without_gouges_by_one_path_per_region(pocket: Poc
 def test_a_zigzag_leaves_at_most_the_step_over_to_its_pass_along_round_walls() -> None:
     """Rays square to the walls measure the width that the lines leave uncut."""
     region = only_region(Pocket(Polyline.circle(0, 0, 40), (Polyline.circle(9, -7, 8, clockwise=True),)))
-    path, radius = zigzag(region, too_wide=TooWide(region.polygon, RULES)), 0.5 * RULES.tool_diameter
+    path, radius = zigzag(region, too_wide=WidePlaceFinder(region.polygon, RULES)), 0.5 * RULES.tool_diameter
     rough = [shapely.LineString(piece.path.flattened(0.01)) for piece in path.pieces if piece.kind == "rough"]
     cleared = shapely.union_all(rough).buffer(radius, 64)
     widest = 0.0

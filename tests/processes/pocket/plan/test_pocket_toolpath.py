@@ -17,10 +17,10 @@ from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, 
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.arcs import fitted
+from leafcut.processes.pocket.plan.arcs import fit_arcs_to_path
 from leafcut.processes.pocket.plan.entries import ABOVE
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
-from leafcut.processes.pocket.plan.rings import contour
+from leafcut.processes.pocket.plan.rings import contour_parallel_path
 from leafcut.processes.pocket.plan.rules import (
     MillingData,
     finishing_levels,
@@ -271,7 +271,7 @@ def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
     pocket = Pocket(Polyline.of_points(rooms.exterior.coords[:-1], closed=True))
     region = centre_regions(pocket, RULES)[0][0]
     roughed = centre_regions(pocket, replace(RULES, stock=0.5))[0]
-    rough = PocketPath("contour", tuple(piece for part in roughed for piece in contour(part).pieces))
+    rough = PocketPath("contour", tuple(piece for part in roughed for piece in contour_parallel_path(part).pieces))
     allowed = shapely.union_all([part.polygon for part in roughed])
     levels = (-3.0, -6.0, -9.0, -12.0)
     clearing = Clearing(region, allowed, rough, PocketLevels(0.0, levels), wall_passes(region, allowed))
@@ -343,7 +343,7 @@ def test_chords_become_arcs_within_half_the_tolerance_and_keep_their_ends(densif
     curve = np.column_stack([20 * np.cos(angles), 20 * np.sin(angles)])
     points = np.concatenate([[[0.0, 0.0]], curve])
     path = PocketPath("arc", (PocketPiece(Polyline.of_points(points)),))
-    new = fitted(path, 0.01).pieces[0].path
+    new = fit_arcs_to_path(path, 0.01).pieces[0].path
     assert new.n_segments <= 5
     assert (new.start, new.end) == ((0.0, 0.0), pytest.approx(tuple(points[-1])))
     flat = shapely.LineString(new.flattened(1e-5))
@@ -353,7 +353,7 @@ def test_chords_become_arcs_within_half_the_tolerance_and_keep_their_ends(densif
 def test_an_arc_larger_than_any_controller_takes_becomes_lines() -> None:
     xs = np.linspace(-100.0, 100.0, 200)
     points = np.column_stack([xs, xs**2 / 40_000.0])  # a radius of 20 m
-    new = fitted(PocketPath("flat", (PocketPiece(Polyline.of_points(points)),)), 0.01).pieces[0].path
+    new = fit_arcs_to_path(PocketPath("flat", (PocketPiece(Polyline.of_points(points)),)), 0.01).pieces[0].path
     assert not new.bulges.any()
     flat, true = shapely.LineString(new.flattened()), shapely.LineString(points)
     assert shapely.hausdorff_distance(flat, true, densify=0.01) < 0.011
@@ -361,5 +361,5 @@ def test_an_arc_larger_than_any_controller_takes_becomes_lines() -> None:
 
 def test_no_moves_closer_than_a_program_can_say_are_left() -> None:
     points = [(0.0, 0.0), (10.0, 0.0), (10.0005, 0.0004), (10.001, 0.001), (10.001, 10.0)]
-    new = fitted(PocketPath("dense", (PocketPiece(Polyline.of_points(points)),)), 0.01).pieces[0].path
+    new = fit_arcs_to_path(PocketPath("dense", (PocketPiece(Polyline.of_points(points)),)), 0.01).pieces[0].path
     assert all(math.dist(a[:2], b[:2]) > 0.004 for a, b in itertools.pairwise(new.vertices))

@@ -10,7 +10,7 @@ from pocket_shapes import box, only_region
 from leafcut.geometry.arrays import Points
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
-from leafcut.processes.pocket.plan.shorten import chamfer, fine, shorten
+from leafcut.processes.pocket.plan.shorten import chamfer_corners, shorten_path, subdivide_path
 
 REGION = only_region(Pocket(box(0, 0, 80, 60)))
 ALLOWED = REGION.polygon.buffer(1e-7)
@@ -46,7 +46,7 @@ def places(low: float, high: float) -> Points:
 
 def test_a_fine_way_is_the_same_way_in_pieces_no_longer_than_asked() -> None:
     way = np.array([[0.0, 0.0], [0.0, 0.0], [10.0, 0.0], [10.0, 7.0], [10.3, 7.0]])
-    made = fine(way, 3.0)
+    made = subdivide_path(way, 3.0)
     assert np.hypot(*np.diff(made, axis=0).T).max() <= 3.0 + 1e-12
     assert np.hypot(*np.diff(made, axis=0).T).min() > 0.0
     assert len(made) == 1 + 4 + 3 + 1
@@ -54,7 +54,7 @@ def test_a_fine_way_is_the_same_way_in_pieces_no_longer_than_asked() -> None:
 
 
 def test_a_detour_that_no_ground_needs_is_left_out() -> None:
-    made = shorten(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, NONE, lambda: False)
+    made = shorten_path(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, NONE, lambda: False)
     assert length(made) < length(DETOUR) - 8.0
     assert farthest(made, places(28.0, 32.0)) <= NEAR + 1e-6
 
@@ -63,7 +63,7 @@ def test_ground_that_only_the_detour_is_near_to_keeps_it() -> None:
     """Ground up to a height of 38 at the detour: 8 mm from the straight way, and so the tip is needed."""
     polygon = shapely.union_all([shapely.box(15, 28, 65, 32), shapely.box(40, 30, 41, 38)])
     whole = CoverageGrid(polygon, 0.5, NEAR, lambda points, pitch: np.full(len(points), NEAR))
-    made = shorten(DETOUR, whole, REGION, ALLOWED, NONE, lambda: False)
+    made = shorten_path(DETOUR, whole, REGION, ALLOWED, NONE, lambda: False)
     asked = np.array([[40.5, y] for y in np.arange(30.0, 38.01, 0.5)])
     assert farthest(made, asked) <= NEAR + 0.36
     assert made[:, 1].max() > 33.5
@@ -71,25 +71,25 @@ def test_ground_that_only_the_detour_is_near_to_keeps_it() -> None:
 
 def test_what_is_beside_kept_places_stays_and_what_is_stopped_is_whole() -> None:
     kept = np.array([[40.5, 35.0], [40.5, 32.0], [40.5, 30.0]])
-    made = shorten(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, kept, lambda: False)
+    made = shorten_path(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, kept, lambda: False)
     detour = shapely.LineString([[40, 30], [40, 35], [41, 35], [41, 30]])
     assert shapely.LineString(made).buffer(1e-6).covers(detour)
-    stopped = shorten(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, NONE, lambda: True)
+    stopped = shorten_path(DETOUR, ground(28.0, 32.0), REGION, ALLOWED, NONE, lambda: True)
     assert stopped.tolist() == DETOUR.tolist()
 
 
 def test_a_way_that_is_shortened_stays_where_the_tool_may_be() -> None:
     """A notch in the allowed region lies behind the bend: no curve goes over it."""
     notched = ALLOWED.difference(shapely.box(40.2, 29.9, 40.8, 34.9))
-    made = shorten(DETOUR, ground(28.0, 32.0), REGION, notched, NONE, lambda: False)
+    made = shorten_path(DETOUR, ground(28.0, 32.0), REGION, notched, NONE, lambda: False)
     assert shapely.LineString(made).difference(notched.buffer(1e-6)).length == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_sharp_corner_is_cut_off_where_the_ground_in_it_is_near_enough_and_not_beside_links() -> None:
     near = CoverageGrid(shapely.box(15, 15, 65, 45), 0.5, NEAR, lambda points, pitch: np.full(len(points), NEAR))
-    made = chamfer(BEND, near, REGION, ALLOWED, NONE, lambda: False)
+    made = chamfer_corners(BEND, near, REGION, ALLOWED, NONE, lambda: False)
     assert length(made) < length(BEND) - 0.5
     beside = [p for p in places(15.0, 45.0) if shapely.LineString(BEND).distance(shapely.Point(p)) <= NEAR - 0.5]
     assert farthest(made, np.array(beside)) <= NEAR + 0.5
-    assert length(chamfer(BEND, near, REGION, ALLOWED, BEND[1:2], lambda: False)) == pytest.approx(length(BEND))
-    assert chamfer(BEND, near, REGION, ALLOWED, NONE, lambda: True) is BEND
+    assert length(chamfer_corners(BEND, near, REGION, ALLOWED, BEND[1:2], lambda: False)) == pytest.approx(length(BEND))
+    assert chamfer_corners(BEND, near, REGION, ALLOWED, NONE, lambda: True) is BEND

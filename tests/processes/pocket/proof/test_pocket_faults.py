@@ -21,7 +21,7 @@ from leafcut.processes.pocket.proof.pocket import (
     simulated_levels,
     step_over_differences,
     stock_top_differences,
-    thinnest,
+    thickest_film,
 )
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -145,7 +145,7 @@ def test_a_film_of_a_hundredth_of_the_tool_is_no_material(aside: float, found: i
         (5, 5, None, 0), (None, None, -2, 5), (35, 5, -2, 10), (35, 5 + aside, -2, 5), (10, 5 + aside, -2, 40)
     )
     assert len(air_differences(path, RULES, 10.0)) == found
-    assert thinnest(RULES) == 0.1 and thinnest(replace(RULES, tolerance=0.02)) == 0.12
+    assert thickest_film(RULES) == 0.1 and thickest_film(replace(RULES, tolerance=0.02)) == 0.12
 
 
 def test_a_level_that_is_too_deep_has_its_place() -> None:

@@ -26,7 +26,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of
-from leafcut.processes.pocket.report.pocket_words import added, figures
+from leafcut.processes.pocket.report.pocket_words import figures_by_strategy, sum_measures
 from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
@@ -91,13 +91,13 @@ def pocketed(empty_outcome: Outcome) -> Outcome:
 
 
 def test_figures_of_several_pockets_are_sums_and_the_largest() -> None:
-    both = added([MEASURES, BETTER])
+    both = sum_measures([MEASURES, BETTER])
     assert (both.feed_mm, both.rapid_mm, both.retracts) == (275.0, 51.0, 1)
     assert both.uncovered_percent == pytest.approx(0.25)
     assert both.max_engagement == math.pi
     other = replace(PLAN, results=(*PLAN.results[:1], PocketResult("contour", refused="no"), PLAN.results[2]), chosen=0)
-    rows = {row.name: row for row in figures([PLAN, other])}
-    assert rows["zigzag"].measures == added([MEASURES, MEASURES])
+    rows = {row.name: row for row in figures_by_strategy([PLAN, other])}
+    assert rows["zigzag"].measures == sum_measures([MEASURES, MEASURES])
     assert rows["contour"].measures is None and rows["contour"].refused == "no"
 
 
@@ -120,7 +120,7 @@ def test_a_program_is_compared_with_the_faster_of_the_plain_strategies() -> None
     own = replace(contour, strategy="connected", program_s=50.0)
     plan = replace(PLAN, results=(zigzag, contour, own), chosen=2)
     assert plan.usual == contour
-    assert {row.name for row in figures([plan]) if row.usual} == {"contour"}
+    assert {row.name for row in figures_by_strategy([plan]) if row.usual} == {"contour"}
     assert replace(plan, results=(zigzag, own), chosen=1).usual == zigzag
     assert replace(plan, results=(own,), chosen=0).usual == own
 

@@ -6,28 +6,28 @@ import random
 
 import pytest
 
-from leafcut.model.sequence import PieceOfWork
+from leafcut.model.sequence import ProgramTask
 from leafcut.processes.program.plan import precedence
 from leafcut.processes.program.plan.precedence import freeing_stages, work_before_freeing
 
 
-def piece(may: bool = False, frees: bool = False, bottom: float = -6.0) -> PieceOfWork:
-    return PieceOfWork(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
+def piece(may: bool = False, frees: bool = False, bottom: float = -6.0) -> ProgramTask:
+    return ProgramTask(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
 
 
 WORK, PART = piece(), piece(frees=True)
 
 
-def pairs(pieces: list[PieceOfWork]) -> set[tuple[int, int]]:
+def pairs(pieces: list[ProgramTask]) -> set[tuple[int, int]]:
     return set(map(tuple, work_before_freeing(pieces).tolist()))
 
 
-def stage_of(pieces: list[PieceOfWork]) -> list[int]:
+def stage_of(pieces: list[ProgramTask]) -> list[int]:
     edges = freeing_stages(pieces)
     return [sum(edge <= k for edge in edges) for k in range(len(pieces))]
 
 
-def held(pieces: list[PieceOfWork], a: int, b: int) -> bool:
+def held(pieces: list[ProgramTask], a: int, b: int) -> bool:
     """Return whether a stays before b by its stage or by pairs, one after the other."""
     stages, known = stage_of(pieces), {a}
     for one, other in sorted(pairs(pieces)):
@@ -55,7 +55,7 @@ def test_without_parts_that_come_free_nothing_is_held() -> None:
     assert (freeing_stages([WORK] * 4), pairs([WORK] * 4), len(work_before_freeing([]))) == ([], set(), 0)
 
 
-def random_work(dice: random.Random) -> list[PieceOfWork]:
+def random_work(dice: random.Random) -> list[ProgramTask]:
     kinds = [(False, False), (False, False), (True, False), (True, True)]
     return [piece(*dice.choice(kinds), bottom=dice.choice((-6.0, -6.2, -5.0))) for _ in range(dice.randint(1, 12))]
 

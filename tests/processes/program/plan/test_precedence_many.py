@@ -12,7 +12,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.plan import precedence
 from leafcut.processes.program.plan.resequencing import find_sequence
-from leafcut.processes.program.proof.doubt import KEEP
+from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.outlines import Line, joined_outlines
 from rewriting import program_of
 

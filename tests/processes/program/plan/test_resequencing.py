@@ -7,7 +7,7 @@ import pytest
 
 from leafcut.errors import PlanError
 from leafcut.model.problem import Metric
-from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, speeds_of
 from rewriting import program_of
 
@@ -101,7 +101,7 @@ def test_what_has_a_meaning_of_its_own_parts_sections(block: str) -> None:
     sequence = sequence_of(f"{holes.format(0, 9)} / {block} / {holes.format(20, 30)}")
     assert [len(s.pieces) for s in sequence.sections] == [2, 2]
     between = sequence.items[2]
-    assert isinstance(between, Kept)
+    assert isinstance(between, FixedBlocks)
     assert any(BARRIERS[block] in reason for reason in between.reasons)
 
 
@@ -132,7 +132,7 @@ def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
 
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
-    assert [type(i) for i in sequence.items] == [Kept]
+    assert [type(i) for i in sequence.items] == [FixedBlocks]
     assert [(i.code, i.message) for i in sequence.issues] == [("L502", "nothing in the program can be reordered")]
     assert [(s.reason, s.line) for s in sequence.stays] == [("only", 5)]
 
@@ -269,7 +269,7 @@ def test_the_pieces_tile_the_program() -> None:
     program = program_of(HEAD + f"{holes.format(0, 9)} / M8 / {holes.format(20, 30)}" + FOOT)
     edges = [0]
     for item in find_sequence(program).items:
-        spans = [(item.begin, item.end)] if isinstance(item, Kept) else [(c.begin, c.end) for c in item.pieces]
+        spans = [(item.begin, item.end)] if isinstance(item, FixedBlocks) else [(c.begin, c.end) for c in item.pieces]
         for begin, end in spans:
             assert begin == edges[-1] and end > begin
             edges.append(end)

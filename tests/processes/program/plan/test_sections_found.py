@@ -7,9 +7,9 @@ from itertools import chain
 
 from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue
-from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
-from leafcut.processes.program.plan.find_sections import Finder
-from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
+from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
+from leafcut.processes.program.plan.find_sections import SectionFinder
+from leafcut.processes.program.plan.fixed_last import follows_compensation, must_stay_last, stops_before_work
 from leafcut.processes.program.plan.merging import changes_saved, merge_sections
 from leafcut.processes.program.plan.operations import keep_apart
 from leafcut.processes.program.plan.reversing import with_reversible
@@ -20,10 +20,10 @@ CUT = "G0 X{0} Y0 / G1 Z-1 F100 / Y9 / G0 Z5"
 HEAD = "G21 G90 / S1000 M3 / G0 Z5"
 
 
-def found(*bodies: str, process: str = "mill") -> tuple[Program, Finder, Sequence]:
+def found(*bodies: str, process: str = "mill") -> tuple[Program, SectionFinder, Sequence]:
     """Return a program, its section finder, and the resulting sequence."""
     program = program_of(" / ".join([HEAD, *bodies, "G0 Z20 / M5 / M2"]))
-    finder = Finder(program, process)
+    finder = SectionFinder(program, process)
     return program, finder, Sequence(tuple(finder.items()), process, (), ())
 
 
@@ -32,7 +32,7 @@ def places(sequence: Sequence) -> list[list[float]]:
     return [[run.entry[0] for run in section.pieces] for section in sequence.sections]
 
 
-def texts(program: Program, item: PieceOfWork | Kept) -> list[str]:
+def texts(program: Program, item: ProgramTask | FixedBlocks) -> list[str]:
     return [program.lines[int(program.line[block]) - 1].strip() for block in range(item.begin, item.end)]
 
 
@@ -73,9 +73,9 @@ def test_ways_across_below_the_zero_of_the_part_begin_no_pieces() -> None:
 def test_a_feed_where_the_piece_ended_holds_it_and_a_way_across_does_not() -> None:
     for behind, held in (("G1 Z-2 / G0 Z5", True), ("G0 X90 Y0 / G1 Z-2 / G0 Z5", False), ("G0 Z9 / X90", False)):
         program, finder, _ = found(HOLE.format(0), HOLE.format(10), "M8", behind)
-        run = PieceOfWork(6, 9, "hole", (10, 0), (10, 0), 5, 5, -1, 7)
+        run = ProgramTask(6, 9, "hole", (10, 0), (10, 0), 5, 5, -1, 7)
         assert texts(program, run)[0] == "G0 X10 Y0"
-        assert stays_last(program, finder.rows, run) == held, behind
+        assert must_stay_last(program, finder.rows, run) == held, behind
 
 
 def test_a_tool_stops_before_its_work_where_a_stop_comes_first() -> None:

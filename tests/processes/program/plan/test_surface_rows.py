@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.model.toolpath import Kind, ToolpathBuilder
-from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.features import features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import rows_in_order, visits_of
+from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.traces import traces_of
 
 

@@ -12,8 +12,8 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
+from leafcut.processes.program.plan.fixed_tasks import group_stay_reasons
 from leafcut.processes.program.plan.resequencing import find_sequence
-from leafcut.processes.program.plan.staying import grouped
 from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import some_orders, work_of
@@ -62,7 +62,7 @@ def read(name: str) -> tuple[str, Program, Sequence, bool]:
 def test_all_pieces_are_free_and_every_order_of_them_is_proved(name: str) -> None:
     """Each at its own S, F and dwell."""
     _, program, sequence, either_way = read(name)
-    assert grouped(sequence, {}, False) == ()
+    assert group_stay_reasons(sequence, {}, False) == ()
     (section,) = sequence.sections
     assert len(section.pieces) == len(PLACES)
     assert [c.reversible for c in section.pieces] == [either_way] * len(PLACES)
@@ -135,7 +135,7 @@ def test_what_cannot_be_proved_stays_and_says_why(body: str, reason: str) -> Non
     subprograms = "O8\nG1 Z-1. F100.\nM8\nX1.\nM9\nG0 Z5.\nM99\nO9\nG1 Z-#1 F100.\nG0 Z5.\nM99\n"
     program = interpret_program(f"{HEAD}{body}M5\nM30\n{subprograms}", dialect("linuxcnc"))
     sequence = find_sequence(program)
-    groups = grouped(sequence, {}, False)
+    groups = group_stay_reasons(sequence, {}, False)
     assert sum(g.count for g in groups) == len(PLACES)
     assert all(reason in g.text for g in groups)
 
@@ -162,6 +162,6 @@ def test_what_follows_a_circular_pocket_of_haas_is_free() -> None:
     program = interpret_program(f"%\nO1\n{HEAD}{pocket}{body}{pocket}{body}M30\n%\n", dialect("haas"))
     sequence = find_sequence(program)
     assert [len(s.pieces) for s in sequence.sections] == [5, 5]
-    assert grouped(sequence, {}, False) == ()
+    assert group_stay_reasons(sequence, {}, False) == ()
     new = interpret_program(rewrite(program, sequence, some_orders(sequence, 1)), dialect("haas"))
     assert certify(program, new).same

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from leafcut.errors import PostError
-from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.insertion import format_length, insert_words, insert_words_within, renumbered
 from leafcut.processes.program.post.rewriter import rewrite
-from leafcut.processes.program.post.source_positions import Original
+from leafcut.processes.program.post.source_positions import OriginalPositions
 from rewriting import program_of, rewritten
 
 HEAD = "G21 G90 / S1000 M3 / G0 Z5 / X-9 Y-9 / "
@@ -82,7 +82,7 @@ def test_the_initial_height_is_the_one_before_the_first_hole_of_a_series() -> No
     """G99 leaves the tool at 1 behind each hole; M8 ends no series, a rapid does."""
     holes = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 / M8 / X18 / G98 X20 / G80 / G0 Z9 / G0 X3 / G99 G81 X0 Z-3 R2 / X9"
     program = program_of(HEAD + holes + FOOT)
-    original = Original(program)
+    original = OriginalPositions(program)
     height = {int(program.line[block]): original.initial_before(block) for block in range(program.n_blocks)}
     assert [height[line] for line in (5, 6, 7, 8, 9)] == [5] * 5
     assert [height[line] for line in (13, 14)] == [9, 9]
@@ -93,7 +93,9 @@ def test_a_hole_that_stays_and_goes_on_with_a_cycle_that_is_another_now_is_refus
     program = program_of(HEAD + "G98 G81 X0 Y0 Z-3 R5 F100 / X9 Y0 Z-4 / X20 Y0 / G80" + FOOT)
     (section,) = find_sequence(program).sections
     pieces, last = section.pieces[:2], section.pieces[2].begin
-    sequence = Sequence((Kept(0, pieces[0].begin), Section(pieces), Kept(last, program.n_blocks)), "drill")
+    sequence = Sequence(
+        (FixedBlocks(0, pieces[0].begin), Section(pieces), FixedBlocks(last, program.n_blocks)), "drill"
+    )
     with pytest.raises(PostError, match=r"^line 7: the block there continues a drilling cycle, which has changed$"):
         rewrite(program, sequence, [np.array([1, 0])])
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.processes.program.post.source_positions import Original
+from leafcut.processes.program.post.source_positions import OriginalPositions
 from rewriting import program_of
 
 
 def test_the_initial_height_of_a_cycle_is_that_before_its_first_hole() -> None:
     """With G99 the tool is at R1 between the holes, but the next G98 returns to Z5."""
     text = "G21 G90 / G0 X0 Y0 Z5 / G99 G81 X1 Y1 Z-1 R1 F100 / X2 / X3 / G80 / G0 Z9 / M2"
-    original = Original(program_of(text))
+    original = OriginalPositions(program_of(text))
     assert [original.place_before(block)[2] for block in (2, 3, 4, 7)] == [5.0, 1.0, 1.0, 9.0]
     assert [original.initial_before(block) for block in (2, 3, 4, 5, 7)] == [5.0, 5.0, 5.0, 5.0, 9.0]
 
@@ -28,4 +28,4 @@ def test_the_initial_height_of_a_cycle_is_that_before_its_first_hole() -> None:
 )
 def test_work_since_the_last_stop_is_a_cut_or_a_dwell_after_a_sideways_move(text: str, expected: bool) -> None:
     program = program_of(f"G21 G90 / G0 X0 Y0 Z5 / T1 M6 / {text}")
-    assert Original(program).follows_work(program.n_blocks - 1) is expected
+    assert OriginalPositions(program).follows_work(program.n_blocks - 1) is expected

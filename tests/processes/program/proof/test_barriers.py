@@ -13,12 +13,12 @@ from leafcut.processes.program.proof.barriers import (
     MESSAGE,
     OBEYED,
     SKIPPED,
-    Mark,
-    Wall,
-    compare_unrun,
-    compare_walls,
-    misplaced,
-    walls_of,
+    Barrier,
+    BarrierGroup,
+    compare_barrier_groups,
+    compare_unreached_settings,
+    find_misplaced_barriers,
+    group_barriers,
 )
 from leafcut.processes.program.proof.program_work import read_work
 from rewriting import program_of
@@ -58,7 +58,7 @@ MARKS: list[tuple[int, tuple[object, ...], tuple[float, float, float], str]] = [
 ]
 
 
-def marks_of(text: str) -> list[Mark]:
+def marks_of(text: str) -> list[Barrier]:
     return read_work(program_of(text), written_out=False, beam=False).marks
 
 
@@ -141,37 +141,37 @@ def test_after_an_unknown_block_it_matters_whether_the_tool_waits_there(text: st
     assert dwell.what == (Kind.DWELL, "head", there, 1.0, 0, 0)
 
 
-def mark(what: tuple[object, ...], key: float, said: str, place: tuple[float, float, float] = (0, 0, 5)) -> Mark:
-    return Mark(what, int(what[0]), key, int(key) + 100, place, False, said)  # type: ignore[call-overload]
+def mark(what: tuple[object, ...], key: float, said: str, place: tuple[float, float, float] = (0, 0, 5)) -> Barrier:
+    return Barrier(what, int(what[0]), key, int(key) + 100, place, False, said)  # type: ignore[call-overload]
 
 
-def tool(number: int, key: float) -> Mark:
+def tool(number: int, key: float) -> Barrier:
     return mark((Kind.TOOL, number, "", (), (), 0, 0, 40, False), key, f"change to tool {number}")
 
 
-def stop(key: float, number: int = 0, direction: int = 0, coolant: int = 0) -> Mark:
+def stop(key: float, number: int = 0, direction: int = 0, coolant: int = 0) -> Barrier:
     return mark((Kind.PAUSE, number, "", (), (), direction, coolant, 40, False), key, f"pause M{number}")
 
 
-def wait(key: float, direction: int = 0, place: str = "head") -> Mark:
+def wait(key: float, direction: int = 0, place: str = "head") -> Barrier:
     return mark((Kind.DWELL, place, False, 1.0, direction, 0), key, "dwell of 1 s")
 
 
-def frame(key: float, tenths: int) -> Mark:
+def frame(key: float, tenths: int) -> Barrier:
     return mark((Kind.FRAME, tenths, "", (), (), 0, 0, 40, False), key, f"work offset G{tenths / 10:g}")
 
 
-def message(key: float, said: str) -> Mark:
+def message(key: float, said: str) -> Barrier:
     return mark((MESSAGE, said), key, said)
 
 
-def setting(key: float, said: str) -> Mark:
+def setting(key: float, said: str) -> Barrier:
     return mark((OBEYED, said), key, said)
 
 
 def test_barriers_without_work_between_them_are_one_wall() -> None:
     marks = [stop(0), tool(1, 1), stop(5), stop(9)]
-    walls = walls_of(marks, np.array([2, 3, 6, 7], dtype=np.int32))
+    walls = group_barriers(marks, np.array([2, 3, 6, 7], dtype=np.int32))
     assert [(wall.marks, wall.after) for wall in walls] == [
         ((marks[0], marks[1]), 0),
         ((marks[2],), 2),
@@ -179,13 +179,15 @@ def test_barriers_without_work_between_them_are_one_wall() -> None:
     ]
     assert [wall.is_tool_change for wall in walls] == [True, False, False]
     assert walls[0].what == (marks[0].what, marks[1].what)
-    assert not Wall((tool(1, 0), message(1, "(MSG,a)")), 0).is_tool_change
-    assert Wall((tool(1, 0), wait(1), mark((Kind.MACHINE, 0), 2, "home")), 0).is_tool_change
+    assert not BarrierGroup((tool(1, 0), message(1, "(MSG,a)")), 0).is_tool_change
+    assert BarrierGroup((tool(1, 0), wait(1), mark((Kind.MACHINE, 0), 2, "home")), 0).is_tool_change
 
 
-def compared(before: list[tuple[Mark, int]], after: list[tuple[Mark, int]]) -> list[object]:
+def compared(before: list[tuple[Barrier, int]], after: list[tuple[Barrier, int]]) -> list[object]:
     """Compare walls of a single mark; return the groups, pairs of lines, differences, states and implied changes."""
-    found = compare_walls(*([Wall((mark,), count) for mark, count in side] for side in (before, after)))
+    found = compare_barrier_groups(
+        *([BarrierGroup((mark,), count) for mark, count in side] for side in (before, after))
+    )
     pairs = {int(key): int(new.key) for key, new in found.mark_of.items()}
     return [found.before, found.after, pairs, found.differences, found.states, found.implied]
 
@@ -221,7 +223,9 @@ def test_equal_barriers_are_paired_in_order() -> None:
         ([mark((Kind.END, 0), 1, "M2")], [], [Difference("missing end of program", 101, 0, "'M2' is gone")]),
     ],
 )  # fmt: skip
-def test_barriers_that_differ_are_named(before: list[Mark], after: list[Mark], differences: list[Difference]) -> None:
+def test_barriers_that_differ_are_named(
+    before: list[Barrier], after: list[Barrier], differences: list[Difference]
+) -> None:
     found = compared([(one, 0) for one in before], [(one, 0) for one in after])
     assert found[3:5] == [differences, []]
 
@@ -237,7 +241,9 @@ def test_barriers_that_differ_are_named(before: list[Mark], after: list[Mark], d
          mark((Kind.PAUSE, 0, "", (), (), 0, 0, 41, False), 2, "pause M0"), ["radius compensation G40 became G41"]),
     ],
 )  # fmt: skip
-def test_barriers_that_differ_in_the_state_alone_are_named_with_it(one: Mark, other: Mark, phrases: list[str]) -> None:
+def test_barriers_that_differ_in_the_state_alone_are_named_with_it(
+    one: Barrier, other: Barrier, phrases: list[str]
+) -> None:
     noun = "dwell" if one.kind == Kind.DWELL else "stop"
     told = Difference(f"changed {noun}", 101, 102, f"at '{one.said}': {'; '.join(phrases)}")
     assert compared([(one, 0)], [(other, 0)])[3:5] == [[], [(told, frozenset(phrases))]]
@@ -258,17 +264,19 @@ def test_a_removed_tool_change_joins_the_work_on_both_sides() -> None:
 
 
 def test_another_tool_change_is_named_with_the_original_one_to_the_same_tool() -> None:
-    away = Wall((stop(3), tool(2, 4)), 7)
-    before = [Wall((tool(1, 0),), 0), Wall((tool(1, 2),), 3), Wall((tool(2, 6),), 7)]
-    found = compare_walls(before, [Wall((tool(1, 1),), 0), away])
+    away = BarrierGroup((stop(3), tool(2, 4)), 7)
+    before = [BarrierGroup((tool(1, 0),), 0), BarrierGroup((tool(1, 2),), 3), BarrierGroup((tool(2, 6),), 7)]
+    found = compare_barrier_groups(before, [BarrierGroup((tool(1, 1),), 0), away])
     assert found.differences == [
         Difference("tool change", 106, 103, "'change to tool 2' became 'pause M0, change to tool 2'")
     ]
     assert found.implied == [r"tool \S+ became 2"]
-    found = compare_walls(before, [Wall((tool(1, 1),), 0), Wall((tool(3, 5),), 7)])
+    found = compare_barrier_groups(before, [BarrierGroup((tool(1, 1),), 0), BarrierGroup((tool(3, 5),), 7)])
     assert found.differences == [Difference("tool change", 0, 105, "'change to tool 3' is not in the original")]
     # A change in another group of work is another change.
-    moved = compare_walls([*before, Wall((stop(8),), 9)], [Wall((stop(8),), 9), Wall((tool(1, 9),), 10)])
+    moved = compare_barrier_groups(
+        [*before, BarrierGroup((stop(8),), 9)], [BarrierGroup((stop(8),), 9), BarrierGroup((tool(1, 9),), 10)]
+    )
     assert [one.text for one in moved.differences] == ["'change to tool 1' is not in the original"]
 
 
@@ -300,17 +308,17 @@ def test_the_tool_is_as_high_at_a_barrier_as_before(
     was: tuple[float, float, float], now: tuple[float, float, float], exactly: bool, fault: tuple[str, str] | None
 ) -> None:
     old, new = stop(1)._replace(place=was, exactly=exactly), stop(2)._replace(place=now)
-    found = list(misplaced([old, stop(7)], {1: new}, 0.002))
+    found = list(find_misplaced_barriers([old, stop(7)], {1: new}, 0.002))
     assert found == ([] if fault is None else [Difference(fault[0], 101, 102, fault[1])])
     for kind in (SKIPPED, OBEYED, MESSAGE, Kind.DWELL):
-        assert not list(misplaced([old._replace(kind=int(kind))], {1: new}, 0.002))
+        assert not list(find_misplaced_barriers([old._replace(kind=int(kind))], {1: new}, 0.002))
 
 
 def test_a_height_that_is_no_longer_known_is_named() -> None:
     old, new = stop(1), stop(2)._replace(unsure=True)
-    (found,) = misplaced([old], {1: new}, 0.002)
+    (found,) = find_misplaced_barriers([old], {1: new}, 0.002)
     assert found == Difference("unknown height", 101, 102, "at 'pause M0' the height of the tool is no longer known")
-    assert not list(misplaced([old._replace(unsure=True)], {1: new}, 0.002))
+    assert not list(find_misplaced_barriers([old._replace(unsure=True)], {1: new}, 0.002))
 
 
 SETTINGS = "G21 / (o=0, kw=1.5) / G0 X1 / #<holes>=2 / M3 $0 S1 / G1 X5 F60 / M5 / M2 / {}G0"
@@ -342,4 +350,6 @@ def test_settings_in_lines_that_never_run_are_compared(
 ) -> None:
     programs = [program_of(SETTINGS.format(text), "qtplasmac") for text in (before, after)]
     text = f"the settings that the controller takes from lines which are not run differ: {words}"
-    assert list(compare_unrun(*programs)) == ([Difference("changed setting", *lines, text)] if words else [])
+    assert list(compare_unreached_settings(*programs)) == (
+        [Difference("changed setting", *lines, text)] if words else []
+    )

@@ -21,15 +21,15 @@ from leafcut.processes.program.proof.features import (
 )
 from leafcut.processes.program.proof.matching import (
     Feature,
-    Room,
+    MatchTolerance,
     cells_around,
-    changes,
-    pair,
-    paired_one_by_one,
+    feature_changes,
+    match_features,
+    match_one_by_one,
     sorted_into_cells,
 )
 
-ROOM = Room(0.002)
+ROOM = MatchTolerance(0.002)
 G81, G83 = (int.from_bytes(name, "big") for name in (b"G81", b"G83"))
 VALUES = {
     **dict.fromkeys((*EXACT, *PLACE, *AMOUNT, *HEIGHT), 0.0), "kind": int(Kind.FEED), "plane": 17, "turns": 1,
@@ -46,8 +46,8 @@ def feature(number: int = 0, group: int = 0, **values: float) -> Feature:
     return Feature(number, number + 1, group, *sides)  # type: ignore[arg-type]
 
 
-def told(before: dict[str, float], after: dict[str, float], room: Room = ROOM) -> list[str]:
-    return changes(feature(**before), feature(**after), room)
+def told(before: dict[str, float], after: dict[str, float], room: MatchTolerance = ROOM) -> list[str]:
+    return feature_changes(feature(**before), feature(**after), room)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_each_change_of_a_feature_is_described(
 
 
 def test_with_a_beam_s_is_its_power() -> None:
-    assert told({}, {"speed": 900.0}, Room(0.002, beam=True)) == ["power 1000 became 900"]
+    assert told({}, {"speed": 900.0}, MatchTolerance(0.002, beam=True)) == ["power 1000 became 900"]
 
 
 @pytest.mark.parametrize(
@@ -176,10 +176,10 @@ def test_pairs_are_equal_and_as_many_as_there_can_be(seed: int) -> None:
         ]  # fmt: skip
 
     before, after = side(40), side(35)
-    pairs, missing, extra = paired_one_by_one(before, after, ROOM)
+    pairs, missing, extra = match_one_by_one(before, after, ROOM)
 
     def equal(a: Feature, b: Feature) -> bool:
-        return a.group == b.group and a.exact == b.exact and changes(a, b, ROOM) == []
+        return a.group == b.group and a.exact == b.exact and feature_changes(a, b, ROOM) == []
 
     assert all(equal(a, b) for a, b in pairs)
     assert not any(equal(a, b) for a in missing for b in extra)
@@ -189,7 +189,7 @@ def test_pairs_are_equal_and_as_many_as_there_can_be(seed: int) -> None:
 
 def test_equal_features_are_paired_in_order() -> None:
     before, after = [feature(k) for k in range(4)], [feature(k) for k in range(5)]
-    pairs, missing, extra = paired_one_by_one(before, after, ROOM)
+    pairs, missing, extra = match_one_by_one(before, after, ROOM)
     assert [(a.number, b.number) for a, b in pairs] == [(0, 0), (1, 1), (2, 2), (3, 3)]
     assert missing == [] and [f.number for f in extra] == [4]
 
@@ -231,10 +231,10 @@ def test_features_are_matched_whatever_their_order(
     missing: list[int],
     extra: list[int],
 ) -> None:
-    found = pair(holes(*before), holes(*after), ROOM)
+    found = match_features(holes(*before), holes(*after), ROOM)
     assert found.new_of.tolist() == new_of
     assert [f.number for f in found.missing] == missing and [f.number for f in found.extra] == extra
-    assert pair(holes(*before), holes(*after, tool=2), ROOM).new_of.tolist() == [-1] * len(before)
+    assert match_features(holes(*before), holes(*after, tool=2), ROOM).new_of.tolist() == [-1] * len(before)
 
 
 def test_a_hole_has_the_values_of_its_cycle_and_state() -> None:

@@ -10,20 +10,20 @@ import pytest
 import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, ToolpathBuilder
-from leafcut.processes.program.proof.changed_order import _moved, _overtaken
-from leafcut.processes.program.proof.doubt import FREE, KEEP, Doubt
+from leafcut.processes.program.proof.changed_order import _moved_visits, _reordered_features
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import (
     Visits,
     freed_parts,
+    line_index,
     lowest_level,
-    near_lines,
     passes_at_levels,
     passes_beside,
     passes_side_by_side,
     rows_in_order,
     visits_of,
 )
+from leafcut.processes.program.proof.order_thresholds import FREE, KEEP, OrderThresholds
 from leafcut.processes.program.proof.outlines import Line, Outline
 from leafcut.processes.program.proof.traces import traces_of
 
@@ -48,10 +48,12 @@ def visits_at(
 
 
 def index_of(cuts: Sequence[Cut]) -> tuple[object, np.ndarray]:
-    return near_lines([Line(k, np.array([a, b])) for k, (a, b, _) in enumerate(cuts)])
+    return line_index([Line(k, np.array([a, b])) for k, (a, b, _) in enumerate(cuts)])
 
 
-def pairs_of(rule: object, visits: Visits, cuts: Sequence[Cut], doubt: Doubt, width: float) -> list[list[int]]:
+def pairs_of(
+    rule: object, visits: Visits, cuts: Sequence[Cut], doubt: OrderThresholds, width: float
+) -> list[list[int]]:
     near, owner = index_of(cuts)
     found = [
         pair
@@ -79,7 +81,7 @@ def beside(gap: float, depths: tuple[float, float] = (-1.0, -1.0), length: float
     ],
 )
 def test_passes_at_two_levels_keep_their_order_within_the_tool(
-    doubt: Doubt, width: float, gap: float, found: bool
+    doubt: OrderThresholds, width: float, gap: float, found: bool
 ) -> None:
     cuts = beside(gap, (-1.0, -2.0))
     assert pairs_of(passes_at_levels, visits_at(cuts), cuts, doubt, width) == [[0, 1]] * found
@@ -87,7 +89,9 @@ def test_passes_at_two_levels_keep_their_order_within_the_tool(
 
 @BOTH
 @pytest.mark.parametrize(("second", "apart"), [(-1.009, False), (-1.011, True), (-0.989, True), (math.inf, False)])
-def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(doubt: Doubt, second: float, apart: bool) -> None:
+def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(
+    doubt: OrderThresholds, second: float, apart: bool
+) -> None:
     """Then they are not side by side; at one level they are, and an unknown depth counts as the same level."""
     cuts = beside(0.5, (-1.0, second))
     assert pairs_of(passes_at_levels, visits_at(cuts), cuts, doubt, 6.0) == [[0, 1]] * apart
@@ -100,7 +104,7 @@ def test_passes_are_at_two_levels_beyond_a_hundredth_of_a_millimetre(doubt: Doub
 
 @BOTH
 @pytest.mark.parametrize("attribute", ["level", "cutting"])
-def test_passes_that_follow_a_surface_and_holes_are_exempt(doubt: Doubt, attribute: str) -> None:
+def test_passes_that_follow_a_surface_and_holes_are_exempt(doubt: OrderThresholds, attribute: str) -> None:
     """In doubt only if both do; for certain if one does."""
     cuts = beside(0.5, (-1.0, -2.0))
     for values in ((False, True), (True, False), (False, False)):
@@ -115,7 +119,7 @@ def test_passes_that_follow_a_surface_and_holes_are_exempt(doubt: Doubt, attribu
 
 
 @BOTH
-def test_two_closed_passes_may_lie_side_by_side_in_any_order(doubt: Doubt) -> None:
+def test_two_closed_passes_may_lie_side_by_side_in_any_order(doubt: OrderThresholds) -> None:
     cuts = beside(0.5)
     for closed, found in (((True, True), False), ((True, False), True), ((False, True), True)):
         visits = visits_at(cuts, closed=closed)
@@ -134,7 +138,7 @@ def test_two_closed_passes_may_lie_side_by_side_in_any_order(doubt: Doubt) -> No
     ],
 )
 def test_passes_run_side_by_side_within_a_finishing_allowance(
-    doubt: Doubt, width: float, gap: float, found: bool
+    doubt: OrderThresholds, width: float, gap: float, found: bool
 ) -> None:
     cuts = beside(gap)
     assert pairs_of(passes_side_by_side, visits_at(cuts), cuts, doubt, width) == [[0, 1]] * found
@@ -142,7 +146,9 @@ def test_passes_run_side_by_side_within_a_finishing_allowance(
 
 @pytest.mark.parametrize(("doubt", "share"), [(KEEP, 0.45), (FREE, 0.55)])
 @pytest.mark.parametrize("swap", [False, True])
-def test_passes_run_side_by_side_if_half_of_the_shorter_one_does(doubt: Doubt, share: float, swap: bool) -> None:
+def test_passes_run_side_by_side_if_half_of_the_shorter_one_does(
+    doubt: OrderThresholds, share: float, swap: bool
+) -> None:
     """The shorter cut has 40 mm; one part of it runs along the longer one or 0.98 mm past its end, at 0.1 mm."""
     for part, found in ((share - 0.03, False), (share + 0.03, True)):
         x = 50.98 - 40.0 * part
@@ -164,7 +170,7 @@ def test_all_pairs_of_many_passes_are_found() -> None:
 def test_a_long_line_is_indexed_in_parts_of_one_piece() -> None:
     """65 segments are three parts; a point is a point."""
     points = np.column_stack([np.arange(66.0), np.zeros(66)])
-    near, owner = near_lines([Line(4, points), Line(2, np.zeros((2, 2)))])
+    near, owner = line_index([Line(4, points), Line(2, np.zeros((2, 2)))])
     assert owner.tolist() == [4, 4, 4, 2]
     parts = [shapely.get_coordinates(part).tolist() for part in near.lines]
     assert parts == [points[:33].tolist(), points[32:65].tolist(), points[64:].tolist(), [[0.0, 0.0]]]
@@ -181,14 +187,14 @@ def rows(*offsets: float, length: float = 50.0, depth: Sequence[float] = (), tur
 
 
 def in_order(
-    cuts: Sequence[Cut], doubt: Doubt = FREE, width: float = math.inf, **given: Sequence[bool]
+    cuts: Sequence[Cut], doubt: OrderThresholds = FREE, width: float = math.inf, **given: Sequence[bool]
 ) -> list[list[int]]:
     return rows_in_order(visits_at(cuts, **given), doubt, width).tolist()
 
 
 @BOTH
 @pytest.mark.parametrize("turn", [0.0, 0.7, math.pi / 2, 2.5, math.pi, -math.pi / 2])
-def test_at_least_three_parallel_rows_to_one_side_are_in_order(doubt: Doubt, turn: float) -> None:
+def test_at_least_three_parallel_rows_to_one_side_are_in_order(doubt: OrderThresholds, turn: float) -> None:
     assert in_order(rows(0.0, 1.0, turn=turn), doubt) == []
     assert in_order(rows(0.0, 1.0, 2.0, turn=turn), doubt) == [[0, 1], [1, 2]]
     assert in_order(rows(0.0, -1.0, -2.0, -3.0, turn=turn), doubt) == [[0, 1], [1, 2], [2, 3]]
@@ -197,7 +203,7 @@ def test_at_least_three_parallel_rows_to_one_side_are_in_order(doubt: Doubt, tur
 
 
 @pytest.mark.parametrize(("doubt", "wide", "too_wide"), [(FREE, 1.009, 1.012), (KEEP, 1.04, 1.06)])
-def test_the_spacing_of_rows_grows_hardly(doubt: Doubt, wide: float, too_wide: float) -> None:
+def test_the_spacing_of_rows_grows_hardly(doubt: OrderThresholds, wide: float, too_wide: float) -> None:
     assert in_order(rows(0.0, 1.0, 1.0 + wide), doubt) == [[0, 1], [1, 2]]
     assert in_order(rows(0.0, 1.0, 1.0 + too_wide), doubt) == []
     assert in_order(rows(0.0, 1.0, 1.5), doubt) == [[0, 1], [1, 2]]
@@ -206,7 +212,7 @@ def test_the_spacing_of_rows_grows_hardly(doubt: Doubt, wide: float, too_wide: f
 
 
 @BOTH
-def test_rows_at_two_depths_or_wider_than_the_tool_are_none(doubt: Doubt) -> None:
+def test_rows_at_two_depths_or_wider_than_the_tool_are_none(doubt: OrderThresholds) -> None:
     assert in_order(rows(0.0, 1.0, 2.0, depth=(-1.0, -1.009, -1.0)), doubt) == [[0, 1], [1, 2]]
     assert in_order(rows(0.0, 1.0, 2.0, depth=(-1.0, -1.011, -1.0)), doubt) == []
     assert in_order(rows(0.0, 3.0, 6.0), doubt, 3.0) == [[0, 1], [1, 2]]
@@ -221,7 +227,7 @@ def test_rows_at_two_depths_or_wider_than_the_tool_are_none(doubt: Doubt) -> Non
 
 
 @pytest.mark.parametrize(("doubt", "lean"), [(FREE, 0.015), (KEEP, 0.02)])
-def test_rows_lean_hardly_and_share_half_of_their_length(doubt: Doubt, lean: float) -> None:
+def test_rows_lean_hardly_and_share_half_of_their_length(doubt: OrderThresholds, lean: float) -> None:
     for factor, found in ((0.98, True), (1.02, False)):
         rise = 50.0 * math.tan(math.asin(lean * factor))
         leaning = [((0.0, 0.0), (50.0, 0.0), -1.0), ((0.0, 1.0), (50.0, 1.0 + rise), -1.0)]
@@ -255,7 +261,7 @@ def made(builder: ToolpathBuilder) -> Features:
     return features_of(path, states_of_path(path), np.isin(path.kind, kinds))
 
 
-def summary(features: Features, visit: Sequence[int], doubt: Doubt = FREE) -> Visits:
+def summary(features: Features, visit: Sequence[int], doubt: OrderThresholds = FREE) -> Visits:
     number = np.array(visit)
     return visits_of(features, traces_of(features), number, int(number[-1]) + 1, doubt)
 
@@ -300,7 +306,7 @@ def test_a_visit_lies_at_a_level_if_a_quarter_of_its_length_does(high: float, le
 
 
 @pytest.mark.parametrize(("doubt", "drift", "cuts"), [(FREE, 0.009, False), (FREE, 0.011, True), (KEEP, 0.001, True)])
-def test_a_plunge_may_drift_by_rounding(doubt: Doubt, drift: float, cuts: bool) -> None:
+def test_a_plunge_may_drift_by_rounding(doubt: OrderThresholds, drift: float, cuts: bool) -> None:
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
     builder.feed(x=drift, z=-1.0, feed=1.0)
@@ -318,7 +324,7 @@ def test_a_visit_is_closed_if_its_ends_are_within_a_millimetre(gap: float, close
 
 
 @pytest.mark.parametrize(("doubt", "rise"), [(KEEP, 0.2), (FREE, 0.15)])
-def test_a_tab_rises_above_the_lowest_level_and_a_ramp_down_has_none(doubt: Doubt, rise: float) -> None:
+def test_a_tab_rises_above_the_lowest_level_and_a_ramp_down_has_none(doubt: OrderThresholds, rise: float) -> None:
     for height, level in ((rise - 0.01, True), (rise + 0.01, False)):
         builder = ToolpathBuilder()
         builder.rapid(0.0, 0.0, -3.0)
@@ -340,7 +346,7 @@ def test_a_tab_rises_above_the_lowest_level_and_a_ramp_down_has_none(doubt: Doub
     assert lowest_level(features, summary(features, visit, doubt), visit, doubt).all()
 
 
-def freed(boxes: Sequence[tuple[float, ...]], doubt: Doubt, above: Sequence[float] = (), alone: bool = True,
+def freed(boxes: Sequence[tuple[float, ...]], doubt: OrderThresholds, above: Sequence[float] = (), alone: bool = True,
           starts: Sequence[tuple[float, float]] = ()) -> tuple[list[bool], list[bool]]:  # fmt: skip
     """Outlines of one visit each; further visits only start somewhere."""
     n = len(boxes) + len(starts)
@@ -357,7 +363,7 @@ PLATE, HOLE = (0.0, 0.0, 20.0, 20.0), (5.0, 5.0, 10.0, 10.0)
 
 
 @BOTH
-def test_an_outline_through_the_material_detaches_its_part(doubt: Doubt) -> None:
+def test_an_outline_through_the_material_detaches_its_part(doubt: OrderThresholds) -> None:
     assert freed([PLATE], doubt) == ([True], [True])
     assert freed([PLATE], doubt, alone=False) == ([True], [False])
     assert freed([], doubt) == ([], [])
@@ -371,7 +377,7 @@ def test_an_outline_through_the_material_detaches_its_part(doubt: Doubt) -> None
 
 
 @BOTH
-def test_an_outline_inside_another_is_scrap_unless_work_starts_inside_it(doubt: Doubt) -> None:
+def test_an_outline_inside_another_is_scrap_unless_work_starts_inside_it(doubt: OrderThresholds) -> None:
     assert freed([PLATE, HOLE], doubt) == ([True, False], [True, False])
     assert freed([PLATE, HOLE], doubt, starts=[(7.0, 7.0)]) == ([True, True, False], [True, True, False])
     assert freed([PLATE, HOLE], doubt, starts=[(12.0, 7.0)]) == ([True, False, False], [True, False, False])
@@ -383,7 +389,7 @@ def test_an_outline_inside_another_is_scrap_unless_work_starts_inside_it(doubt: 
 
 
 @BOTH
-def test_passes_of_one_outline_are_no_parts_of_each_other(doubt: Doubt) -> None:
+def test_passes_of_one_outline_are_no_parts_of_each_other(doubt: OrderThresholds) -> None:
     """An inner area of 94 % (free) or 95 % (keep) of the outer one is a second pass."""
     for share, scrap in ((doubt.smaller - 0.005, True), (doubt.smaller + 0.005, False)):
         side = 20.0 * math.sqrt(share)
@@ -392,13 +398,13 @@ def test_passes_of_one_outline_are_no_parts_of_each_other(doubt: Doubt) -> None:
 
 
 @pytest.mark.parametrize(("doubt", "least", "sure"), [(KEEP, 1.0, 1.0), (FREE, 0.5, 1.5)])
-def test_a_tiny_area_is_no_part(doubt: Doubt, least: float, sure: float) -> None:
+def test_a_tiny_area_is_no_part(doubt: OrderThresholds, least: float, sure: float) -> None:
     for area in (least - 0.01, least + 0.01, sure - 0.01, sure + 0.01):
         assert freed([(0.0, 0.0, 1.0, area)], doubt) == ([area > least], [area > sure])
 
 
 @BOTH
-def test_only_work_that_starts_inside_a_hole_keeps_it_a_part(doubt: Doubt) -> None:
+def test_only_work_that_starts_inside_a_hole_keeps_it_a_part(doubt: OrderThresholds) -> None:
     """An L of 10 mm: the place beside it lies inside its bounding box."""
     corner = shapely.Polygon([(4, 4), (14, 4), (14, 6), (6, 6), (6, 14), (4, 14)])
     outlines = [Outline(shapely.box(*PLATE), [0], True), Outline(corner, [1], True)]
@@ -423,7 +429,7 @@ def test_pieces_that_changed_their_order_are_those_with_a_pair_in_the_other_orde
         bool(rank[k] >= 0 and any(rank[j] >= 0 and (j < k) != (rank[j] < rank[k]) for j in range(12) if j != k))
         for k in range(12)
     ]
-    assert _moved(rank).tolist() == moved
+    assert _moved_visits(rank).tolist() == moved
     which = np.array([0, 2, 3, 5, 7, 8, 11])
-    assert _overtaken(rank, which) == [k for k in which.tolist() if moved[k]]
-    assert _overtaken(np.arange(12), which) == []
+    assert _reordered_features(rank, which) == [k for k in which.tolist() if moved[k]]
+    assert _reordered_features(np.arange(12), which) == []

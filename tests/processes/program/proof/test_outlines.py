@@ -11,8 +11,8 @@ import pytest
 import shapely
 
 from leafcut.model.toolpath import Arc, DrillCycle, ToolpathBuilder
-from leafcut.processes.program.proof.doubt import FREE, KEEP, Doubt
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
+from leafcut.processes.program.proof.order_thresholds import FREE, KEEP, OrderThresholds
 from leafcut.processes.program.proof.outlines import (
     Line,
     Outline,
@@ -20,8 +20,8 @@ from leafcut.processes.program.proof.outlines import (
     is_point,
     joined_outlines,
     lines_of,
+    lines_starting_inside,
     outlines_of,
-    starts_inside,
 )
 from leafcut.processes.program.proof.traces import traces_of
 
@@ -40,7 +40,7 @@ def square_with_gap(gap: float) -> np.ndarray:
 
 
 @BOTH
-def test_a_closed_square_is_its_area_for_certain(doubt: Doubt) -> None:
+def test_a_closed_square_is_its_area_for_certain(doubt: OrderThresholds) -> None:
     for points in ([*SQUARE, SQUARE[0]], [*SQUARE[::-1], SQUARE[3]]):
         area, alone = area_of(np.array(points), doubt)
         assert area.equals(shapely.Polygon(SQUARE)) and alone
@@ -58,7 +58,9 @@ def test_a_closed_square_is_its_area_for_certain(doubt: Doubt) -> None:
         (KEEP, 3.7, False, False),
     ],
 )
-def test_a_gap_leaves_a_line_closed_in_doubt_or_open(doubt: Doubt, gap: float, closed: bool, alone: bool) -> None:
+def test_a_gap_leaves_a_line_closed_in_doubt_or_open(
+    doubt: OrderThresholds, gap: float, closed: bool, alone: bool
+) -> None:
     area, certain = area_of(square_with_gap(gap), doubt)
     assert (area is not None) is closed and certain is alone
     if closed:
@@ -66,7 +68,7 @@ def test_a_gap_leaves_a_line_closed_in_doubt_or_open(doubt: Doubt, gap: float, c
 
 
 @BOTH
-def test_fewer_than_four_points_or_a_spot_enclose_nothing(doubt: Doubt) -> None:
+def test_fewer_than_four_points_or_a_spot_enclose_nothing(doubt: OrderThresholds) -> None:
     triangle = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0)])
     assert area_of(triangle, doubt)[0].area == 0.5
     assert area_of(triangle[:3], doubt) == (None, False)
@@ -75,7 +77,7 @@ def test_fewer_than_four_points_or_a_spot_enclose_nothing(doubt: Doubt) -> None:
 
 
 @BOTH
-def test_leads_that_cross_the_outline_are_no_part_of_its_area(doubt: Doubt) -> None:
+def test_leads_that_cross_the_outline_are_no_part_of_its_area(doubt: OrderThresholds) -> None:
     """The lead-in starts outside; the lead-out ends inside, farther away than any gap that may be closed."""
     points = [(5.0, -9.0), (5.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE), (0.0, 0.0), (5.0, 0.0), (5.0, 5.0)]
     area, alone = area_of(np.array(points), doubt)
@@ -84,7 +86,7 @@ def test_leads_that_cross_the_outline_are_no_part_of_its_area(doubt: Doubt) -> N
 
 
 @BOTH
-def test_two_rounds_of_an_outline_are_one_area_and_a_figure_of_eight_both_loops(doubt: Doubt) -> None:
+def test_two_rounds_of_an_outline_are_one_area_and_a_figure_of_eight_both_loops(doubt: OrderThresholds) -> None:
     twice = [*SQUARE, *SQUARE, SQUARE[0]]
     area, alone = area_of(np.array(twice), doubt)
     assert alone and area.symmetric_difference(shapely.Polygon(SQUARE)).area < 0.01
@@ -125,7 +127,7 @@ def sides(gap: float, leave_out: int = -1, reverse: Sequence[int] = ()) -> list[
 @BOTH
 @pytest.mark.parametrize("reverse", [(), (0,), (1, 3)])
 def test_sides_that_meet_within_the_tab_are_one_outline_of_all_their_pieces(
-    doubt: Doubt, reverse: Sequence[int]
+    doubt: OrderThresholds, reverse: Sequence[int]
 ) -> None:
     """The ends at a corner are gap/√2 apart."""
     for gap, joined in ((0.0, True), (1.0, True), (1.4, True), (1.45, False)):
@@ -137,13 +139,13 @@ def test_sides_that_meet_within_the_tab_are_one_outline_of_all_their_pieces(
 
 
 @BOTH
-def test_three_sides_or_a_side_that_crosses_close_nothing_or_in_doubt_only(doubt: Doubt) -> None:
+def test_three_sides_or_a_side_that_crosses_close_nothing_or_in_doubt_only(doubt: OrderThresholds) -> None:
     assert list(joined_outlines(sides(1.0, leave_out=2), 1.0, doubt)) == []
     assert list(joined_outlines([], 1.0, doubt)) == []
 
 
 @BOTH
-def test_two_halves_of_an_outline_are_one(doubt: Doubt) -> None:
+def test_two_halves_of_an_outline_are_one(doubt: OrderThresholds) -> None:
     halves = [line(*SQUARE[:3], owner=5), line(*SQUARE[2:], SQUARE[0], owner=2)]
     (found,) = joined_outlines(halves, 0.05, doubt)
     assert found.owners == [2, 5] and found.area.symmetric_difference(shapely.Polygon(SQUARE)).area < 0.05
@@ -205,7 +207,7 @@ def test_two_levels_of_the_same_sides_are_one_outline() -> None:
 @BOTH
 @pytest.mark.parametrize(("beyond", "clear"), [(0.1853, False), (0.21, True)])
 def test_an_end_with_a_third_one_about_as_near_is_joined_only_in_doubt(
-    doubt: Doubt, beyond: float, clear: bool
+    doubt: OrderThresholds, beyond: float, clear: bool
 ) -> None:
     """The ends at the corner (10, 10) are 0.707 mm apart; a fifth line ends 0.710 or 0.741 mm away from both."""
     fifth = line((SIDE + beyond, SIDE + beyond), (30.0, 30.0), owner=4)
@@ -214,7 +216,7 @@ def test_an_end_with_a_third_one_about_as_near_is_joined_only_in_doubt(
 
 
 @BOTH
-def test_outlines_of_single_lines_come_first_and_joined_ones_need_a_tab(doubt: Doubt) -> None:
+def test_outlines_of_single_lines_come_first_and_joined_ones_need_a_tab(doubt: OrderThresholds) -> None:
     closed = Line(9, np.array([(20.0, 0.0), (24.0, 0.0), (24.0, 4.0), (20.0, 0.0)]))
     spot = line((50.0, 50.0), (50.0, 50.0), owner=8)
     lines = [*sides(1.0), spot, closed]
@@ -233,9 +235,9 @@ def test_work_that_starts_inside_an_outline_is_listed_once_and_in_order() -> Non
     away = Outline(shapely.box(90, 90, 91, 91), [6], True)
     lines = [line((1.0, 1.0), (50.0, 1.0), owner=2), line((50.0, 1.0), (1.0, 1.0), owner=3),
              line((2.0, 2.0), (3.0, 2.0), owner=1), line((4.0, 2.0), (3.0, 2.0), owner=2)]  # fmt: skip
-    (found,) = starts_inside(lines, [away, area])
+    (found,) = lines_starting_inside(lines, [away, area])
     assert found[0] is area and found[1].tolist() == [1, 2]
-    assert list(starts_inside([], [area])) == []
+    assert list(lines_starting_inside([], [area])) == []
 
 
 def features(builder: ToolpathBuilder) -> Features:

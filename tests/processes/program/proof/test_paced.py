@@ -10,7 +10,7 @@ import pytest
 from leafcut.errors import VerifyError
 from leafcut.model.pace import PaceStretch
 from leafcut.model.toolpath import ToolpathBuilder
-from leafcut.processes.program.proof.paced import _lowered_rows, made_rapid, stretches_of
+from leafcut.processes.program.proof.new_speeds import _lowered_rows, changed_stretches, rows_changed_to_rapid
 from rewriting import program_of
 
 HEAD = "G21 G90 G17 / T1 M6 / S1000 M3 / G0 X0 Y0 Z5"
@@ -20,7 +20,7 @@ TEXT = f"{HEAD} / {WORK} / {FOOT}"
 
 
 def stretches(new: str) -> dict[int, tuple[PaceStretch, ...]]:
-    return stretches_of(program_of(TEXT).path, program_of(new).path)
+    return changed_stretches(program_of(TEXT).path, program_of(new).path)
 
 
 def row_of(line: int) -> int:
@@ -92,16 +92,16 @@ def test_a_program_that_goes_on_or_stops_early_is_refused_with_the_place() -> No
     builder.feed(z=1.0, feed=1.0, line=2)
     long = builder.build()
     with pytest.raises(VerifyError, match=r"^the end: .* differs from line 2 of the original"):
-        stretches_of(long, short)
+        changed_stretches(long, short)
     with pytest.raises(VerifyError, match=r"^line 2: the program with new speeds continues after the end"):
-        stretches_of(short, long)
+        changed_stretches(short, long)
 
 
 def test_new_rapids_are_counted_in_rows_of_the_new_program() -> None:
     """The cut of line 6 has three parts, the second is a rapid; the arc is a rapid along its chord."""
     new = changed("G2 X1010 Y0 I500 J0", "G0 X1010 Y0", changed("X10 F600", "X4 F600 / G0 X5 / G1 X10"))
     after = program_of(new).path
-    rows, chords = made_rapid(program_of(TEXT).path, stretches(new))
+    rows, chords = rows_changed_to_rapid(program_of(TEXT).path, stretches(new))
     assert after.end[rows, 0].tolist() == [5, 1010]
     assert after.end[chords, 0].tolist() == [1010]
 

@@ -11,8 +11,8 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.processes.program.proof.certificate import certify
 from leafcut.processes.program.proof.features import states_of_path
-from leafcut.processes.program.proof.program_work import ProgramWork, needed_rows, read_work
-from leafcut.processes.program.proof.rapids import gaps_of, heights_of
+from leafcut.processes.program.proof.program_work import ProgramWork, merged_rows, read_work
+from leafcut.processes.program.proof.rapids import allowed_heights, group_rapids
 from rewriting import program_of
 
 INF = math.inf
@@ -37,7 +37,7 @@ STROKES = (
 
 def test_rapids_have_their_heights_by_gap() -> None:
     """Gap 3 leads from X10 to X30: down to 1 at its start, away at 6, there at 8, down to 3 at its end."""
-    found = gaps_of(work_of(*STROKES))
+    found = group_rapids(work_of(*STROKES))
     assert columns(
         found, "feature", "gap_of", "rows", "across", "line",
         "leave", "arrive", "cross", "down_here", "down_there", "top",
@@ -61,7 +61,7 @@ def test_rapids_have_their_heights_by_gap() -> None:
 def test_each_feature_is_left_and_reached_at_the_height_of_its_rapids_or_of_its_stage() -> None:
     """The first cut is reached as low as it is left, at 6. The last one before the stop is left as it is reached."""
     work = work_of(*STROKES)
-    found = heights_of(work, gaps_of(work))
+    found = allowed_heights(work, group_rapids(work))
     assert columns(found, "leave", "arrive", "follows", "down_here", "down_there", "first") == {
         "leave": [INF, 6, INF, INF, 8, 12, 1, 1],
         "arrive": [6, INF, 8, INF, INF, 3, 12, 1],
@@ -82,7 +82,7 @@ UNKNOWN = (
 
 def test_unknown_heights_and_a_turning_spindle_are_known_for_the_first_and_the_last_rapid() -> None:
     work = work_of(*UNKNOWN)
-    gaps = gaps_of(work)
+    gaps = group_rapids(work)
     assert columns(
         gaps, "cross", "down_there", "unknown", "unknown_first", "unknown_last", "lit", "lit_first", "lit_last"
     ) == {
@@ -95,7 +95,7 @@ def test_unknown_heights_and_a_turning_spindle_are_known_for_the_first_and_the_l
         "lit_first": [False, True, False, True, False, True, False, False, False, False],
         "lit_last": [False, True, False, True, False, True, False, False, False, False],
     }
-    found = heights_of(work, gaps)
+    found = allowed_heights(work, gaps)
     assert columns(found, "leave", "arrive", "follows", "down_here", "down_there", "first") == {
         "leave": [3, INF, 5, 5, 5],
         "arrive": [3, INF, 5, 5, 5],
@@ -205,4 +205,4 @@ def test_a_straight_cut_in_parts_is_one_row(points: list[tuple[float, float]], n
     for x, y in points:
         builder.feed(x, y, feed=10.0)
     path = builder.build()
-    assert needed_rows(path, states_of_path(path), still=1e-6, tolerance=0.002).tolist() == [0, *needed]
+    assert merged_rows(path, states_of_path(path), still=1e-6, tolerance=0.002).tolist() == [0, *needed]

@@ -10,7 +10,7 @@ import pytest
 from leafcut.gcode.program import Program
 from leafcut.model.difference import Difference
 from leafcut.processes.program.proof.program_work import read_work
-from leafcut.processes.program.proof.stated import no_longer_stated
+from leafcut.processes.program.proof.stated_modes import find_lost_modes
 from rewriting import program_of
 
 #: Mode → its words (_ for a blank), the letters of the lines of `WORK` that rely on it, and whether few controllers
@@ -46,7 +46,7 @@ def with_words(program: Program, line: int, words: str) -> Program:
 
 def stated(original: Program, new: Program) -> list[Difference]:
     works = tuple(read_work(program, written_out=False, beam=False) for program in (original, new))
-    return list(no_longer_stated((original, new), works, np.arange(len(works[0].features)), {}))  # type: ignore[arg-type]
+    return list(find_lost_modes((original, new), works, np.arange(len(works[0].features)), {}))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("mode", MODES)

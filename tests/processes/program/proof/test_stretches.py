@@ -10,7 +10,7 @@ import pytest
 from leafcut.errors import VerifyError
 from leafcut.model.pace import PaceStretch
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
-from leafcut.processes.program.proof.paced import check_lowered, stretches_of
+from leafcut.processes.program.proof.new_speeds import changed_stretches, check_lowered
 
 Rows = Callable[[ToolpathBuilder], object]
 RAPID = math.inf
@@ -64,7 +64,7 @@ def test_the_stretches_of_a_row_have_their_shares_and_speeds(
     before: Rows, after: list[Rows], found: tuple[PaceStretch, ...]
 ) -> None:
     """The row has number 1, after the rapid."""
-    stretches = stretches_of(path_of(before, feed(50.0, 7.0)), path_of(*after, feed(50.0, 7.0)))
+    stretches = changed_stretches(path_of(before, feed(50.0, 7.0)), path_of(*after, feed(50.0, 7.0)))
     assert set(stretches) == ({1} if found else set())
     assert [value for part in stretches.get(1, ()) for value in part] == pytest.approx(
         [value for part in found for value in part]
@@ -106,18 +106,18 @@ DIFFERS = "line 2: the program with new speeds differs from line 2 of the origin
 )  # fmt: skip
 def test_a_row_that_does_something_else_is_refused_with_both_lines(before: Rows, after: list[Rows]) -> None:
     with pytest.raises(VerifyError) as refused:
-        stretches_of(path_of(before, feed(50.0, line=2)), path_of(*after, feed(50.0, line=2)))
+        changed_stretches(path_of(before, feed(50.0, line=2)), path_of(*after, feed(50.0, line=2)))
     assert str(refused.value) == DIFFERS
 
 
 def test_a_longer_and_a_shorter_program_are_refused() -> None:
     one, two = path_of(rapid(1.0)), path_of(rapid(1.0), rapid(2.0))
     with pytest.raises(VerifyError) as refused:
-        stretches_of(one, two)
+        changed_stretches(one, two)
     assert str(refused.value) == "line 2: the program with new speeds continues after the end of the original"
     for shorter, longer in ((one, two), (path_of(), path_of(feed(3.0)))):
         with pytest.raises(VerifyError) as refused:
-            stretches_of(longer, shorter)
+            changed_stretches(longer, shorter)
         assert (
             str(refused.value)
             == "the end: the program with new speeds differs from line 2 of the original in more than its speed"

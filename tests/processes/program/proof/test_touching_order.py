@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes
-from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.order_rules import touching_in_new_order
-from leafcut.processes.program.proof.outlines import lines_of, outlines_of, starts_inside
+from leafcut.processes.program.proof.order_thresholds import FREE
+from leafcut.processes.program.proof.outlines import lines_of, lines_starting_inside, outlines_of
 from leafcut.processes.program.proof.traces import traces_of
 
 TOUCH = 0.05
@@ -55,7 +55,7 @@ def cuts_of(path: Toolpath) -> Features:
 def inside(features: Features, run: np.ndarray) -> list[int]:
     """Return the runs that start inside an outline of another run."""
     lines = list(lines_of(features, traces_of(features), run, FREE.sagitta))
-    found = starts_inside(lines, outlines_of(lines, None, FREE))
+    found = lines_starting_inside(lines, outlines_of(lines, None, FREE))
     return sorted(k for outline, inner in found for k in inner.tolist() if k not in outline.owners)
 
 

@@ -29,7 +29,7 @@ from leafcut.processes.sheet.plan.chains import (
     bridge_fits,
     exit_position,
     find_bridges,
-    leaves_at_once,
+    leaves_kerf_at_once,
     scrap_of,
 )
 from leafcut.processes.sheet.plan.contours import CutContour, prepare_contours
@@ -174,11 +174,11 @@ def test_a_bridge_has_left_a_kerf_after_three_kerfs_and_does_not_come_back() -> 
         [(50, 0), (50 + 20 * math.cos(0.95 * slant), 20 * math.sin(0.95 * slant))],
         [(50, 0), (50, -far)],
     ]
-    found = leaves_at_once(np.array(lines, dtype=float), kerf_line, KERF)
+    found = leaves_kerf_at_once(np.array(lines, dtype=float), kerf_line, KERF)
     assert found.tolist() == [True, False, True, False, True]
     hook = shapely.LineString([(0, 0), (100, 0), (100, 10), (0, 10)])
-    assert leaves_at_once(np.array([[(50.0, 0.0), (50.0, 10.0 - 2 * KERF)]]), hook, KERF).tolist() == [True]
-    assert leaves_at_once(np.array([[(50.0, 0.0), (50.0, 10.0)]]), hook, KERF).tolist() == [False]
+    assert leaves_kerf_at_once(np.array([[(50.0, 0.0), (50.0, 10.0 - 2 * KERF)]]), hook, KERF).tolist() == [True]
+    assert leaves_kerf_at_once(np.array([[(50.0, 0.0), (50.0, 10.0)]]), hook, KERF).tolist() == [False]
 
 
 def test_two_contours_join_where_there_is_room_between_the_ends_given() -> None:

@@ -19,7 +19,7 @@ from leafcut.processes.sheet.plan.costs import measure_cuts, part_areas
 from leafcut.processes.sheet.plan.cutting import drawing_order
 from leafcut.processes.sheet.plan.toolpath import TorchSetup, follow, generate_cuts
 from leafcut.read.machine import load_machine
-from leafcut.timing.toolpath import measure, seconds_by_row
+from leafcut.timing.toolpath import measure_toolpath, seconds_by_row
 
 TABLE = load_machine("plasma-table")
 
@@ -64,7 +64,7 @@ def test_the_torch_is_only_on_between_pierce_and_rise_and_never_in_a_rapid() -> 
 def test_the_motions_are_as_long_as_the_paths() -> None:
     cuts, path, _ = laid(part_in_hole(), lead_in="line")
     down = len(cuts) * (PLASMA.pierce_height - PLASMA.cut_height)
-    assert measure(path, TABLE).cut_mm == pytest.approx(sum(c.path.length for c in cuts) + down, abs=1e-6)
+    assert measure_toolpath(path, TABLE).cut_mm == pytest.approx(sum(c.path.length for c in cuts) + down, abs=1e-6)
 
 
 def test_every_cut_ends_where_its_path_ends() -> None:
@@ -103,7 +103,7 @@ def test_a_clearance_below_the_pierce_height_is_refused() -> None:
 
 def test_the_seconds_of_the_rows_add_up_to_the_measure() -> None:
     _, path, _ = laid(part_in_hole())
-    whole = measure(path, TABLE)
+    whole = measure_toolpath(path, TABLE)
     each = seconds_by_row(path, TABLE)
     waiting = path.value[path.kind == Kind.DWELL].sum()
     assert each.sum() + waiting == pytest.approx(whole.time_s)
@@ -119,7 +119,7 @@ def test_switching_the_torch_on_the_move_does_not_stop_the_machine() -> None:
     without = replace(
         path, kind=path.kind[keep], end=path.end[keep], value=path.value[keep], ref=path.ref[keep], line=path.line[keep]
     )
-    assert measure(path, TABLE).time_s == pytest.approx(measure(without, TABLE).time_s)
+    assert measure_toolpath(path, TABLE).time_s == pytest.approx(measure_toolpath(without, TABLE).time_s)
 
 
 def test_areas_are_without_holes_and_parts_in_holes_count_for_themselves() -> None:

@@ -18,8 +18,8 @@ from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Severity
+from leafcut.model.json_values import from_json, to_json
 from leafcut.model.part import Part
-from leafcut.model.saving import from_json, to_json
 from leafcut.model.sheet import Sheet
 from leafcut.options import SheetOptions
 from leafcut.processes.sheet.plan.sheet import prepare_sheet

@@ -57,7 +57,9 @@ def machine_for(words: str) -> Machine:
 def planned(words: str = "qtplasmac", options: CutOptions | None = None) -> tuple[CutPlan, CutRules]:
     """The plate's cuts in an order that is allowed, for a controller."""
     torch = dialect(words).torch
-    rules = resolve_rules(STEEL, options or CutOptions(), switches=torch is not None and torch.darkens)
+    rules = resolve_rules(
+        STEEL, options or CutOptions(), switches=torch is not None and torch.can_switch_off_along_path
+    )
     sheet = plate()
     if torch is None or not torch.mark_on:
         sheet = Sheet(sheet.name, tuple(c for c in sheet.contours if c.kind != "mark"), sheet.outline)
@@ -74,7 +76,7 @@ def _renumbered(contours: Sequence[Contour]) -> tuple[Contour, ...]:
 def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = None) -> Toolpath:
     """The motions of some cuts."""
     torch = dialect(words).torch
-    switches = torch is not None and torch.darkens
+    switches = torch is not None and torch.can_switch_off_along_path
     made = TorchSetup(
         STEEL,
         CLEARANCE,

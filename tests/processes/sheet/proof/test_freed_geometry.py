@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from leafcut.processes.sheet.proof.detached_parts import _comes_near, _distances, _inside
+from leafcut.processes.sheet.proof.detached_parts import _comes_near, _distances, _is_inside
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -20,7 +20,7 @@ def test_inside_and_distance_are_those_of_shapely(seed: int) -> None:
     polygon = shapely.Polygon(edge).buffer(0)
     assert np.isclose(polygon.area, shapely.Polygon(edge).area)  # it does not cross itself
     points = chance.uniform(-11, 11, (300, 2))
-    assert _inside(points, edge).tolist() == shapely.contains_xy(polygon, points).tolist()
+    assert _is_inside(points, edge).tolist() == shapely.contains_xy(polygon, points).tolist()
     exact = shapely.distance(shapely.LineString(edge), shapely.points(points))
     assert _distances(points, edge) == pytest.approx(exact)
     for point, away in zip(points[:40], exact[:40].tolist(), strict=True):

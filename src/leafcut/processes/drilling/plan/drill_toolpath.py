@@ -157,7 +157,7 @@ def _drill(
             builder.rapid(z=heights[k])
             builder.rapid(x, y)
         r_plane = float(plan.r_planes[targets[k]])
-        builder.drill(x, y, _at_height(operation.cycle, r_plane, bottoms[k]), feed=operation.tool.feed)
+        builder.drill(x, y, _shifted_cycle(operation.cycle, r_plane, bottoms[k]), feed=operation.tool.feed)
     builder.rapid(z=plan.clearance_height)
 
 
@@ -177,7 +177,7 @@ def _travel_heights(
     return values
 
 
-def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
+def _shifted_cycle(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
     """Return the cycle with another R plane, and with its bottom moved up by `lower` mm (down if negative)."""
     if r_plane == cycle.r_plane and not lower:
         return cycle

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.model.cutter import bodies_of, cutter_of, flutes_of, widest_below
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
@@ -24,7 +24,7 @@ from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.drilling.plan.depths import (
+from leafcut.processes.drilling.plan.depth_rule import (
     DepthRule,
     centre_depth,
     depth_rule,
@@ -38,7 +38,7 @@ from leafcut.processes.drilling.plan.work_surface import (
     check_fixture,
     check_wide_tool,
     checked_fixture,
-    tops_of,
+    measure_hole_tops,
 )
 from leafcut.processes.spindle_moves import check_spindle_heights
 from leafcut.processes.zones import boxes_of, crossing_heights, parse_zones, refuse_higher_zones
@@ -121,9 +121,9 @@ class DrillPlan:
         The zones are widened by the radius of the tool, or of its shank or holder where these are below the zone's
         height.
         """
-        return widened(self.zones, self.reach(tool, tip))
+        return widen_zones(self.zones, self.radii_below_zones(tool, tip))
 
-    def reach(self, tool: Tool, tip: float) -> NDArray[np.float64]:
+    def radii_below_zones(self, tool: Tool, tip: float) -> NDArray[np.float64]:
         """Return the largest radius of tool, shank and holder below each zone's height, float64[k], mm.
 
         `tip` is the height of the tool tip, mm.
@@ -179,7 +179,7 @@ def plan_drilling(
     else:
         work = _collect_targets(part, chooser)
         radii = _widest_radii(part, work)
-        measured = tops_of(
+        measured = measure_hole_tops(
             part, work_surface, radii, _cut_radius_function(part, work, radii), drawn or part.has_hole_depths
         )
         tops, surface, height_issues = measured.tops, np.maximum(measured.tops, measured.surface), measured.issues
@@ -225,8 +225,8 @@ def plan_drilling(
         deeper=deeper,
         zones=parse_zones(job.keep_out),
         zone_heights=crossing_heights(job.keep_out, raised_job.clearance_height),
-        start=_xy(job.start_point, "--start-point"),
-        end=_xy(job.end_point, "--end-point"),
+        start=_checked_point(job.start_point, "--start-point"),
+        end=_checked_point(job.end_point, "--end-point"),
         issues=(
             *height_issues,
             *wide_issues,
@@ -349,7 +349,7 @@ def _travel_relief(plan: DrillPlan, work_surface: WorkSurface, machine: Machine,
         plan.part.hole_xy[operation.targets].round(6),
         plan.r_planes[operation.targets],
         plan.clearance_height,
-        widened(plan.zones[plan.zone_heights >= plan.clearance_height], 0.5 * operation.tool.diameter),
+        widen_zones(plan.zones[plan.zone_heights >= plan.clearance_height], 0.5 * operation.tool.diameter),
     )
 
 
@@ -530,7 +530,7 @@ def _check_zones(plan: DrillPlan) -> None:
         if not operation.slots:
             tips = operation.bottoms(plan.tops, plan.deeper)
         radii = widest_below(*flutes_of(tool), float(tips.min()), plan.zone_heights)
-        inside = np.flatnonzero(touches_any_zone(starts, ends, widened(plan.zones, radii)))
+        inside = np.flatnonzero(touches_any_zone(starts, ends, widen_zones(plan.zones, radii)))
         if len(inside):
             x, y = starts[inside[0]]
             raise PlanError(
@@ -539,8 +539,8 @@ def _check_zones(plan: DrillPlan) -> None:
             )
         if not bodies_of(tool) or not len(plan.zones):
             continue
-        distances = _distances(starts, ends, plan.zones)
-        hits = [k for k, tip in enumerate(tips.tolist()) if (distances[k] <= plan.reach(tool, tip)).any()]
+        distances = _distances_to_zones(starts, ends, plan.zones)
+        hits = [k for k, tip in enumerate(tips.tolist()) if (distances[k] <= plan.radii_below_zones(tool, tip)).any()]
         if hits:
             x, y = starts[hits[0]]
             raise PlanError(
@@ -549,7 +549,7 @@ def _check_zones(plan: DrillPlan) -> None:
             )
 
 
-def _distances(
+def _distances_to_zones(
     starts: NDArray[np.float64], ends: NDArray[np.float64], zones: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the distances between straight cuts and keep-out zones, float64[n, k], mm.
@@ -616,13 +616,13 @@ def _operation(
         r_plane=job.retract_height,
         bottom=bottom,
         to_initial=initial,
-        peck=_first_given(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
-        dwell=_first_given(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
+        peck=_first_value(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
+        dwell=_first_value(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )
     return DrillOperation(tool, _checked_cycle(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
 
 
-def _first_given(*values: float | None) -> float:
+def _first_value(*values: float | None) -> float:
     return next((v for v in values if v is not None), 0.0)
 
 
@@ -637,9 +637,9 @@ def _cycle_name(tool: Tool, options: DrillOptions) -> str:
         return "G82" if tool.dwell else "G81"
     if options.cycle:
         return options.cycle
-    if _first_given(tool.peck, options.peck):
+    if _first_value(tool.peck, options.peck):
         return "G83"
-    return "G82" if _first_given(tool.dwell, options.dwell) else "G81"
+    return "G82" if _first_value(tool.dwell, options.dwell) else "G81"
 
 
 def _checked_cycle(cycle: DrillCycle, tool: Tool) -> DrillCycle:
@@ -685,7 +685,7 @@ def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job:
             )
 
 
-def _xy(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:
+def _checked_point(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:
     if point is None:
         return None
     if len(point) != 2:

@@ -8,6 +8,8 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from typing import NamedTuple
 
+import numpy as np
+
 from leafcut.errors import PlanError, count_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -15,7 +17,7 @@ from leafcut.model.part import Hole, HoleStep, Slot
 from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.drilling.plan.drill_sizes import EQUAL, catalogue_size
+from leafcut.units import MM_PER_INCH
 
 #: Conservative cutting data of assumed tools: high-speed steel in mild steel or aluminium (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
@@ -41,6 +43,25 @@ _RESOLUTION = 1e-4
 SAME_ANGLE = math.radians(1.0)
 #: Default plunge rate of an end mill or a countersink, relative to its feed.
 PLUNGE_PART = 1.0 / 3.0
+
+#: Tolerance of a catalogue size, mm: rounding of drawings to three decimals in mm, or four in inches (0.0013 mm).
+EQUAL = 1.5e-3
+#: Metric drill sizes: upper end of each range, and the increments within it, mm (DIN 1899 below 1 mm, DIN 338 above).
+_METRIC = ((1.0, (0.01,)), (3.0, (0.05,)), (np.inf, (0.1, 0.25)))
+#: An inch fraction this close to a metric size, mm, is used only for a hole of exactly its diameter.
+_BESIDE_METRIC = 0.02
+#: Number drills 1 to 80 and letter drills A to Z, thousandths of an inch: ASME B94.11M.
+_NUMBERS = (
+    228, 221, 213, 209, 205.5, 204, 201, 199, 196, 193.5, 191, 189, 185, 182, 180, 177, 173, 169.5, 166, 161, 159, 157,
+    154, 152, 149.5, 147, 144, 140.5, 136, 128.5, 120, 116, 113, 111, 110, 106.5, 104, 101.5, 99.5, 98, 96, 93.5, 89,
+    86, 82, 81, 78.5, 76, 73, 70, 67, 63.5, 59.5, 55, 52, 46.5, 43, 42, 41, 40, 39, 38, 37, 36, 35, 33, 32, 31, 29.2,
+    28, 26, 25, 24, 22.5, 21, 20, 18, 16, 14.5, 13.5,
+)  # fmt: skip
+_LETTERS = (
+    234, 238, 242, 246, 250, 257, 261, 266, 272, 277, 281, 290, 295, 302, 316, 323, 332, 339, 348, 358, 368, 377, 386,
+    397, 404, 413,
+)  # fmt: skip
+_NUMBERED = np.array([*_NUMBERS, *_LETTERS]) * 1e-3 * MM_PER_INCH
 
 
 class Step(NamedTuple):
@@ -129,10 +150,10 @@ class ToolChooser:
     def step_for_slot(self, slot: Slot) -> Step:
         """Return the step that cuts a slot with a slot mill of its width. Raises PlanError if the library has none."""
         if self.library is None:
-            assumed = self._assume(ToolKind.SLOT_MILL, slot.width)
+            assumed = self._assumed_tool(ToolKind.SLOT_MILL, slot.width)
             self._note_size(assumed, slot.width)
             return Step(assumed, slots=True)
-        tool = self._nearest(slot.width, ToolKind.SLOT_MILL)
+        tool = self._nearest_tool(slot.width, ToolKind.SLOT_MILL)
         if tool is None:
             raise PlanError(
                 f"{self.library.source}: no slot mill of {slot.width:g} mm for the slot at "
@@ -179,13 +200,13 @@ class ToolChooser:
         if self.library is None:
             if self.options.centre_drill:
                 raise PlanError("--centre-drill uses the centre drill of a tool library; give --tools")
-            return [self._assume(ToolKind.DRILL, diameter)]
-        tools = self._from_library(diameter, hole)
+            return [self._assumed_tool(ToolKind.DRILL, diameter)]
+        tools = self._library_tools(diameter, hole)
         if self.options.centre_drill and all(t.kind is not ToolKind.CENTRE_DRILL for t in tools):
             return [self._centre_drill(), *tools]
         return tools
 
-    def _from_library(self, diameter: float, hole: Hole) -> list[Tool]:
+    def _library_tools(self, diameter: float, hole: Hole) -> list[Tool]:
         assert self.library is not None
         tolerance = self.job.diameter_tolerance
         fitting = [
@@ -196,20 +217,20 @@ class ToolChooser:
         if fitting:
             # Prefer a recipe for the layer to a recipe for all layers, then the closest diameter.
             best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))
-            return [self._with_data(self.library.by_number[number]) for number in best.steps]
-        drill = self._nearest(diameter, ToolKind.DRILL)
+            return [self._with_cutting_data(self.library.by_number[number]) for number in best.steps]
+        drill = self._nearest_tool(diameter, ToolKind.DRILL)
         if drill is None:
             raise PlanError(self._no_drill_message(diameter, hole))
-        return [self._with_data(drill)]
+        return [self._with_cutting_data(drill)]
 
     def _centre_drill(self) -> Tool:
         assert self.library is not None
         centre_drills = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
         if not centre_drills:
             raise PlanError(f"{self.library.source}: --centre-drill needs a centre drill; add one to the library")
-        return self._with_data(centre_drills[0])
+        return self._with_cutting_data(centre_drills[0])
 
-    def _with_data(self, tool: Tool) -> Tool:
+    def _with_cutting_data(self, tool: Tool) -> Tool:
         """Return the tool, with assumed feed and speed if its library has no feeds at all."""
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
@@ -218,7 +239,7 @@ class ToolChooser:
             self._with_assumed_feeds[tool.number] = replace(tool, spindle_rpm=rpm, feed=tool.feed or feed, assumed=True)
         return self._with_assumed_feeds[tool.number]
 
-    def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
+    def _nearest_tool(self, diameter: float, kind: ToolKind) -> Tool | None:
         assert self.library is not None
         candidates = [t for t in self.library.tools if t.kind is kind]
         best = min(candidates, key=lambda t: abs(t.diameter - diameter), default=None)
@@ -236,7 +257,7 @@ class ToolChooser:
             f" (layer '{hole.layer}'); {advice}; add a tool or a recipe, or raise --diameter-tolerance"
         )
 
-    def _assume(self, kind: ToolKind, diameter: float) -> Tool:
+    def _assumed_tool(self, kind: ToolKind, diameter: float) -> Tool:
         """Return an assumed tool of the nearest catalogue size; drill files of boards specify exact diameters."""
         if not self._board:
             diameter = catalogue_size(diameter, self.job.diameter_tolerance)
@@ -316,3 +337,29 @@ class ToolChooser:
 
 def _rpm(surface_speed: float, diameter: float) -> float:
     return 60.0 * surface_speed / (math.pi * diameter)
+
+
+def catalogue_size(diameter: float, tolerance: float) -> float:
+    """Return the size of the drill for a hole, mm.
+
+    This is the catalogue size equal to the diameter; otherwise the nearest within `tolerance`, mm; otherwise the
+    diameter itself. Number and letter drills are only used for holes of exactly their size, because they are close to
+    metric sizes.
+    """
+    metric, inch = _nearest_metric_size(diameter), round(diameter / MM_PER_INCH * 64.0) / 64.0 * MM_PER_INCH
+    numbered = float(_NUMBERED[np.argmin(np.abs(_NUMBERED - diameter))])
+    for size in (metric, inch, numbered):
+        if size > 0.0 and abs(size - diameter) <= min(EQUAL, tolerance):
+            return round(size, 4)
+    sizes = [metric]
+    if abs(inch - _nearest_metric_size(inch)) > _BESIDE_METRIC:
+        sizes.append(inch)
+    # Of two equally near sizes, take the smaller: a hole can be opened up.
+    away, size = min((round(abs(size - diameter), 6), size) for size in sizes)
+    return round(size, 4) if size > 0.0 and away <= tolerance + 1e-9 else diameter
+
+
+def _nearest_metric_size(diameter: float) -> float:
+    steps = next(steps for limit, steps in _METRIC if diameter <= limit)
+    sizes = {round(count * step, 4) for step in steps for count in (int(diameter / step), int(diameter / step) + 1)}
+    return min((round(abs(size - diameter), 6), size) for size in sizes)[1]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.material.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
+from leafcut.material.surface import TILES, TILES_DOGLEG, HoleRims, hole_rims, safe_tiles
 from leafcut.model.cutter import cutter_of, discs_of
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
@@ -41,7 +41,7 @@ ODD_TIMES = 8.0
 NEAR = 0.1
 
 
-class Tops(NamedTuple):
+class HoleTops(NamedTuple):
     """Heights at each hole, float64[n], mm: top of the hole, surface, and underside of the part; and issues."""
 
     tops: NDArray[np.float64]
@@ -293,13 +293,13 @@ def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float
     return np.array(clipped).reshape(-1, 2)
 
 
-def tops_of(
+def measure_hole_tops(
     part: Part,
     surface: WorkSurface,
     radius: NDArray[np.float64],
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     drawn: bool,
-) -> Tops:
+) -> HoleTops:
     """Measure the top of each hole, and the underside of the part there.
 
     `radius`, float64[n], is the radius of the widest tool of each hole, mm; the highest point within it is the top.
@@ -375,7 +375,7 @@ def tops_of(
                 severity=Severity.WARNING,
             )
         )
-    return Tops(tops, rims.top, rims.under, issues)
+    return HoleTops(tops, rims.top, rims.under, issues)
 
 
 def rims_within(
@@ -384,19 +384,19 @@ def rims_within(
     radius: NDArray[np.float64],
     cut_radius: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     tops: NDArray[np.float64] | None,
-) -> Rims:
+) -> HoleRims:
     """Return the rim of each hole: the highest point of the surface, the lowest point, and the underside of the part.
 
     The highest point is taken within the full radius of the tools, the others within the radius that is cut. `tops`,
     float64[n], are the heights of the tops of the holes, mm; None if the holes start on the surface.
     """
-    whole = rims_of(triangles, xy, radius)
+    whole = hole_rims(triangles, xy, radius)
     above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
     cut = cut_radius(above)
     if (cut >= radius).all():
         return whole
-    inner = rims_of(triangles, xy, cut)
-    return Rims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
+    inner = hole_rims(triangles, xy, cut)
+    return HoleRims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
 
 
 def _refuse_other_unit(part: Part, mesh: Mesh) -> None:

@@ -25,8 +25,8 @@ from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.plan.fronts import Fronts
-from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
+from leafcut.processes.pocket.plan.cleared_discs import ClearedDiscs
+from leafcut.processes.pocket.plan.medial_axis import Axis, medial_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
 
 #: Safety margin of the engagement limit, rad: the engagement is sampled and may peak between two samples.
@@ -60,9 +60,11 @@ def adaptive(region: CentreRegion) -> PocketPath:
     edge = region.polygon.boundary
     shapely.prepare(edge)
     path = _AdaptivePath(region.rules, min(limit, region.rules.engagement, math.pi - 0.1) - MARGIN, edge)
-    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, path.bite), FILM * region.rules.tolerance)
-    path.open(axis)
-    path.grow(axis)
+    axis = medial_axis(
+        region.polygon, min(0.05 * region.rules.tool_diameter, path.width_at_limit), FILM * region.rules.tolerance
+    )
+    path.clear_widest_disc(axis)
+    path.clear_along_axis(axis)
     path.along_walls(region.rings)
     return PocketPath("adaptive", tuple(path.pieces))
 
@@ -94,14 +96,14 @@ class _AdaptivePath:
     def __post_init__(self) -> None:
         self.turn = 1 if self.rules.climb else -1
         self.fine = 0.3 * self.rules.tolerance
-        self.fronts = Fronts(self.rules.radius, self.turn, self.fine, THIN * self.bite)
+        self.fronts = ClearedDiscs(self.rules.radius, self.turn, self.fine, THIN * self.width_at_limit)
 
     @property
-    def bite(self) -> float:
+    def width_at_limit(self) -> float:
         """Radial width of a straight cut at the engagement limit, mm."""
         return self.rules.radius * (1.0 - math.cos(self.limit))
 
-    def open(self, axis: Axis) -> None:
+    def clear_widest_disc(self, axis: Axis) -> None:
         """Clear the widest disc: descend along a helix, then spiral outwards."""
         (x, y), radius = axis.xy[0].tolist(), float(axis.width[0])
         helix = min(HELIX * self.rules.radius, radius)
@@ -130,8 +132,8 @@ class _AdaptivePath:
             rho = radii[-1]
             step = min(2.0 * math.sqrt(0.5 * self.rules.tolerance / rho), 0.2)
             # The spiral points outwards by an angle whose tangent is dρ/(ρ dθ), which adds to the engagement.
-            rate = self._width(rho, self.limit) / math.tau
-            rate = self._width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
+            rate = self._uncut_width(rho, self.limit) / math.tau
+            rate = self._uncut_width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
             if rho >= last and math.isinf(full):
                 full = angles[-1] + math.tau
             angles.append(min(angles[-1] + step, full))
@@ -140,11 +142,11 @@ class _AdaptivePath:
         spiral: Points = np.array(radii)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
         return spiral
 
-    def _width(self, rho: float, angle: float) -> float:
+    def _uncut_width(self, rho: float, angle: float) -> float:
         tool = self.rules.radius
         return tool + rho - math.sqrt(rho * rho + tool * tool + 2.0 * rho * tool * math.cos(angle))
 
-    def grow(self, axis: Axis) -> None:
+    def clear_along_axis(self, axis: Axis) -> None:
         children = axis.children()
         spots = {0: _ClearedPoint(0, axis.xy[0])}
         stack = [(child, 0) for child in reversed(children[0])]
@@ -169,17 +171,17 @@ class _AdaptivePath:
                 low = good + _BACK * (low - good)
             else:
                 at, on = self._closer_point(start + low * (end - start), spot), good
-            cleared = self._clear(at, spot)
+            cleared = self._clear_disc(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
-                if self.fronts.holds(x, y, self._radius(end), FILM * self.rules.tolerance):
+                if self.fronts.contains_disc(x, y, self._radius(end), FILM * self.rules.tolerance):
                     return cleared  # the wall pass cuts the film in the tip of a corner
                 raise PlanError(
                     f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool hardly has room to turn; "
                     "choose a larger --max-engagement or a smaller --tool-diameter"
                 )
             spot, good = cleared, on
-        return self._clear(end, spot) if to_end else spot
+        return self._clear_disc(end, spot) if to_end else spot
 
     def _closer_point(self, at: Floats, spot: _ClearedPoint) -> Floats:
         """Return a point between `at` and the last disc whose own disc can be cleared next.
@@ -206,20 +208,20 @@ class _AdaptivePath:
         if not self._uncut_arcs(x, y, radius):
             return True
         cx, cy, before = self.fronts.discs[spot.disc].tolist()
-        cusp = min(CUSP, CUSP_SHARE * self.bite)
+        cusp = min(CUSP, CUSP_SHARE * self.width_at_limit)
         if math.hypot(x - cx, y - cy) > before + 0.8 * radius:
             return False
         if float(np.hypot(*(at - spot.at))) > math.sqrt(8.0 * cusp * (self.rules.radius + radius)):
             return False
-        return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
+        return self.fronts.engagement(x, y, radius, sure) <= self._engagement_limit(radius)
 
     def _uncut_arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the uncut arcs of a disc as start angle and sweep, rad; none if only a film in a corner remains."""
-        if radius < self.fine and self.fronts.holds(x, y, radius, 0.5 * self.rules.tolerance):
+        if radius < self.fine and self.fronts.contains_disc(x, y, radius, 0.5 * self.rules.tolerance):
             return []
         return self.fronts.arcs(x, y, radius)
 
-    def _allowed(self, radius: float) -> float:
+    def _engagement_limit(self, radius: float) -> float:
         """Return the engagement limit on a circle, rad. It is lower on small circles, where films count more.
 
         A film of thickness h in a hole of radius r + ρ has the effect of a film h (1 + r/ρ) at a straight edge.
@@ -228,14 +230,14 @@ class _AdaptivePath:
         film = self.fine * (1.0 + tool / max(radius, self.fine))
         return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
 
-    def _clear(self, at: Floats, spot: _ClearedPoint) -> _ClearedPoint:
+    def _clear_disc(self, at: Floats, spot: _ClearedPoint) -> _ClearedPoint:
         (x, y), radius = at.tolist(), self._radius(at)
         arcs = self._uncut_arcs(x, y, radius)
         if not arcs:
             return _ClearedPoint(self.fronts.nearest(x, y), at)
         for start, sweep in arcs:
             arc = _arc(x, y, radius, start, self.turn * sweep)
-            self._link(arc.start, self._disc_around(arc.start, spot.disc))
+            self._link_to(arc.start, self._disc_around(arc.start, spot.disc))
             self.pieces.append(PocketPiece(arc))
             self.at, self.disc = arc.end, self._disc_around(arc.end, spot.disc)
         self.disc = self.fronts.add(x, y, radius)
@@ -247,7 +249,7 @@ class _AdaptivePath:
         x, y, radius = self.fronts.discs[first].tolist()
         return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
 
-    def _link(self, to: tuple[float, float], disc: int) -> None:
+    def _link_to(self, to: tuple[float, float], disc: int) -> None:
         """Move through the cleared area to the position `to`, which lies in the given disc."""
         discs = self._discs_between(self.disc, disc)
         places = [self.at, *(self._lens_middle(a, b) for a, b in pairwise(discs)), to]
@@ -255,7 +257,7 @@ class _AdaptivePath:
         while i < len(places) - 1:
             # The line from position k to position k + 1 lies in disc k of `discs`.
             j = len(places) - 1
-            while j > i + 1 and not self.fronts.clear(places[i], places[j], discs[i:j]):
+            while j > i + 1 and not self.fronts.contains_move(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
             corners.append(places[j])
             i = j
@@ -282,7 +284,7 @@ class _AdaptivePath:
         while walls:
             wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
             first = (float(wall[0, 0]), float(wall[0, 1]))
-            self._link(first, self.fronts.nearest(*first))
+            self._link_to(first, self.fronts.nearest(*first))
             self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
 
     def _started_at_least_material(self, ring: Points) -> Points:
@@ -292,7 +294,7 @@ class _AdaptivePath:
         row = np.repeat(np.arange(len(ring)), count)
         share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[row]
         places = ring[row] + share[:, None] * edges[row]
-        best = int(np.argmin(self.fronts.beyond(places)))
+        best = int(np.argmin(self.fronts.distances_outside(places)))
         start = places[best : best + 1]
         return np.concatenate([start, np.roll(ring, -int(row[best]) - 1, axis=0), start])
 

@@ -19,15 +19,15 @@ FITTED_PART = 0.5
 NEAREST = 0.005
 
 
-def fitted(path: PocketPath, tolerance: float) -> PocketPath:
+def fit_arcs_to_path(path: PocketPath, tolerance: float) -> PocketPath:
     """Return a path with arcs fitted to its chords, within half of `tolerance`, mm.
 
     Existing arcs and the ends of sections do not change.
     """
-    return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
+    return replace(path, pieces=tuple(replace(p, path=_fit_arcs_to_section(p.path, tolerance)) for p in path.pieces))
 
 
-def _fitted(path: Polyline, tolerance: float) -> Polyline:
+def _fit_arcs_to_section(path: Polyline, tolerance: float) -> Polyline:
     arcs = [i for i in range(path.n_segments) if path.bulges[i] != 0.0]
     pieces, at = [], 0
     for i in [*arcs, path.n_segments]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
-from leafcut.material.bands import pieces_near
+from leafcut.material.bands import segments_near
 
 #: A function that returns the maximum distance of each sample point from the path, float64[n], mm. Its arguments are
 #: the points, float64[n, 2], and their spacing, mm.
@@ -45,7 +45,7 @@ class CoveragePoints:
 
     def near(self, path: Points) -> tuple[Indices, Indices]:
         """Return the pairs (segment, sample point) with a distance within the limit of the point, sorted by segment."""
-        piece, place = pieces_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
+        piece, place = segments_near(path[self.pieces], path[self.pieces + 1], self.points, self.limits)
         return self.pieces[piece], place
 
 
@@ -59,9 +59,9 @@ class CoverageGrid:
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
         self.polygon, self.longest, self.limit = polygon, longest, limit
         shapely.prepare(polygon)
-        self._set(pitch)
+        self._set_pitch(pitch)
 
-    def _set(self, pitch: float) -> None:
+    def _set_pitch(self, pitch: float) -> None:
         self.pitch = pitch
         self.side = max(round(self.longest / (CELLS * pitch)), 1)
         self.grid = Cells(self.polygon.bounds, self.side * pitch, CELLS + 2)
@@ -77,11 +77,11 @@ class CoverageGrid:
         middle = 0.5 * (path[:-1] + path[1:])
         wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:
-            self._set(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
+            self._set_pitch(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
             wanted = self.grid.around(self.grid.of(middle[selected]), CELLS + 1)
         self._add_cells(np.setdiff1d(wanted, self.cells, assume_unique=True))
         k = np.searchsorted(self.cells, wanted)
-        rows = _spans(self.first[k], self.first[k + 1])
+        rows = _joined_ranges(self.first[k], self.first[k + 1])
         near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
@@ -98,12 +98,12 @@ class CoverageGrid:
         counts = np.concatenate([np.diff(self.first), count])
         first_rows = np.cumsum(counts) - counts
         order = np.argsort(all_cells)
-        rows = _spans(first_rows[order], (first_rows + counts)[order])
+        rows = _joined_ranges(first_rows[order], (first_rows + counts)[order])
         self.points = np.vstack([self.points, points])[rows]
         self.limits = np.concatenate([self.limits, self.limit(points, self.pitch)])[rows]
         self.cells, self.first = all_cells[order], np.concatenate([[0], np.cumsum(counts[order])])
 
 
-def _spans(first: Indices, end: Indices) -> Indices:
+def _joined_ranges(first: Indices, end: Indices) -> Indices:
     counts = end - first
     return np.repeat(first - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())

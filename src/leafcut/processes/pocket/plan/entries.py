@@ -68,7 +68,7 @@ def enter_level(
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
     turns = 0 if ring is None else _turns_instead_of_ramp(ring.length, high - bottom, data.entry_angle)
-    legs = _legs(path, high - bottom, data.entry_angle)
+    legs = _ramp_legs(path, high - bottom, data.entry_angle)
     ramps = legs is not None or turns > 0
     # The search for a helix is slow, so it runs only if a helix may be used.
     wanted = asked == "helix" or (asked == "ramp" and not ramps)
@@ -94,7 +94,7 @@ def descend_along_loop(
 
     If the requested entry is neither ramp nor helix, or the loop is too short, enter like `enter_level`.
     """
-    turns = _turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
+    turns = _descent_turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
     if data.entry not in ("ramp", "helix") or not turns:
         return enter_level(builder, loop, top, bottom, data, allowed, climb)
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
@@ -114,7 +114,7 @@ def _follow_turns(
         follow(builder, loop, feed, (start, end))
 
 
-def _turns(length: float, drop: float, angle: float) -> int:
+def _descent_turns(length: float, drop: float, angle: float) -> int:
     """Return the number of turns for a descent by `drop` mm at the ramp angle; 0 if the loop is too short."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
@@ -122,14 +122,14 @@ def _turns(length: float, drop: float, angle: float) -> int:
 
 def _turns_instead_of_ramp(length: float, drop: float, angle: float) -> int:
     """Return the number of turns along a ring shorter than the ramp; 0 if the ring is longer or much too short."""
-    turns = _turns(length, drop, angle)
+    turns = _descent_turns(length, drop, angle)
     return turns if 1 < turns <= MOST_LEGS else 0
 
 
 # -- ramp ------------------------------------------------------------------------------------------------------------
 
 
-def _legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
+def _ramp_legs(path: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
     """Return the even number of legs of a ramp and their length, mm; None if the path is too short."""
     needed = drop / math.tan(angle)
     if not path.length > 0.0:
@@ -198,10 +198,10 @@ def follow(builder: ToolpathBuilder, path: Polyline, feed: float, heights: tuple
         z = level if heights is None else heights[0] + (heights[1] - heights[0]) * gone / length
         if index == path.n_segments - 1 and heights is not None:
             z = heights[1]
-        _move(builder, s, z, feed)
+        _write_segment(builder, s, z, feed)
 
 
-def _move(builder: ToolpathBuilder, s: Segment, z: float, feed: float) -> None:
+def _write_segment(builder: ToolpathBuilder, s: Segment, z: float, feed: float) -> None:
     chord = math.dist(s.start, s.end)
     if s.is_arc and chord > SHORTEST_ARC:
         builder.arc(s.bulge < 0.0, (*s.end, z), Arc((*s.center, builder.position[2])), feed=feed)

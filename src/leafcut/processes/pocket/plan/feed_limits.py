@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.material.chip_feeds import allowed_feed, power_at
+from leafcut.material.chip_feeds import allowed_feed, cutting_power
 from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.model.feed_limits import FEED_INCREASE, FeedLimits
 from leafcut.model.issue import Issue, Severity
@@ -49,13 +49,13 @@ def feed_limits(
     if power is None:
         return limits, []
     if material is None or not tool.teeth:
-        return limits, [_unlimited(settings, tool, material)]
+        return limits, [_unlimited_feed_note(settings, tool, material)]
     limits = replace(limits, power=power, material=material, teeth=tool.teeth)
     _check_slot(limits, tool)
     return limits, []
 
 
-def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
+def _unlimited_feed_note(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
     if "material" not in settings.given:
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
@@ -72,7 +72,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
     slowest = float(allowed_feed(slot(tool.diameter), limits)[0])
     if slowest < SLOWEST * tool.feed:
-        needed = float(power_at(slot(tool.diameter), tool.feed, limits)[0])
+        needed = float(cutting_power(slot(tool.diameter), tool.feed, limits)[0])
         raise PlanError(
             f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
             f"{tool.label}, but the spindle provides only {limits.power / 1000.0:.3g} kW; give a smaller --step-down"

@@ -27,7 +27,7 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRule
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import RegionPaths, length_of
-from leafcut.processes.pocket.plan.track import Ring
+from leafcut.processes.pocket.plan.stationed_path import Ring
 
 #: Usual and minimum spacing of points, tool diameters; closer points would clear the same area twice. The centre of
 #: four points is 0.71 spacings away from each, so it is cleared if the spacing is less than 0.7 diameters.
@@ -117,7 +117,7 @@ def grid_points(
     corners = np.asarray(region.polygon.exterior.coords)[:, :2] @ turn.T
     low, high = corners.min(axis=0), corners.max(axis=0) + rules.tolerance
     if region.polygon.area > 2.0 * MOST_POINTS * pitch**2:
-        _refuse(region.polygon.area / pitch**2, rules)
+        _refuse_grid(region.polygon.area / pitch**2, rules)
     x, y = (np.arange(low[k] + offset[k], high[k], pitch) for k in range(2))
     columns, rows = (a.ravel() for a in np.meshgrid(np.arange(len(x)), np.arange(len(y))))
     places = np.stack([x[columns], y[rows]], axis=1) @ turn
@@ -125,15 +125,17 @@ def grid_points(
     inside = shapely.contains_xy(grown, places[:, 0], places[:, 1])
     places, colour = places[inside], (columns + rows)[inside] % 2
     if len(places) > MOST_POINTS:
-        _refuse(len(places), rules)
+        _refuse_grid(len(places), rules)
     outside = ~shapely.intersects_xy(region.polygon, places[:, 0], places[:, 1])
     if outside.any():
         near = shapely.shortest_line(region.polygon, shapely.points(places[outside]))
         places[outside] = shapely.get_coordinates(near).reshape(-1, 2, 2)[:, 0]
-    return Grid(places, pitch, max(abs(len(places) - 2 * int(colour.sum())) - 1, _spurs(columns[inside], rows[inside])))
+    return Grid(
+        places, pitch, max(abs(len(places) - 2 * int(colour.sum())) - 1, _count_spurs(columns[inside], rows[inside]))
+    )
 
 
-def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
+def _count_spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     if len(columns) < 2:
         return 0
     # A frame of empty cells avoids checks at the border.
@@ -147,7 +149,7 @@ def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     return max(0, math.ceil((missing - 2) / 2))
 
 
-def _refuse(count: float, rules: PocketRules) -> None:
+def _refuse_grid(count: float, rules: PocketRules) -> None:
     raise PlanError(
         f"a grid for a tool of {rules.tool_diameter:g} mm has about {count:.0f} points here; at most {MOST_POINTS} are "
         "ordered; use another --strategy or a larger tool"
@@ -199,14 +201,14 @@ def grid_path(context: GridContext, order: NDArray[np.int32], strategy: str = "f
     link.
     """
     nodes = [int(k) for k in order]
-    rough = _over_points(context, nodes)
+    rough = _path_over_points(context, nodes)
     turned = [PocketPiece(piece.path.reversed(), piece.kind) for piece in reversed(rough)]
-    there, back = (_along_walls(context, end) for end in (nodes[-1], nodes[0]))
+    there, back = (_path_along_walls(context, end) for end in (nodes[-1], nodes[0]))
     pieces = [*rough, *there[1]] if there[0] <= back[0] else [*turned, *back[1]]
     return PocketPath(strategy, tuple(pieces))
 
 
-def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
+def _path_over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     """Return the path sections over the points in the order of `nodes`.
 
     The tool moves straight where possible, and retracts where a retract is cheaper. It never retracts both before and
@@ -217,7 +219,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     run, linked = [places[nodes[0]]], False
     straight = paths.straight(places[nodes[:-1]], places[nodes[1:]])
     for k, (a, b) in enumerate(itertools.pairwise(nodes)):
-        link = (b, places[[a, b]]) if straight[k] else paths.to_nearest(a, [b])
+        link = (b, places[[a, b]]) if straight[k] else paths.path_to_nearest(a, [b])
         needed = (len(run) == 1 and not linked) or k == len(nodes) - 2
         dear = link is not None and length_of(link[1]) > retract.cost(math.dist(places[a], places[b]))
         by_feed = link is not None and (needed or not dear)
@@ -234,7 +236,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
     return pieces
 
 
-def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
+def _path_along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
     """Return the cost of all links, mm, and the path sections from a node along every wall, always the nearest next."""
     paths, retract = context.paths, context.retract
     left, rules = set(range(len(paths.rings))), context.region.rules
@@ -245,10 +247,10 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
         nodes = np.array(list(owner))
         apart = np.hypot(*(paths.places[nodes] - last).T)
         node, lifted = int(nodes[apart.argmin()]), retract.cost(float(apart.min()))
-        nearest = paths.to_nearest(at, owner)
+        nearest = paths.path_to_nearest(at, owner)
         if nearest is not None and length_of(nearest[1]) <= lifted:
             node = nearest[0]
-        loop = _loop(context.region.rings, paths.places[node], rules.climb)
+        loop = _wall_loop(context.region.rings, paths.places[node], rules.climb)
         if nearest is not None and node == nearest[0]:
             link = np.concatenate([last[None], nearest[1], loop[:1]])
             spent += length_of(link)
@@ -262,7 +264,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
     return spent, pieces
 
 
-def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
+def _wall_loop(walls: list[Points], place: Points, climb: bool) -> Points:
     """Return the wall nearest to a position as a closed loop from there, float64[k, 2].
 
     For climb milling, outer walls run counter-clockwise.

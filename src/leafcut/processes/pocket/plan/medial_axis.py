@@ -45,7 +45,7 @@ class Axis:
         return follow
 
 
-def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
+def medial_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     """Return the medial axis of a polygon, from the Voronoi diagram of points on its boundary, `spacing` mm apart.
 
     Cycles around islands are cut at their narrowest points. Branches into corners are extended to the corner. Branches
@@ -53,7 +53,7 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
     """
-    points = _sampled(polygon, spacing)
+    points = _boundary_points(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
     ends = np.concatenate([segments(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
     shapely.prepare(polygon)
@@ -63,12 +63,12 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
         return Axis(np.asarray(line.coords)[:1], np.array([line.length]), np.array([-1]))
     xy, names = np.unique(ends.reshape(-1, 2).round(7), axis=0, return_inverse=True)
     width = shapely.distance(shapely.points(xy), polygon.boundary)
-    order, parent = _tree(xy, width, names.reshape(-1, 2))
+    order, parent = _widest_spanning_tree(xy, width, names.reshape(-1, 2))
     axis = Axis(xy[order], width[order], parent)
-    return _pruned(_into_corners(axis, polygon, _IN_CORNER * spacing), tolerance)
+    return _prune_branches(_extend_into_corners(axis, polygon, _IN_CORNER * spacing), tolerance)
 
 
-def _sampled(polygon: Any, spacing: float) -> Points:
+def _boundary_points(polygon: Any, spacing: float) -> Points:
     parts = []
     spacing = max(spacing, polygon.length / _MOST)
     for ring in (polygon.exterior, *polygon.interiors):
@@ -81,7 +81,7 @@ def _sampled(polygon: Any, spacing: float) -> Points:
     return np.concatenate(parts)
 
 
-def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
+def _widest_spanning_tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
     """Return the points in the order in which the widest spanning tree reaches them, and the parent of each.
 
     A parent is an index into this order.
@@ -108,7 +108,7 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
     return order, np.array(parent, dtype=np.int64)
 
 
-def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
+def _extend_into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
     """Return the axis with each branch that ends near a corner of the boundary extended into the corner."""
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
@@ -128,7 +128,7 @@ def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
     )
 
 
-def _pruned(axis: Axis, tolerance: float) -> Axis:
+def _prune_branches(axis: Axis, tolerance: float) -> Axis:
     """Return the axis without the branches whose discs lie in the disc at their fork, within the tolerance."""
     n = len(axis.xy)
     parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()

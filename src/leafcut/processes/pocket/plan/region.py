@@ -57,7 +57,7 @@ class CentreRegion:
 
 
 @dataclass(frozen=True, eq=False)
-class Unreached:
+class UnreachableArea:
     """An area of a pocket that the tool cannot clear: shapely geometry, area, mm², and a point inside.
 
     A `corner` has one opening to the cleared area and narrows from there. Any other area is cut off: a passage, or an
@@ -84,19 +84,19 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
             f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller "
             "--tool-diameter"
         )
-    issues = _unreached_issues(pocket.label, unreached(shape, rules), rules)
+    issues = _unreached_issues(pocket.label, unreachable_areas(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
 
 
-def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
+def unreachable_areas(shape: Any, rules: PocketRules) -> list[UnreachableArea]:
     """Return the areas of a pocket that the tool cannot clear, the largest first; tiny areas are omitted."""
-    reached, thin = reachable(shape, rules), _THIN * rules.tolerance
+    reached, thin = reachable_area(shape, rules), _THIN * rules.tolerance
     rest, near = shape.difference(reached), reached.buffer(thin)
     places = []
     for piece in polygons(rest.buffer(-thin).buffer(thin).intersection(rest)):
         if piece.area >= SMALL * math.pi * rules.radius**2:
             point = piece.point_on_surface()
-            places.append(Unreached(piece, piece.area, (point.x, point.y), _is_corner(piece, near, thin)))
+            places.append(UnreachableArea(piece, piece.area, (point.x, point.y), _is_corner(piece, near, thin)))
     return sorted(places, key=lambda u: -u.area)
 
 
@@ -107,8 +107,8 @@ def _is_corner(piece: Any, near: Any, thin: float) -> bool:
     radius r (1 − sin α) / (1 + sin α): a quarter of half the mouth at 90°, half of it at 40°. Between parallel walls,
     it equals half the mouth.
     """
-    mouths = shapely.line_merge(shapely.multilinestrings(_lines(piece.boundary.intersection(near))))
-    mouths = [mouth for mouth in _lines(mouths) if mouth.length > 2.0 * thin]
+    mouths = shapely.line_merge(shapely.multilinestrings(_line_strings(piece.boundary.intersection(near))))
+    mouths = [mouth for mouth in _line_strings(mouths) if mouth.length > 2.0 * thin]
     if len(mouths) != 1 or mouths[0].is_ring:
         return False
     ends = mouths[0].coords
@@ -116,11 +116,11 @@ def _is_corner(piece: Any, near: Any, thin: float) -> bool:
     return bool(shapely.maximum_inscribed_circle(piece, thin).length <= _AS_WIDE * half)
 
 
-def _lines(shape: Any) -> list[Any]:
+def _line_strings(shape: Any) -> list[Any]:
     return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "LineString"]
 
 
-def _unreached_issues(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
+def _unreached_issues(name: str, places: list[UnreachableArea], rules: PocketRules) -> list[Issue]:
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
@@ -149,15 +149,15 @@ def _unreached_issues(name: str, places: list[Unreached], rules: PocketRules) ->
     return issues
 
 
-def _count_and_area(places: list[Unreached], what: str) -> str:
+def _count_and_area(places: list[UnreachableArea], what: str) -> str:
     return f"{len(places)} {what}{'s' * (len(places) > 1)}, {sum(u.area for u in places):.3g} mm² in all"
 
 
-def _area_and_place(place: Unreached) -> str:
+def _area_and_place(place: UnreachableArea) -> str:
     return f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})"
 
 
-def reachable(shape: Any, rules: PocketRules) -> Any:
+def reachable_area(shape: Any, rules: PocketRules) -> Any:
     """Return the part of a pocket's area that the tool can clear (shapely geometry)."""
     inner = tool_centres(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)

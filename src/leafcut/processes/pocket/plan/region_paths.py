@@ -44,8 +44,8 @@ class RegionPaths:
         links: list[tuple[int, int, float]] = []
         count = len(points)
         for corners in rings:
-            ring = _dense(corners, NODE_SPACING * pitch)
-            at = _stops(ring, NODE_SPACING * pitch)
+            ring = _densified_ring(corners, NODE_SPACING * pitch)
+            at = _spaced_indices(ring, NODE_SPACING * pitch)
             nodes = np.arange(count, count + len(at))
             for k, (a, b) in enumerate(zip(at, np.roll(at, -1), strict=True)):
                 here, there = int(nodes[k]), int(nodes[(k + 1) % len(nodes)])
@@ -56,9 +56,9 @@ class RegionPaths:
             stops.append(ring[at])
             count += len(at)
         self.places = np.concatenate([points.reshape(-1, 2), *stops])
-        self._join(links, REACH * pitch)
+        self._store_edges(links, REACH * pitch)
 
-    def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
+    def _store_edges(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
         """Store the neighbours of each node and the lengths of the moves to them, mm."""
         places: Any = shapely.points(self.places)
         here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
@@ -108,13 +108,13 @@ class RegionPaths:
         both: NDArray[np.float64] = np.minimum(lengths[:n], lengths[:n].T)
         return both
 
-    def to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
+    def path_to_nearest(self, start: int, ends: Collection[int]) -> tuple[int, Points] | None:
         """Return the node of `ends` with the shortest path from `start`, and the corners of this path, straightened.
 
         The result is None if no path exists.
         """
         nodes = shortest_path(len(self.places), self._edges, start, ends)
-        return None if nodes is None else (nodes[-1], self._pulled_tight(self._corners(nodes)))
+        return None if nodes is None else (nodes[-1], self._straightened(self._corners(nodes)))
 
     def _edges(self, node: int) -> tuple[Indices, Floats]:
         near = slice(self._begin[node], self._begin[node + 1])
@@ -133,7 +133,7 @@ class RegionPaths:
     def _is_straight(self, a: int, b: int) -> bool:
         return bool(self.straight(self.places[[a]], self.places[[b]])[0])
 
-    def _pulled_tight(self, corners: Points) -> Points:
+    def _straightened(self, corners: Points) -> Points:
         """Straighten a path: from each corner, go to the farthest corner in line of sight."""
         kept, at = [0], 0
         while at < len(corners) - 1:
@@ -144,11 +144,11 @@ class RegionPaths:
         return corners[kept]
 
 
-def _dense(ring: Points, spacing: float) -> Points:
+def _densified_ring(ring: Points, spacing: float) -> Points:
     return np.asarray(shapely.segmentize(shapely.LinearRing(ring), spacing).coords)[:-1]
 
 
-def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
+def _spaced_indices(ring: Points, spacing: float) -> NDArray[np.int64]:
     along = np.concatenate([[0.0], np.hypot(*np.diff(ring, axis=0).T).cumsum()])
     step = np.floor(along / spacing).astype(np.int64)
     stops = np.flatnonzero(np.diff(step, prepend=-1) > 0)

@@ -12,8 +12,8 @@ import shapely
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import NEAR, never
-from leafcut.processes.pocket.plan.track import Ring
+from leafcut.processes.pocket.plan.rings import NEAR, never_stopped
+from leafcut.processes.pocket.plan.stationed_path import Ring
 
 #: Spacing of candidate joints along a ring, step-overs.
 STATION_STEP = 0.25
@@ -62,7 +62,7 @@ class _JointOptions(NamedTuple):
     gaps: Points
 
 
-def _side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
+def _run_side_by_side(a: Ring, b: Ring, step_over: float) -> bool:
     """Return whether two rings of different levels run side by side over a long stretch."""
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
@@ -79,7 +79,7 @@ def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
-        if _side_by_side(cut[a], cut[b], step_over):
+        if _run_side_by_side(cut[a], cut[b], step_over):
             low, high = (a, b) if cut[a].level < cut[b].level else (b, a)
             inner.setdefault(low, []).append(high)
     candidates: list[list[int]] = []
@@ -156,7 +156,7 @@ class RingLinks:
     Once `stopped` returns true, the first possible joints are taken.
     """
 
-    def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
+    def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never_stopped) -> None:
         self.region, self.cut, self.stopped = region, cut, stopped
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
@@ -165,9 +165,9 @@ class RingLinks:
         self.spine, self.spans = self._best_spine()
         self.children = children_of(self.spine, self.edges, len(cut))
         self.options: dict[tuple[int, int], _JointOptions] = {}
-        self._clear()
+        self._remove_joints()
 
-    def _clear(self) -> None:
+    def _remove_joints(self) -> None:
         self.taken: list[list[tuple[float, float]]] = [[] for _ in self.cut]
         self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(self.cut))}
         self.apart: list[int] = []
@@ -183,17 +183,17 @@ class RingLinks:
 
         Joints stay away from `avoided` positions.
         """
-        self._clear()
+        self._remove_joints()
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.spine, self.spans, strict=True):
             self.taken[ring].append((end, start + self.cut[ring].length))
         self._place_children()
-        paths = [np.vstack([self._around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
+        paths = [np.vstack([self._path_around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
         for one, after, (_, end), (start, _) in zip(
             self.spine, self.spine[1:], self.spans, self.spans[1:], strict=False
         ):
             self.links += [self.cut[one].at(end), self.cut[after].at(start)]
-        return paths + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
+        return paths + [self._path_around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
         """Return the spine with the lowest cost, and the stations where the path enters and leaves its rings."""
@@ -229,7 +229,8 @@ class RingLinks:
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
         costs = [
-            self._link(place, to.at(s)) + TURN_PENALTY * self.step * _turn(to, s - self.gap(after), self.gap(after))
+            self._link(place, to.at(s))
+            + TURN_PENALTY * self.step * _total_turn(to, s - self.gap(after), self.gap(after))
             for s in options
         ]
         best = int(np.argmin(costs))
@@ -250,11 +251,11 @@ class RingLinks:
             else:
                 self.joints[ring].append(joint)
                 self.links.append(self.cut[child].at(joint.child_station))
-                self._occupy(ring, joint.parent_station, joint.parent_gap)
-                self._occupy(child, joint.child_station, joint.child_gap)
+                self._reserve_gap(ring, joint.parent_station, joint.parent_gap)
+                self._reserve_gap(child, joint.child_station, joint.child_gap)
             left += [(child, further) for further in reversed(self.children[child])]
 
-    def _occupy(self, ring: int, station: float, gap: float) -> None:
+    def _reserve_gap(self, ring: int, station: float, gap: float) -> None:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
@@ -268,7 +269,7 @@ class RingLinks:
                 break
             tried += best[1] is not None
             joint = Joint(parent, child, *options.stations[k], *options.gaps[k])
-            more = self._penalty(joint)
+            more = self._joint_penalty(joint)
             if cost + more < best[0] - 1e-9:
                 best = (cost + more, joint)
         return best[1]
@@ -304,7 +305,7 @@ class RingLinks:
         both: Points = np.vstack(pairs)
         return both
 
-    def _penalty(self, joint: Joint) -> float:
+    def _joint_penalty(self, joint: Joint) -> float:
         """Return the penalty of a joint for turns in its gaps and for avoided positions, mm.
 
         The penalty is infinite if the joint is impossible.
@@ -324,7 +325,7 @@ class RingLinks:
         )
         if any(math.isinf(self._link(*link)) for link in links):
             return math.inf
-        turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
+        turn = _total_turn(a, joint.parent_station - ha, 2 * ha) + _total_turn(b, joint.child_station - hb, 2 * hb)
         near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
         return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
@@ -340,20 +341,20 @@ class RingLinks:
                 return False
         return True
 
-    def _around(self, ring: int, start: float, end: float) -> Points:
+    def _path_around(self, ring: int, start: float, end: float) -> Points:
         here = self.cut[ring]
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
         parts, at = [], start
         for station, joint in sorted(stops, key=lambda stop: stop[0]):
             parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))
             first = joint.child_station + 0.5 * joint.child_gap
-            parts.append(self._around(joint.child, first, first + self.cut[joint.child].length - joint.child_gap))
+            parts.append(self._path_around(joint.child, first, first + self.cut[joint.child].length - joint.child_gap))
             at = station + 0.5 * joint.parent_gap
         parts.append(here.stretch(at, max(end, at)))
         return np.vstack(parts)
 
 
-def _turn(ring: Ring, start: float, length: float) -> float:
+def _total_turn(ring: Ring, start: float, length: float) -> float:
     """Return the total change of direction of a ring over a stretch of the given length, rad."""
     if length <= 0.0:
         return 0.0

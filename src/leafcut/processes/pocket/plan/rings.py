@@ -7,11 +7,11 @@ from typing import Any
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import as_polyline, polygons, shrunk
+from leafcut.geometry.regions import as_polyline, polygons, shrink
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.spurs import with_spurs
-from leafcut.processes.pocket.plan.track import Ring
+from leafcut.processes.pocket.plan.spurs import add_spurs
+from leafcut.processes.pocket.plan.stationed_path import Ring
 
 #: Maximum distance between neighbouring rings, step-overs.
 NEAR = 1.01
@@ -31,26 +31,26 @@ def rings(region: CentreRegion) -> list[Ring]:
         for polygon in polygons(inner):
             cut.extend(Ring.through(points, level) for points in CentreRegion(polygon, rules).rings)
         level += 1
-        inner = shrunk(region.polygon, level * rules.step_over, rules.tolerance)
+        inner = shrink(region.polygon, level * rules.step_over, rules.tolerance)
     return cut if rules.climb else [Ring.through(ring.points[-2::-1], ring.level) for ring in cut]
 
 
-def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
+def neighbouring_rings(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     """Return the pairs of neighbouring rings (outer, inner)."""
     lines = [ring.line for ring in cut]
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=NEAR * step_over).T
     return [(int(a), int(b)) for a, b in pairs if cut[b].level > cut[a].level]
 
 
-def contour(region: CentreRegion) -> PocketPath:
+def contour_parallel_path(region: CentreRegion) -> PocketPath:
     """Return closed rings from the inside out, always the nearest next, linked at depth where a short link fits."""
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
-    loops = with_spurs(around, region.polygon, rules)
+    loops = add_spurs(around, region.polygon, rules)
     cut = [Ring.through(path[:-1], ring.level) for path, ring in zip(loops, cut, strict=True)]
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
-    for a, b in neighbours(cut, rules.step_over):
+    for a, b in neighbouring_rings(cut, rules.step_over):
         inner[a].add(b)
     path = LinkedPath(region, _first_place(cut))
     left = set(range(len(cut)))
@@ -59,7 +59,7 @@ def contour(region: CentreRegion) -> PocketPath:
         here = shapely.Point(path.end)
         a = min(ready, key=lambda r: (round(cut[r].line.distance(here), 6), -cut[r].level))
         start = cut[a].station_of(path.end)
-        path.go(cut[a].stretch(start, start + cut[a].length), kind_of(cut[a], rules))
+        path.append_section(cut[a].stretch(start, start + cut[a].length), kind_of(cut[a], rules))
         left.remove(a)
     return PocketPath("contour", tuple(path.pieces))
 
@@ -74,7 +74,7 @@ class LinkedPath:
         self.region, self.end = region, start
         self.pieces: list[PocketPiece] = []
 
-    def go(self, path: Points, kind: str) -> None:
+    def append_section(self, path: Points, kind: str) -> None:
         """Append a path section, with a link at depth if the link is short and stays in the region."""
         link = shapely.LineString([self.end, path[0]])
         if self.pieces and 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and is_free(self.region, link):
@@ -83,7 +83,7 @@ class LinkedPath:
         self.end = path[-1]
 
 
-def never() -> bool:
+def never_stopped() -> bool:
     """Return False: a search with this check is never stopped."""
     return False
 

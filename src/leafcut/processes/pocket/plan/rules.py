@@ -18,7 +18,7 @@ from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.processes.pocket.plan.tool import with_data
+from leafcut.processes.pocket.plan.tool import add_cutting_data
 from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: Maximum path tolerance: in mm, and relative to the step-over, because close passes need a finer tolerance.
@@ -180,7 +180,7 @@ def _depth_summary(pockets: Sequence[Pocket]) -> str:
     return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
 
 
-def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
+def enclosing_pockets(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
     """Return, for each pocket, the index of the pocket in whose floor it lies, or None."""
     shapes = [pocket.region(tolerance) for pocket in pockets]
     around: list[int | None] = []
@@ -221,7 +221,7 @@ def milling_data(
     contradict each other, or if the speed or feed is out of the machine's range.
     """
     check_spindle_heights(machine, job, "mill a pocket")
-    tool, issues = with_data(mill, options, job, rules, machine)
+    tool, issues = add_cutting_data(mill, options, job, rules, machine)
     plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
     return MillingData(
         tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, machine.max_feed

@@ -42,7 +42,7 @@ MIN_SAVING = 0.01
 CURVE = 8
 
 
-def fine(path: Points, longest: float) -> Points:
+def subdivide_path(path: Points, longest: float) -> Points:
     """Return a path with points added until no segment is longer than `longest` mm, float64[n, 2]."""
     step = np.hypot(*np.diff(path, axis=0).T)
     path = path[np.concatenate([[True], step > 1e-9])]
@@ -55,7 +55,7 @@ def fine(path: Points, longest: float) -> Points:
     return np.column_stack([np.interp(at, station, path[:, 0]), np.interp(at, station, path[:, 1])])
 
 
-def shorten(
+def shorten_path(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a path that is at most as long, and still within the maximum distances of all sample points.
@@ -67,12 +67,12 @@ def shorten(
     for _ in range(PASSES):
         if stopped():
             break
-        bends = _Bends(fine(path, PIECE * radius), coverage, region.rules, allowed, changed)
+        bends = _BendShortener(subdivide_path(path, PIECE * radius), coverage, region.rules, allowed, changed)
         near = _near_any(bends.path, kept, radius)
         bends.done |= near[:-1] | near[1:]
         bends.trim()
         bends.shorten_all(stopped)
-        shorter = bends.rebuilt(bends.edits)
+        shorter = bends.path_with_edits(bends.edits)
         spared = _length(path) - _length(shorter)
         path, changed = shorter, bends.changed()
         if spared < MIN_SAVING * radius:
@@ -80,16 +80,16 @@ def shorten(
     return path
 
 
-def chamfer(
+def chamfer_corners(
     path: Points, coverage: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a path with chamfers at its sharp corners, except near the points `links`, float64[n, 2]."""
     if stopped():
         return path
-    corners = _Corners(fine(path, PIECE * region.rules.radius), coverage, region.rules, allowed)
+    corners = _CornerChamferer(subdivide_path(path, PIECE * region.rules.radius), coverage, region.rules, allowed)
     corners.done |= _near_any(corners.path, links, region.rules.radius)[:-1]
     corners.shorten_all(stopped)
-    return corners.rebuilt(corners.edits)
+    return corners.path_with_edits(corners.edits)
 
 
 def _near_any(path: Points, places: Points, distance: float) -> NDArray[np.bool_]:
@@ -103,7 +103,7 @@ def _length(path: Points) -> float:
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
-class _Bends:
+class _BendShortener:
     """One round of shortening at the bends of a path.
 
     If `changed`, float64[n, 2], is given, only the bends near these positions are tried.
@@ -118,7 +118,7 @@ class _Bends:
         self.path, self.allowed = path, allowed
         self.radius, self.step = rules.radius, rules.step_over
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-        self.bends = self._bends(self.least)
+        self.bends = self._sharp_bends(self.least)
         if changed is not None:
             # The stretch of a bend, the sample points near it, and the other passes that may clear these points.
             reach = self.reaches[0] * self.radius + 2.0 * coverage.longest
@@ -156,27 +156,27 @@ class _Bends:
         for i in self.bends:
             if stopped():
                 break
-            self._try(i)
+            self._shorten_bend(i)
 
     def trim(self) -> None:
         """Remove the segments at both ends of the path that clear nothing on their own."""
         n = len(self.path) - 1
         j = 0
-        while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
-            self._remove(j, j + 1)
+        while j < n - 1 and not self.fixed[j] and not self.done[j] and self._stays_covered(j, j + 1, None):
+            self._remove_stretch(j, j + 1)
             j += 1
         if j:
             self.edits.append((0, j, self.path[j : j + 1]))
             self.done[:j] = True
         k = n
-        while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._covered(k - 1, k, None):
-            self._remove(k - 1, k)
+        while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._stays_covered(k - 1, k, None):
+            self._remove_stretch(k - 1, k)
             k -= 1
         if k < n:
             self.edits.append((k, n, self.path[k : k + 1]))
             self.done[k:] = True
 
-    def _bends(self, least: float) -> list[int]:
+    def _sharp_bends(self, least: float) -> list[int]:
         """Return the points where the path turns by more than `least`, the sharpest first."""
         step = np.diff(self.path, axis=0)
         angle = np.arctan2(step[:, 1], step[:, 0])
@@ -185,7 +185,7 @@ class _Bends:
         bends = np.flatnonzero(turn > least)
         return [int(i) for i in bends[np.argsort(-turn[bends], kind="stable")]]
 
-    def _try(self, i: int) -> None:
+    def _shorten_bend(self, i: int) -> None:
         """Replace the longest stretch around a bend that can be replaced."""
         for reach in self.reaches:
             a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
@@ -193,30 +193,30 @@ class _Bends:
             a, b = max(a, 0), min(b, len(self.path) - 1)
             if not a < i < b or self.walls[b] - self.walls[a] or self.done[a:b].any():
                 continue
-            curve = self._curve(a, i, b)
+            curve = self._replacement_curve(a, i, b)
             if curve is None or self.station[b] - self.station[a] - _length(curve) < MIN_SAVING * self.radius:
                 continue
-            if self._covered(a, b, curve) and self._inside(curve):
-                self._remove(a, b)
-                self._add(a, curve)
+            if self._stays_covered(a, b, curve) and self._is_inside(curve):
+                self._remove_stretch(a, b)
+                self._add_curve(a, curve)
                 self.done[a:b] = True
                 self.edits.append((a, b, curve))
                 return
 
-    def _curve(self, a: int, i: int, b: int) -> Points | None:
+    def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
         """Return the replacement of a stretch: a parabola tangential to the lines from its ends to the bend."""
         t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         p, q, r = self.path[a], self.path[i], self.path[b]
         curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
         return curve
 
-    def _inside(self, curve: Points) -> bool:
+    def _is_inside(self, curve: Points) -> bool:
         return bool(self.allowed.covers(shapely.LineString(curve)))
 
     def _points_of(self, a: int, b: int) -> Indices:
         return self.point[self.first[a] : self.first[b]]
 
-    def _covered(self, a: int, b: int, curve: Points | None) -> bool:
+    def _stays_covered(self, a: int, b: int, curve: Points | None) -> bool:
         """Return whether all sample points stay within their maximum distances if a curve replaces a stretch."""
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
@@ -227,10 +227,10 @@ class _Bends:
         away = shapely.distance(shapely.LineString(curve), self.geoms[lost])
         return bool((away <= self.places.limits[lost]).all())
 
-    def _remove(self, a: int, b: int) -> None:
+    def _remove_stretch(self, a: int, b: int) -> None:
         np.subtract.at(self.count, self._points_of(a, b), 1)
 
-    def _add(self, a: int, curve: Points) -> None:
+    def _add_curve(self, a: int, curve: Points) -> None:
         line = shapely.LineString(curve)
         who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
@@ -240,7 +240,7 @@ class _Bends:
         places = [part for a, b, curve in self.edits for part in (self.path[a : b + 1], curve)]
         return np.vstack([np.zeros((0, 2)), *places])
 
-    def rebuilt(self, edits: list[Edit]) -> Points:
+    def path_with_edits(self, edits: list[Edit]) -> Points:
         parts, at = [], 0
         for a, b, curve in sorted(edits, key=lambda e: e[0]):
             parts += [self.path[at : a + 1], curve]
@@ -254,7 +254,7 @@ def _angle(a: Points, b: Points) -> float:
     return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
 
 
-class _Corners(_Bends):
+class _CornerChamferer(_BendShortener):
     """A round of chamfering at the sharp corners of a path. The step-over applies only to passes side by side."""
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
@@ -267,7 +267,7 @@ class _Corners(_Bends):
         self.chamfers: dict[int, Points] = {}
         self.gone = np.zeros(len(path), dtype=bool)
 
-    def _curve(self, a: int, i: int, b: int) -> Points | None:
+    def _replacement_curve(self, a: int, i: int, b: int) -> Points | None:
         p, q, r = self.path[a], self.path[i], self.path[b]
         before, after = q - p, r - q
         # `half` is half the interior angle of the corner. Chamfers of neighbouring corners are 1 / sin(half) times as
@@ -310,11 +310,11 @@ class _Corners(_Bends):
                 return False
         return True
 
-    def _remove(self, a: int, b: int) -> None:
-        super()._remove(a, b)
+    def _remove_stretch(self, a: int, b: int) -> None:
+        super()._remove_stretch(a, b)
         self.gone[a + 1 : b] = True
 
-    def _add(self, a: int, curve: Points) -> None:
-        super()._add(a, curve)
+    def _add_curve(self, a: int, curve: Points) -> None:
+        super()._add_curve(a, curve)
         share = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
         self.chamfers[a] = (1.0 - share) * curve[0] + share * curve[-1]

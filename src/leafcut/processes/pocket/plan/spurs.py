@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.geometry.regions import polygons, quarter, swept
+from leafcut.geometry.regions import chords_per_quarter, polygons, swept
 from leafcut.model.pocket import PocketRules
-from leafcut.processes.pocket.plan.track import Track
+from leafcut.processes.pocket.plan.stationed_path import StationedPath
 
 #: Uncut areas smaller than this, relative to the tool's area, are ignored: chords of rings cause them.
 SPECK = 1e-5
@@ -25,14 +25,14 @@ ROUNDING = 1e-6
 MOST = 60
 
 
-def uncut(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
+def uncut_areas(floor: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
     """Return the areas of `floor` that are farther than the tool radius from all passes (shapely polygons)."""
-    quarters = quarter(rules.radius, rules.tolerance)
+    quarters = chords_per_quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _significant_parts(floor.difference(cleared), rules)
 
 
-def with_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
+def add_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Points]:
     """Return the paths with spurs that clear all uncut areas of `floor`.
 
     A spur runs straight from the nearest pass to an uncut area and back. If it would leave `floor`, it starts from the
@@ -41,31 +41,35 @@ def with_spurs(paths: list[Points], floor: Any, rules: PocketRules) -> list[Poin
     room = floor.buffer(ROUNDING)
     shapely.prepare(room)
     lines = [shapely.LineString(path) for path in paths]
-    tracks = [Track(path) for path in paths]
+    tracks = [StationedPath(path) for path in paths]
     spurs: list[list[tuple[float, Points]]] = [[] for _ in paths]
     tree = shapely.STRtree(lines)
-    for place in uncut(floor, lines, rules):
+    for place in uncut_areas(floor, lines, rules):
         near = tree.query(place, predicate="dwithin", distance=FAR * rules.radius)
         near = near[np.argsort(shapely.distance(place, np.array(lines)[near]), kind="stable")]
         left = [place]
         for _ in range(MOST):
             if not left:
                 break
-            free = ((int(k), *found) for k in near if (found := _spur(left, tracks[k], rules, room)) is not None)
+            free = (
+                (int(k), *found) for k in near if (found := _spur_to_uncut(left, tracks[k], rules, room)) is not None
+            )
             k, station, tip = next(free, (0, 0.0, None))
             if tip is None:
                 break
             spurs[k].append((station, tip))
             disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
             left = [part for some in left for part in _significant_parts(some.difference(disc), rules)]
-    return [_with_spurs_at(track, found) for track, found in zip(tracks, spurs, strict=True)]
+    return [_insert_spurs(track, found) for track, found in zip(tracks, spurs, strict=True)]
 
 
 def _significant_parts(shape: Any, rules: PocketRules) -> list[Any]:
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
-def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
+def _spur_to_uncut(
+    places: list[Any], track: StationedPath, rules: PocketRules, room: Any
+) -> tuple[float, Points] | None:
     """Return station and tip of a spur towards the most distant uncut point; None if it would leave `room`."""
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
@@ -76,7 +80,7 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
     return (station, tip) if room.covers(shapely.LineString([base, tip])) else None
 
 
-def _with_spurs_at(track: Track, spurs: list[tuple[float, Points]]) -> Points:
+def _insert_spurs(track: StationedPath, spurs: list[tuple[float, Points]]) -> Points:
     points, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
         k = max(int(np.searchsorted(track.stations, station, side="right")), at)

@@ -34,7 +34,9 @@ def stock_tops(
     return tops
 
 
-def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
+def fill_pockets(
+    triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]
+) -> NDArray[np.float64]:
     """Return the surface of a solid with all pockets filled up to their `stock_tops`, float64[n, 3, 3], mm."""
     lids = [triangles]
     for pocket, top in zip(of_solid, tops, strict=True):

@@ -46,9 +46,11 @@ def library_mill(
     several end mills and none was requested. Raises PlanError if the library has no end mill, or if the tool is of
     another kind, has another diameter, or is too short.
     """
-    tool = _numbered(library, number) if number is not None else _fitting(library, asked)
+    tool = _mill_by_number(library, number) if number is not None else _mill_by_diameter(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
-        raise PlanError(f"{library.source}: {tool.label} differs from --tool-diameter {asked:g} mm; {_others(library)}")
+        raise PlanError(
+            f"{library.source}: {tool.label} differs from --tool-diameter {asked:g} mm; {_mill_list_text(library)}"
+        )
     if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
         raise PlanError(
             f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the deepest pocket has {depth:g} mm; "
@@ -57,37 +59,37 @@ def library_mill(
     return tool
 
 
-def _numbered(library: ToolLibrary, number: int) -> Tool:
+def _mill_by_number(library: ToolLibrary, number: int) -> Tool:
     tool = library.by_number.get(number)
     if tool is None:
-        raise OptionError(f"--tool-number {number}: {library.source} has no such tool; {_others(library)}")
+        raise OptionError(f"--tool-number {number}: {library.source} has no such tool; {_mill_list_text(library)}")
     if tool.kind is not ToolKind.END_MILL:
         raise PlanError(
             f"--tool-number {number}: {tool.label} is a {tool.kind.value}, and a pocket needs an end mill; "
-            f"{_others(library)}"
+            f"{_mill_list_text(library)}"
         )
     return tool
 
 
-def _fitting(library: ToolLibrary, asked: float | None) -> Tool:
-    mills = _mills(library)
+def _mill_by_diameter(library: ToolLibrary, asked: float | None) -> Tool:
+    mills = _end_mills(library)
     if not mills:
         raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
     if asked is None and len(mills) > 1:
-        raise OptionError(f"{_others(library)}; choose one with --tool-number or --tool-diameter")
+        raise OptionError(f"{_mill_list_text(library)}; choose one with --tool-number or --tool-diameter")
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
 
 
-def _mills(library: ToolLibrary) -> list[Tool]:
+def _end_mills(library: ToolLibrary) -> list[Tool]:
     return [tool for tool in library.tools if tool.kind is ToolKind.END_MILL]
 
 
-def _others(library: ToolLibrary) -> str:
-    names = ", ".join(tool.label for tool in _mills(library))
+def _mill_list_text(library: ToolLibrary) -> str:
+    names = ", ".join(tool.label for tool in _end_mills(library))
     return f"{library.source} has these end mills: {names}" if names else f"{library.source} has no end mill"
 
 
-def with_data(
+def add_cutting_data(
     mill: Tool | None,
     options: PocketOptions,
     job: JobOptions,
@@ -103,7 +105,7 @@ def with_data(
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
     asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
-    known = _NAMES.get(_plain(job.material), _plain(job.material))
+    known = _NAMES.get(_material_key(job.material), _material_key(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
@@ -138,5 +140,5 @@ def with_data(
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 
-def _plain(material: str) -> str:
+def _material_key(material: str) -> str:
     return "_".join(material.lower().replace("-", " ").split())

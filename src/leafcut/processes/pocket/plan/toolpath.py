@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point, segments
 from leafcut.geometry.polyline import Polyline, joined
-from leafcut.geometry.regions import FINE, quarter
-from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.geometry.regions import FINE, chords_per_quarter
+from leafcut.geometry.zones import touches_any_zone, widen_zones
 from leafcut.material.removal import cleared_area, steps_near
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
@@ -127,7 +127,7 @@ class _PocketMotion:
     ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
         self.rounded = rounded
-        self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
+        self.zones = widen_zones(heights.zones, 0.5 * data.tool.diameter)
         self.descents: list[Descent] = []
         self.down = False
 
@@ -135,32 +135,32 @@ class _PocketMotion:
         shapely.prepare(clearing.allowed)
         levels, cleared = clearing.levels, ClearedArea(clearing.region.rules)
         top = levels.begin
-        runs = _runs(clearing.rough)
+        runs = _feed_runs(clearing.rough)
         opened = [cleared.add_run(run.path) for run in runs]
         for z in levels.levels:
             for number, run in enumerate(runs):
                 # The tool always retracts between pockets.
                 stays = number == 0 and top != levels.begin
-                self._to(run.start, top if number == 0 else z, clearing.allowed if stays else None, z)
+                self._move_to(run.start, top if number == 0 else z, clearing.allowed if stays else None, z)
                 self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
-            self._walls(clearing, clearing.walls, cleared)
+            self._cut_walls(clearing, clearing.walls, cleared)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath, cleared: ClearedArea) -> None:
+    def _cut_walls(self, clearing: Clearing, walls: PocketPath, cleared: ClearedArea) -> None:
         radius, levels = clearing.region.rules.radius, clearing.levels
         top = levels.begin
         left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(cleared.area())
         thin = left.buffer(-FILM * radius).is_empty
-        runs = _runs(walls)
+        runs = _feed_runs(walls)
         opened = [cleared.add_run(run.path) for run in runs]
         for z in finishing_levels(levels, 2.0 * radius) if thin else levels.levels:
             for number, run in enumerate(runs):
-                self._to(run.start, z, None, z)
+                self._move_to(run.start, z, None, z)
                 self._enter(run, opened[number], top, z, clearing, walls=True)
             top = z
 
-    def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
+    def _move_to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Move to the start of a run of feed moves at height `z`, mm.
 
         The tool moves straight at height `at` if this move stays in `allowed` and is quicker; otherwise it retracts.
@@ -169,7 +169,7 @@ class _PocketMotion:
         x, y, now = builder.position
         if self.down and math.dist((x, y), place) <= SAME_PLACE and now >= z - TOUCH:
             return
-        if self.down and allowed is not None and now == at and self._stays((x, y), place, allowed):
+        if self.down and allowed is not None and now == at and self._is_quicker_at_depth((x, y), place, allowed):
             builder.feed(*place, feed=self.data.tool.feed)
             return
         self._lift((x, y), place)
@@ -177,7 +177,7 @@ class _PocketMotion:
         if builder.position[2] != self.heights.retract:
             builder.rapid(z=self.heights.retract)
 
-    def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
+    def _is_quicker_at_depth(self, here: Point, place: Point, allowed: Any) -> bool:
         """Return whether the straight move at depth stays in the region, and is not slower than a retract."""
         distance = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
@@ -201,7 +201,7 @@ class _PocketMotion:
     def _enter(
         self,
         run: _FeedRun,
-        opened: Opened,
+        opened: DescentClearance,
         top: float,
         z: float,
         clearing: Clearing,
@@ -210,18 +210,18 @@ class _PocketMotion:
     ) -> None:
         """Descend to height `z`, with an entry move if the material below `top` is not cleared; then follow the run."""
         builder, data = self.builder, self.data
-        floor = z if opened is Opened.CLEAR else top
+        floor = z if opened is DescentClearance.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
             builder.rapid(z=floor + ABOVE)
         if builder.position[2] > z:
-            if opened is not Opened.NO:
+            if opened is not DescentClearance.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
                 builder.feed(z=z, feed=data.straight_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                if run.entered:
+                if run.is_entry:
                     descent = descend_along_loop(builder, run.first, top, z, data, allowed, climb)
                 else:
                     ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
@@ -231,7 +231,9 @@ class _PocketMotion:
         if self.rounded and not walls:
             builder.blending(640)
         for piece in run.pieces:
-            follow(builder, piece.path, data.air_feed if piece.kind == "air" else fed(piece.feed, data.tool.feed))
+            follow(
+                builder, piece.path, data.air_feed if piece.kind == "air" else rounded_feed(piece.feed, data.tool.feed)
+            )
         if self.rounded and not walls:
             builder.blending(610)
 
@@ -261,11 +263,11 @@ class _FeedRun:
         return self.pieces[0].path
 
     @property
-    def entered(self) -> bool:
+    def is_entry(self) -> bool:
         return self.pieces[0].kind == "entry"
 
 
-def _runs(path: PocketPath) -> list[_FeedRun]:
+def _feed_runs(path: PocketPath) -> list[_FeedRun]:
     runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
@@ -274,7 +276,7 @@ def _runs(path: PocketPath) -> list[_FeedRun]:
     return [_FeedRun(tuple(run), joined(*(p.path for p in run))) for run in runs]
 
 
-def fed(share: float, feed: float) -> float:
+def rounded_feed(share: float, feed: float) -> float:
     """Return a share of a tool's feed, mm/s, rounded down to `DIGITS` significant digits in mm/min."""
     if share == 1.0:
         return feed
@@ -289,7 +291,7 @@ _SLIVER = 0.02
 _FILM = 0.5
 
 
-class Opened(IntEnum):
+class DescentClearance(IntEnum):
     """How far the area under the tool is cleared before a descent: not, all but a sliver, or completely."""
 
     NO = 0
@@ -303,9 +305,9 @@ class ClearedArea:
     def __init__(self, rules: PocketRules) -> None:
         self.rules, self._steps = rules, np.zeros((0, 2, 2))
 
-    def add_run(self, run: Polyline) -> Opened:
-        """Add the area that a run clears, and return whether its start was already cleared (`Opened`)."""
-        opened = self._opened(run.start)
+    def add_run(self, run: Polyline) -> DescentClearance:
+        """Add the area that a run clears, and return whether its start was already cleared (`DescentClearance`)."""
+        opened = self._descent_clearance(run.start)
         steps = segments(run.flattened(FINE * self.rules.tolerance))
         # As in the proof, a plunge clears nothing.
         self._steps = np.concatenate([self._steps, steps[(steps[:, 0] != steps[:, 1]).any(axis=1)]])
@@ -315,10 +317,14 @@ class ClearedArea:
         """Return the area that all runs together clear (shapely geometry)."""
         return cleared_area(self._steps, self.rules)
 
-    def _opened(self, start: Point) -> Opened:
+    def _descent_clearance(self, start: Point) -> DescentClearance:
         radius, fine = self.rules.radius, _FILM * self.rules.tolerance
         cleared = cleared_area(steps_near(self._steps, np.array(start), self.rules), self.rules)
         place = shapely.Point(start)
-        if cleared.covers(place.buffer(radius - fine, quad_segs=quarter(radius, FINE * self.rules.tolerance))):
-            return Opened.CLEAR
-        return Opened.NEARLY if cleared.covers(place.buffer((1.0 - _SLIVER) * radius)) else Opened.NO
+        if cleared.covers(
+            place.buffer(radius - fine, quad_segs=chords_per_quarter(radius, FINE * self.rules.tolerance))
+        ):
+            return DescentClearance.CLEAR
+        return (
+            DescentClearance.NEARLY if cleared.covers(place.buffer((1.0 - _SLIVER) * radius)) else DescentClearance.NO
+        )

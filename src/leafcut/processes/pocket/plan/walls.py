@@ -34,8 +34,10 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
     pieces = []
     place: tuple[float, float] | None = None
-    for ring in _in_order(rings):
-        piece = _pass(_with_middles(ring, region.rules.radius), room, roughed, region.rules.climb, region.rules.radius)
+    for ring in _order_rings(rings):
+        piece = _wall_pass(
+            _add_midpoints(ring, region.rules.radius), room, roughed, region.rules.climb, region.rules.radius
+        )
         if place is not None and roughed.covers(shapely.LineString([place, piece.start])):
             pieces.append(PocketPiece(Polyline.of_points([place, piece.start]), "link"))
         pieces.append(PocketPiece(piece, "finish"))
@@ -43,7 +45,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     return PocketPath("walls", tuple(pieces))
 
 
-def _in_order(rings: list[Points]) -> list[Points]:
+def _order_rings(rings: list[Points]) -> list[Points]:
     """Return the outer wall, then the walls of the islands, always the nearest next."""
     rest, order = rings[1:], rings[:1]
     while rest:
@@ -53,12 +55,12 @@ def _in_order(rings: list[Points]) -> list[Points]:
     return order
 
 
-def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
+def _wall_pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:
-        for start in _places(ring):
-            come, leave = _leads(ring, start, side, part * radius)
+        for start in _straight_places(ring):
+            come, leave = _wall_leads(ring, start, side, part * radius)
             if roughed.covers(shapely.Point(come.start)) and all(
                 room.covers(shapely.LineString(lead.flattened(1e-4))) for lead in (come, leave)
             ):
@@ -72,14 +74,14 @@ def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> 
     return whole if best is None else joined(best[1], whole, best[2])
 
 
-def _with_middles(ring: Points, least: float) -> Points:
+def _add_midpoints(ring: Points, least: float) -> Points:
     """Return a ring with the midpoint added to each edge longer than `least`, mm."""
     after = np.roll(ring, -1, axis=0)
     long = np.hypot(*(after - ring).T) > least
     return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
 
 
-def _places(ring: Points) -> list[int]:
+def _straight_places(ring: Points) -> list[int]:
     """Return the indices of points where a ring hardly turns; points between long edges come first."""
     ahead = np.roll(ring, -1, axis=0) - ring
     behind = np.roll(ahead, 1, axis=0)
@@ -92,7 +94,7 @@ def _places(ring: Points) -> list[int]:
     return [int(k) for k in order[:MOST_PLACES]]
 
 
-def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
+def _wall_leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
     """Return the lead-in and lead-out at a point of a ring: quarter circles on the inner side of the wall."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
     tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)

@@ -11,11 +11,11 @@ import shapely
 from shapely.affinity import rotate
 
 from leafcut.geometry.arrays import Points, segments
-from leafcut.geometry.regions import as_polyline, polygons, shrunk
+from leafcut.geometry.regions import as_polyline, polygons, shrink
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, is_free, kind_of, never, rings
-from leafcut.processes.pocket.plan.spurs import with_spurs
+from leafcut.processes.pocket.plan.rings import LINK_STEPS, LinkedPath, is_free, kind_of, never_stopped, rings
+from leafcut.processes.pocket.plan.spurs import add_spurs
 
 #: Number of angles to try.
 ANGLES = 12
@@ -31,7 +31,7 @@ ENTRY_ROOM = 1.0
 def zigzag(
     region: CentreRegion,
     angle: float | None = None,
-    stopped: Callable[[], bool] = never,
+    stopped: Callable[[], bool] = never_stopped,
     too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
     """Return zigzag lines at an angle, rad (None for the best of twelve angles), then passes along the walls.
@@ -62,21 +62,21 @@ def _zigzag_at_angle(region: CentreRegion, angle: float, margin: float) -> tuple
     Lines end `margin` mm from the walls.
     """
     rules = region.rules
-    inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
-    runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
+    inner = shrink(region.polygon, margin, rules.tolerance) if margin else region.polygon
+    runs = [run for part in polygons(inner) for run in _zigzag_lines(region, part, angle, rules)]
     walls = [ring for ring in rings(region) if ring.level == 0]
     far = _count_gaps_at_walls(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
     path = LinkedPath(region, region.rings[0][0])
     while runs:
-        line = _nearest(path, [line for run in runs for line in (run, run[::-1])])
+        line = _nearest_line(path, [line for run in runs for line in (run, run[::-1])])
         runs = [run for run in runs if run is not line and not np.array_equal(run[::-1], line)]
-        path.go(line, "rough")
+        path.append_section(line, "rough")
     while walls:
         starts = [ring.station_of(path.end) for ring in walls]
         lines = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
         k = min(range(len(lines)), key=lambda i: math.dist(path.end, lines[i][0]))
-        path.go(lines[k], kind_of(walls.pop(k), rules))
-    lines = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
+        path.append_section(lines[k], kind_of(walls.pop(k), rules))
+    lines = add_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
     pieces = [PocketPiece(as_polyline(line), piece.kind) for line, piece in zip(lines, path.pieces, strict=True)]
     return PocketPath("zigzag", tuple(pieces)), far
 
@@ -105,7 +105,7 @@ def _count_gaps_at_walls(runs: list[Points], walls: list[Points], step_over: flo
     return int((beside & square & (away > step_over * (1.0 + 1e-6))).sum())
 
 
-def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
+def _zigzag_lines(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
@@ -119,11 +119,11 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
     runs = []
     while any(rows):
         first = next(k for k, row in enumerate(rows) if row)
-        runs.append(_run(region, rows, first, turned))
+        runs.append(_joined_lines(region, rows, first, turned))
     return runs
 
 
-def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
+def _joined_lines(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
     """Return the first line of a row joined with lines of the next rows.
 
     A link to the next row must be short and stay in the region. The lines used are removed from `rows`.
@@ -144,7 +144,7 @@ def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Point
     return joined
 
 
-def _nearest(path: LinkedPath, lines: list[Points]) -> Points:
+def _nearest_line(path: LinkedPath, lines: list[Points]) -> Points:
     """Return the line that starts nearest to the tool. The first line must be long enough for an entry ramp."""
     if path.pieces:
         return min(lines, key=lambda line: math.dist(path.end, line[0]))

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.material.chip_feeds import chip_at, power_at, power_on_plunge, power_on_ramp, removal_rate
+from leafcut.material.chip_feeds import chip_thickness, cutting_power, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pace_change import FeedLimit, ToolPace
@@ -23,9 +23,9 @@ from leafcut.processes.pocket.proof.pocket import (
     PocketCut,
     cutting_moves,
     engaged_levels,
-    thinnest,
+    thickest_film,
 )
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import limit_differences, position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Relative tolerance of all limits, because numbers in the program are rounded.
@@ -74,7 +74,7 @@ def measured_chips(
     3. No descent below the surface is faster than the tool's own feed, and none needs more power than the spindle has.
        A ramp or helix counts as a slot as deep as the level. A plunge into cleared area needs no power.
 
-    Films thinner than `thinnest` are ignored. `levels` are the heights of cuts, mm; all other moves are descents.
+    Films thinner than `thickest_film` are ignored. `levels` are the heights of cuts, mm; all other moves are descents.
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
@@ -82,7 +82,7 @@ def measured_chips(
     flat = {
         cut.row for cut in cuts if cut.height <= _SAME and np.abs(np.array(levels) - cut.z).min() <= HEIGHT_TOLERANCE
     }
-    samples = list(_levels(cuts, written, rpm, rules, limits, flat))
+    samples = list(_sample_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
         Difference("feed", 0, cut.line, _feed_message(cut, written, "goes down", limits.feed))
         for cut in cuts
@@ -114,7 +114,7 @@ def measured_chips(
     )
     rows = {level.cuts[k].row for level in samples for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
-    return MeasuredChips(pace, changed, tuple(shorten(wrong)))
+    return MeasuredChips(pace, changed, tuple(limit_differences(wrong)))
 
 
 def _all_levels(samples: list[_LevelSamples], name: str) -> Floats:
@@ -133,36 +133,36 @@ def _limits(samples: list[_LevelSamples], ramps: list[_Ramp], limits: FeedLimits
         yield FeedLimit("power", max(most(_all_levels(samples, "power_before")), power), power, limits.power)
 
 
-def _levels(
+def _sample_levels(
     cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
 ) -> Iterator[_LevelSamples]:
     for there, path, engaged in engaged_levels(cuts, rules, flat):
         rows = np.array([cut.row for cut in there], dtype=np.int64)[path.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
-        chip = chip_at(engaged, feed, turns)
-        met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
+        chip = chip_thickness(engaged, feed, turns)
+        met = (engaged.width > thickest_film(rules)) & np.isin(rows, list(flat))
         yield _LevelSamples(
             there,
             path.piece[met],
             feed[met],
             chip[met],
             (chip * limits.feed / feed)[met],
-            power_at(engaged, feed, limits)[met],
-            power_at(engaged, limits.feed, limits)[met],
+            cutting_power(engaged, feed, limits)[met],
+            cutting_power(engaged, limits.feed, limits)[met],
             removal_rate(engaged, feed, limits)[met],
         )
 
 
 def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
     thick, strong, fast = (
-        _worst(level, level.chip / limits.chip),
-        _worst(level, level.power / limits.power),
-        _worst(level, level.feed / limits.most),
+        _worst_samples(level, level.chip / limits.chip),
+        _worst_samples(level, level.power / limits.power),
+        _worst_samples(level, level.feed / limits.most),
     )
     for cut, at in thick:
         words = (
             f"{_move_at_feed(cut, written)} makes a chip of {level.chip[at]:.4g} mm per revolution near "
-            f"{place(*cut.path[-1])}; the limit is {limits.chip:.4g} mm"
+            f"{position_text(*cut.path[-1])}; the limit is {limits.chip:.4g} mm"
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:
@@ -171,7 +171,7 @@ def _limit_differences(level: _LevelSamples, written: Toolpath, limits: FeedLimi
         yield Difference("feed", 0, cut.line, _feed_message(cut, written, "cuts", limits.most))
 
 
-def _worst(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
+def _worst_samples(level: _LevelSamples, share: Floats) -> Iterator[tuple[PocketCut, int]]:
     """Yield the moves that exceed their limit (`share` above 1), each with the index of its worst sample."""
     over = np.flatnonzero(share > 1.0 + _PART)
     for move in np.unique(level.move[over]).tolist():
@@ -224,14 +224,14 @@ def _horizontal_length(cut: PocketCut) -> float:
 
 def _power_message(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
     return (
-        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.path[-1])}; the spindle "
+        f"{_move_at_feed(cut, written)} needs {power / 1000.0:.4g} kW near {position_text(*cut.path[-1])}; the spindle "
         f"provides at most {limits.power / 1000.0:.4g} kW"
     )
 
 
 def _feed_message(cut: PocketCut, written: Toolpath, what: str, limit: float) -> str:
     return (
-        f"{_move_at_feed(cut, written)} {what} near {place(*cut.path[-1])}; the mill cuts at "
+        f"{_move_at_feed(cut, written)} {what} near {position_text(*cut.path[-1])}; the mill cuts at "
         f"{SECONDS_PER_MINUTE * limit:g} mm/min at most"
     )
 

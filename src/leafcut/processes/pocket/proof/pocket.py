@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points, segments
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import FINE, quarter
+from leafcut.geometry.regions import FINE, chords_per_quarter
 from leafcut.material.engagement import Engaged, engagement
 from leafcut.material.removal import Removal, cleared_area, removal, steps_near
 from leafcut.material.step_over import widest_gaps
 from leafcut.material.straight_moves import straight_moves
-from leafcut.material.tool_steps import ToolWay, way_of
+from leafcut.material.tool_steps import ToolSteps, steps_along_path
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.model.turns import turns_of
-from leafcut.proof.difference import place, shorten
-from leafcut.proof.surface import meets_area
+from leafcut.proof.difference import limit_differences, position_text
+from leafcut.proof.surface import surface_meets_area
 
 #: Tolerance of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the chords of walls.
 HEIGHT_TOLERANCE = 0.002
@@ -85,7 +85,7 @@ def check_pockets(
     cuts = list(cutting_moves(written, rules.tolerance))
     low = _lower_tops(pockets, tops, rules)
     wrong = [*_unknown_places(written), *_rapids(written, cuts, rules, retract, low)]
-    return shorten([*wrong, *_beyond_walls(cuts, pockets, rules, depths)])
+    return limit_differences([*wrong, *_cuts_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ def simulated_levels(
     """
     cuts = list(cutting_moves(written, rules.tolerance))
     shapes = [pocket.region(rules.tolerance) for pocket in pockets]
-    opened = _opened(written, cuts, rules)
+    opened = _area_in_helices(written, cuts, rules)
     known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
     rows = []
     at: dict[float, list[Points]] = {}
@@ -131,8 +131,8 @@ def simulated_levels(
             )
             key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
-                removed = removal(pocket, as_path(mine), rules)
-                path, room = way_of(as_path([*mine, *more]), rules), removed.centres.difference(opened)
+                removed = removal(pocket, path_of_cuts(mine), rules)
+                path, room = steps_along_path(path_of_cuts([*mine, *more]), rules), removed.centres.difference(opened)
                 known[key] = removed, widest_gaps(path, room, rules).step_over
             rows.append(SimulatedLevel(z, number, *known[key]))
     return rows
@@ -150,17 +150,18 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
     wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and cut.height > HEIGHT_TOLERANCE]
     for there, path, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
-        wide = engaged.width > thinnest(rules)
+        wide = engaged.width > thickest_film(rules)
         wrong += [
             (there[number], "cuts") for number in np.unique(path.piece[wide]).tolist() if there[number].row in fast
         ]
-    return shorten(
+    return limit_differences(
         [
             Difference(
                 "feed",
                 0,
                 cut.line,
-                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near {place(*cut.path[-1])}; the mill cuts at "
+                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near "
+                f"{position_text(*cut.path[-1])}; the mill cuts at "
                 f"{60.0 * feed:g} mm/min at most",
             )
             for cut, what in sorted(wrong, key=lambda one: one[0].row)
@@ -168,36 +169,36 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     )
 
 
-def thinnest(rules: PocketRules) -> float:
+def thickest_film(rules: PocketRules) -> float:
     """Return the maximum width of a film that does not count as material, mm."""
     return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
 
 
 def engaged_levels(
     cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
-) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
+) -> Iterator[tuple[list[PocketCut], ToolSteps, Engaged]]:
     """Yield the moves at each height at which one of the `rows` ends, their sampled path, and its engagement.
 
     The ends of descents have no engagement.
     """
-    known: dict[bytes, tuple[ToolWay, Engaged]] = {}
+    known: dict[bytes, tuple[ToolSteps, Engaged]] = {}
     for z in sorted({round(cut.z, 3) for cut in cuts if cut.row in rows}):
         there = [cut for cut in cuts if abs(cut.z - z) <= HEIGHT_TOLERANCE]
         level = np.array([cut.height <= HEIGHT_TOLERANCE for cut in there])
         paths = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
         key = b"".join([level.tobytes(), *(np.round(points, 4).tobytes() for points in paths)])
         if key not in known:
-            path = way_of(as_path(paths), rules)
+            path = steps_along_path(path_of_cuts(paths), rules)
             known[key] = path, engagement(path, rules, ~level[path.piece])
         yield there, *known[key]
 
 
-def as_path(pieces: Sequence[Points]) -> PocketPath:
+def path_of_cuts(pieces: Sequence[Points]) -> PocketPath:
     """Return a path with one section for each polyline, given by its vertices, float64[n, 3]."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
-def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
+def _area_in_helices(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
     """Return the area inside full circles no wider than the tool, such as helices. The tool clears this area."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
@@ -223,7 +224,7 @@ def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Poc
         if gouges.area > 0.0:
             point, name = gouges.representative_point(), pockets[level.number].label
             words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² are cut beyond the wall"
-            wrong.append(Difference("gouge", 0, 0, f"{words} near {place(point.x, point.y)}"))
+            wrong.append(Difference("gouge", 0, 0, f"{words} near {position_text(point.x, point.y)}"))
     return wrong
 
 
@@ -240,7 +241,7 @@ def step_over_differences(
             f"{rules.step_over:.4g} mm are allowed",
         )
         for level in simulated
-        if not rules.keeps(level.step_over)
+        if not rules.allows_step_over(level.step_over)
     ]
 
 
@@ -273,11 +274,10 @@ def depth_differences(
         wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
         if not wide.is_empty:
             point = wide.representative_point()
-            words = (
-                f"more than the step-down of {step:.3f} mm would be cut at once near {place(point.x, point.y, level.z)}"
-            )
+            where = position_text(point.x, point.y, level.z)
+            words = f"more than the step-down of {step:.3f} mm would be cut at once near {where}"
             wrong.append(Difference("too deep", 0, level.line, words))
-    return shorten(wrong)
+    return limit_differences(wrong)
 
 
 @dataclass
@@ -346,17 +346,17 @@ def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
         there = np.abs(cut.path[:, 2] - z) <= HEIGHT_TOLERANCE
         on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.path[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
-            yield _joined(run)
+            yield _join_cuts(run)
             run = []
         if there.all():
             run.append(cut.vertices)
         elif there[-1]:
             run.append(np.append(cut.path[-1:, :2], [[0.0]], axis=1))
     if run:
-        yield _joined(run)
+        yield _join_cuts(run)
 
 
-def _joined(run: Sequence[Points]) -> Points:
+def _join_cuts(run: Sequence[Points]) -> Points:
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
@@ -367,7 +367,7 @@ def _lower_tops(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketR
     return [(top, pocket.region(rules.tolerance)) for pocket, top in zip(pockets, tops, strict=True) if top < 0.0]
 
 
-def _lines(cuts: Sequence[PocketCut]) -> Any:
+def _cut_lines(cuts: Sequence[PocketCut]) -> Any:
     return shapely.linestrings(
         np.concatenate([cut.path[:, :2] for cut in cuts]),
         indices=np.repeat(np.arange(len(cuts)), [len(cut.path) for cut in cuts]),
@@ -397,20 +397,20 @@ def _rapids(
         (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
         for row in np.flatnonzero(rapid & low & sideways).tolist()
     ]
-    blind = _uncleared(path, np.flatnonzero(rapid & down).tolist(), cuts, rules, lower)
+    blind = _rapids_into_material(path, np.flatnonzero(rapid & down).tolist(), cuts, rules, lower)
     wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
     return [
         Difference(
             "rapid in material",
             0,
             int(path.line[row]),
-            f"{text}; this move goes from {place(*before[row])} to {place(*path.end[row])}",
+            f"{text}; this move goes from {position_text(*before[row])} to {position_text(*path.end[row])}",
         )
         for row, text in sorted(wrong)
     ]
 
 
-def _uncleared(
+def _rapids_into_material(
     path: Toolpath,
     rows: Sequence[int],
     cuts: Sequence[PocketCut],
@@ -423,7 +423,7 @@ def _uncleared(
     material starts below 0.
     """
     before, earlier, uncleared = path.before, EarlierCuts(cuts, rules), []
-    chords = quarter(rules.radius, FINE * rules.tolerance)
+    chords = chords_per_quarter(rules.radius, FINE * rules.tolerance)
     for row in rows:
         centre, height = (
             np.where(np.isnan(before[row]), path.end[row], before[row])[:2],
@@ -464,14 +464,14 @@ class EarlierCuts:
         return chosen
 
 
-def _beyond_walls(
+def _cuts_beyond_walls(
     cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float]
 ) -> list[Difference]:
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance
     rooms = np.array([pocket.region(rules.tolerance).buffer(-reach, quad_segs=64) for pocket in pockets], dtype=object)
-    lines, low, wrong = _lines(cuts), np.array([float(cut.path[:, 2].min()) for cut in cuts]), []
+    lines, low, wrong = _cut_lines(cuts), np.array([float(cut.path[:, 2].min()) for cut in cuts]), []
     deep = low[:, None] >= -np.asarray(depths) - HEIGHT_TOLERANCE
     everywhere = shapely.union_all(rooms)
     for allowed in np.unique(deep, axis=0):
@@ -486,7 +486,7 @@ def _beyond_walls(
                 continue
             outside = lines[k].difference(room)
             point = outside.representative_point() if not outside.is_empty else lines[k].centroid
-            words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
+            words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {position_text(point.x, point.y)}"
             wrong.append(Difference("gouge", 0, cuts[k].line, words))
     return wrong
 
@@ -513,7 +513,7 @@ def stock_top_differences(
         around = [other.region(filled=True) for other in of_solid]
         area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
         height = (pocket.top or 0.0) + top
-        if meets_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
+        if surface_meets_area(triangles, area, radius - _CHORD_TOLERANCE, height + _CHORD_TOLERANCE):
             words = f"{pocket.label}: the solid is higher than Z{height:.3f}, the assumed top of its material"
             wrong.append(Difference("rapid in material", 0, 0, words))
     return wrong

@@ -11,14 +11,14 @@ import numpy as np
 
 from leafcut.geometry.arrays import segments
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.regions import polygons, shrunk, swept
+from leafcut.geometry.regions import polygons, shrink, swept
 from leafcut.material.removal import swept_area
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
 from leafcut.report.frame import Frame
-from leafcut.report.marks import end_marks, head
+from leafcut.report.marks import arrow_head, end_marks
 from leafcut.report.missing_drawing import missing_drawing, missing_points
-from leafcut.report.svg import element, in_steps, lines_data, short, title
+from leafcut.report.svg import element, lines_data, scaled_group, svg_number, title
 
 #: Tolerance for chords that approximate arcs, user units of the drawing.
 _CHORDS = 0.06
@@ -61,13 +61,13 @@ def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] =
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
     """Return the unreachable and the uncut area of a pocket; films as thin as the tolerance are omitted."""
     whole = pocket.region(_SEEN)
-    reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
+    reachable = swept(shrink(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     steps = np.concatenate([segments(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces])
     cleared = swept_area(steps, rules.radius + _SEEN, 24)
-    return PocketShapes(_thick(whole.difference(reachable)), _thick(reachable.difference(cleared)))
+    return PocketShapes(_visible_area(whole.difference(reachable)), _visible_area(reachable.difference(cleared)))
 
 
-def _thick(shape: Any) -> Any:
+def _visible_area(shape: Any) -> Any:
     film = 2.0 * _SEEN
     return shape.buffer(-film).buffer(film, join_style="mitre").intersection(shape)
 
@@ -102,7 +102,7 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
     """Return a small SVG drawing of the pockets and paths, without axes and marks."""
     frame = scene.frame
     parts = (*(_pocket(frame, p) for p in scene.pockets), *(_tool_path(frame, path) for path in paths))
-    box = f"0 0 {short(frame.width)} {short(frame.height)}"
+    box = f"0 0 {svg_number(frame.width)} {svg_number(frame.height)}"
     return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
 
 
@@ -112,7 +112,7 @@ def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -
 def _pocket(frame: Frame, pocket: Pocket) -> str:
     walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
     named = title(f"pocket {pocket.name}") if pocket.name else ""
-    return in_steps(element("path", named, d=walls, class_="floor"))
+    return scaled_group(element("path", named, d=walls, class_="floor"))
 
 
 def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
@@ -120,17 +120,19 @@ def _unfinished_areas(frame: Frame, shapes: PocketShapes, name: str) -> str:
     drawn = []
     if not shapes.unreachable.is_empty:
         clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
-        outline = in_steps(element("path", d=_areas(frame, shapes.unreachable)))
+        outline = scaled_group(element("path", d=_area_path(frame, shapes.unreachable)))
         drawn.append(element("clipPath", outline_of(frame, shapes.unreachable), id=clip))
         drawn.append(element("g", outline, element("g", hatch, clip_path=f"url(#{clip})"), class_="far"))
     if not shapes.uncovered.is_empty:
-        drawn.append(in_steps(element("path", title("stays uncut"), d=_areas(frame, shapes.uncovered), class_="uncut")))
+        drawn.append(
+            scaled_group(element("path", title("stays uncut"), d=_area_path(frame, shapes.uncovered), class_="uncut"))
+        )
     return "".join(drawn)
 
 
 def outline_of(frame: Frame, shape: Any) -> str:
     """Return the outline of an area as the shape of a clip path, with the scale of the drawing."""
-    return element("path", d=_areas(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
+    return element("path", d=_area_path(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
 
 
 def _hatch(frame: Frame, shape: Any) -> str:
@@ -139,12 +141,13 @@ def _hatch(frame: Frame, shape: Any) -> str:
     height = bottom - top
     count = min(math.ceil((right - left + height) / _HATCH) + 1, 400)
     lines = [
-        f"M{short(left + k * _HATCH - height)} {short(bottom)}l{short(height)} {short(-height)}" for k in range(count)
+        f"M{svg_number(left + k * _HATCH - height)} {svg_number(bottom)}l{svg_number(height)} {svg_number(-height)}"
+        for k in range(count)
     ]
     return element("path", d="".join(lines), class_="hatch")
 
 
-def _areas(frame: Frame, shape: Any) -> str:
+def _area_path(frame: Frame, shape: Any) -> str:
     rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
     return "".join(f"{lines_data(segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
 
@@ -169,7 +172,7 @@ def _tool_path(frame: Frame, path: PocketPath) -> str:
     if rapids:
         moves = lines_data(frame.place(np.array(rapids)))
         lines.append(element("path", d=moves, class_="rapid"))
-    return in_steps(*lines)
+    return scaled_group(*lines)
 
 
 def _arrows(frame: Frame, path: PocketPath) -> str:
@@ -180,7 +183,7 @@ def _arrows(frame: Frame, path: PocketPath) -> str:
         at = waiting
         while at < piece.path.length:
             (x, y), (dx, dy) = frame.place(np.array(piece.path.point_at(at))).tolist(), piece.path.direction_at(at)
-            heads.setdefault(piece.kind, []).append(head((x, y), (dx, -dy), _ARROW))
+            heads.setdefault(piece.kind, []).append(arrow_head((x, y), (dx, -dy), _ARROW))
             at += apart
         waiting = at - piece.path.length
     return "".join(element("path", d="".join(h), class_=f"head {kind}") for kind, h in sorted(heads.items()))

@@ -27,13 +27,13 @@ from leafcut.processes.pocket.report.pocket_drawing import (
 )
 from leafcut.processes.pocket.report.pocket_words import (
     StrategyFigures,
-    added,
     levels_words,
     plain_measures,
     several_depths,
     strategy_figures,
+    sum_measures,
     wider_words,
-    written,
+    written_measures,
 )
 from leafcut.report import chart, views
 from leafcut.report.pace_words import pace_facts
@@ -42,17 +42,17 @@ from leafcut.report.wording import (
     NO_VALUE,
     angle_words,
     area_words,
-    clean,
     count,
     feed_mm_min,
     length_words,
     number_words,
     percent_words,
     plain_number,
-    said,
+    replace_unprintable,
     saved_percent,
     share_words,
     time_words,
+    translatable,
 )
 
 #: Maximum number of path segments for which uncut areas are drawn.
@@ -101,7 +101,7 @@ class PocketReport(PathReport[PocketDetail]):
     def facts(self) -> list[Fact]:
         """Facts for the operator, and the reasons why strategies were rejected."""
         reasons = [
-            Fact(sentence=clean(f"{word}: {reason}"), name=row.name)
+            Fact(sentence=replace_unprintable(f"{word}: {reason}"), name=row.name)
             for word, name in (("not possible", "refused"), ("not written", "passed_over"))
             for row in self.strategies
             if (reason := getattr(row, name))
@@ -137,41 +137,49 @@ class PocketReport(PathReport[PocketDetail]):
 
     def _times(self) -> list[Fact]:
         outcome = self.outcome
-        times = [Fact("after.time_s", outcome.after.time_s, "s", said("by {way}", way=self.chosen), said("Time"))]
+        times = [
+            Fact(
+                "after.time_s",
+                outcome.after.time_s,
+                "s",
+                translatable("by {way}", way=self.chosen),
+                translatable("Time"),
+            )
+        ]
         if self.compared:
             saved = saved_percent(outcome, outcome.after)
             template = "by {way}; {percent} saved" if saved >= 0.0 else "by {way}; {percent} more now"
-            words = said(template, way=self.usual, percent=percent_words(abs(saved)))
-            times.append(Fact("before.time_s", outcome.before.time_s, "s", words, said("Usual time")))
+            words = translatable(template, way=self.usual, percent=percent_words(abs(saved)))
+            times.append(Fact("before.time_s", outcome.before.time_s, "s", words, translatable("Usual time")))
         return times
 
     def _path_facts(self) -> list[Fact]:
-        outcome, m = self.outcome, written(self.outcome)
+        outcome, m = self.outcome, written_measures(self.outcome)
         rules, plain = outcome.detail.plans[0].rules, plain_measures(m)
 
         def fact(key: str, unit: str, sentence: str, name: str) -> Fact:
-            return Fact(f"pocket.{key}", plain[key], unit, sentence, said(name))
+            return Fact(f"pocket.{key}", plain[key], unit, sentence, translatable(name))
 
         above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
-        rapids, lifted = length_words(m.rapid_mm), said("never lifted")
+        rapids, lifted = length_words(m.rapid_mm), translatable("never lifted")
         if m.retracts:
             number = "1 retract" if m.retracts == 1 else "{number} retracts"
-            lifted = said(f"{number}, {{length}} of rapids", number=f"{m.retracts:,}", length=rapids)
+            lifted = translatable(f"{number}, {{length}} of rapids", number=f"{m.retracts:,}", length=rapids)
         area, whole = area_words(m.uncovered_mm2), area_words(m.reachable_mm2)
-        asked = said(
+        asked = translatable(
             "{asked} mm asked for; passes that meet in the middle: {middle} mm apart",
             asked=f"{rules.step_over:.4g}",
             middle=f"{m.max_core:.2f}",
         )
-        floor = said("area ÷ step-over is {length}", length=length_words(m.floor_mm))
-        mean = said("at most; {angle} on average", angle=angle_words(plain["mean_engagement_deg"]))
+        floor = translatable("area ÷ step-over is {length}", length=length_words(m.floor_mm))
+        mean = translatable("at most; {angle} on average", angle=angle_words(plain["mean_engagement_deg"]))
         facts = [
             Fact("pocket", self._pocket(plain)),
             Fact("strategies", [_strategy(row) for row in self.strategies]),
             fact("feed_mm", "mm", lifted, "Path over a level"),
-            Fact(value=above, unit="%", sentence=floor, name=said("Above minimum")),
-            fact("uncovered_percent", "%", said("{area} of {whole}", area=area, whole=whole), "Uncut"),
-            fact("gouge_mm2", "mm²", said("by simulation of the program"), "Gouge"),
+            Fact(value=above, unit="%", sentence=floor, name=translatable("Above minimum")),
+            fact("uncovered_percent", "%", translatable("{area} of {whole}", area=area, whole=whole), "Uncut"),
+            fact("gouge_mm2", "mm²", translatable("by simulation of the program"), "Gouge"),
             fact("max_engagement_deg", "°", mean, "Engagement"),
             fact("max_step_over", "mm", asked, "Step-over"),
             fact("max_width", "mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "", "Widest cut"),
@@ -182,7 +190,7 @@ class PocketReport(PathReport[PocketDetail]):
             share, template = percent_words(100.0 * m.air_mm / m.feed_mm), "{share} of the path cuts air"
             if fast > tool.feed * (1.0 + 1e-6):
                 template += ", at up to {feed} mm/min"
-            air = said(template, share=share, feed=number_words(feed_mm_min(fast)))
+            air = translatable(template, share=share, feed=number_words(feed_mm_min(fast)))
             facts.append(fact("air_mm", "mm", air, "Air"))
         return facts
 
@@ -194,19 +202,19 @@ class PocketReport(PathReport[PocketDetail]):
         if several_depths(plans) or any(plan.begin for plan in plans):
             # Each line names its step, its depth, and where the material starts.
             number = sum(len(plan.levels) for plan in plans)
-            levels = said("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
+            levels = translatable("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans)))
             if rules.stock > 0.0:
-                words = said("{levels}; then {stock} mm along the walls", levels=words, stock=stock)
+                words = translatable("{levels}; then {stock} mm along the walls", levels=words, stock=stock)
         elif rules.stock > 0.0:
-            words = said("to Z{depth}, then {stock} mm along the walls", depth=depth, stock=stock)
+            words = translatable("to Z{depth}, then {stock} mm along the walls", depth=depth, stock=stock)
         else:
-            words = said("to Z{depth}", depth=depth)
+            words = translatable("to Z{depth}", depth=depth)
         side = "climb" if rules.climb else "conventional"
         feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
-        cut = said(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed)
+        cut = translatable(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed)
         return [
-            Fact(value=levels, sentence=words, name=said("Levels")),
-            Fact(value=f"Ø{tool.diameter:g} mm", sentence=cut, name=said("Tool")),
+            Fact(value=levels, sentence=words, name=translatable("Levels")),
+            Fact(value=f"Ø{tool.diameter:g} mm", sentence=cut, name=translatable("Tool")),
         ]
 
     def _pocket(self, plain: dict[str, Any]) -> dict[str, Any]:
@@ -270,9 +278,9 @@ class PocketReport(PathReport[PocketDetail]):
             by = f"by {self.chosen}"
             figure = time_words(outcome.after.time_s)
             return {"figure": figure, "worse": False, "words": by, "percent": words, "gap": ""}
-        row = views.saved(outcome, self.came_in, "")
+        row = views.savings_headline(outcome, self.came_in, "")
         known = [plan.usual.measures for plan in outcome.detail.plans if plan.usual.measures is not None]
-        now, usual = written(outcome), added(known)
+        now, usual = written_measures(outcome), sum_measures(known)
         less = ""
         if now.uncovered_percent > usual.uncovered_percent + LESS_WORK:
             less = f" But {share_words(now.uncovered_percent)} of the pocket stays uncut."
@@ -308,7 +316,7 @@ class PocketReport(PathReport[PocketDetail]):
         return found if before is None else replace(found, surface=before)
 
     def _words(self, strategy: str) -> str:
-        return f"Tool path over one level of {clean(self.outcome.part.name)}, {strategy}"
+        return f"Tool path over one level of {replace_unprintable(self.outcome.part.name)}, {strategy}"
 
     def _size(self) -> str:
         """Return the size of the box around several pockets; "" for a single pocket, whose size is a fact already."""
@@ -328,8 +336,8 @@ class PocketReport(PathReport[PocketDetail]):
             {
                 "name": row.name,
                 "chosen": row.chosen,
-                "refused": clean(row.refused),
-                "passed_over": clean(row.passed_over),
+                "refused": replace_unprintable(row.refused),
+                "passed_over": replace_unprintable(row.passed_over),
                 "cells": _cells(row),
                 "bar": chart.bar(row.program_s / longest, "ours" if row.chosen else "plain") if row.measures else "",
             }
@@ -352,7 +360,9 @@ class PocketReport(PathReport[PocketDetail]):
 
 def _strategy(row: StrategyFigures) -> dict[str, Any]:
     measured = {} if row.measures is None else {**plain_measures(row.measures), "time_s": plain_number(row.program_s)}
-    reasons = {name: clean(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)}
+    reasons = {
+        name: replace_unprintable(getattr(row, name)) for name in ("refused", "passed_over") if getattr(row, name)
+    }
     return {"strategy": row.name, "chosen": row.chosen, "usual": row.usual, **measured, **reasons}
 
 

@@ -16,7 +16,7 @@ from leafcut.report.wording import (
     count,
     percent_words,
     plain_number,
-    said,
+    translatable,
 )
 
 
@@ -48,11 +48,11 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
         tuple({plan.usual.strategy for plan in detail.plans}): outcome.before.time_s,
         tuple({plan.result.strategy for plan in detail.plans}): outcome.after.time_s,
     }
-    rows = figures(detail.plans, detail.programs)
+    rows = figures_by_strategy(detail.plans, detail.programs)
     return [replace(row, program_s=whole.get((row.name,), row.program_s)) for row in rows]
 
 
-def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
+def figures_by_strategy(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
     """Return the measures of each strategy over all pockets. A strategy is refused if it is refused in any pocket.
 
     `programs` has the times and rapids of programs over several pockets.
@@ -63,7 +63,7 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
         chosen = any(plan.result.strategy == name for plan in plans)
         refused = next((r.refused for r in mine if r.measures is None), "")
         known = [r.measures for r in mine if r.measures is not None]
-        found = None if refused else _with_moves_between(added(known), whole.get(name))
+        found = None if refused else _with_moves_between(sum_measures(known), whole.get(name))
         time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
         passed_over = next((r.passed_over for r in mine if r.passed_over), "")
         usual = any(plan.usual.strategy == name for plan in plans)
@@ -78,7 +78,7 @@ def _with_moves_between(measures: PocketMeasures, program: PocketProgram | None)
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
-def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
+def sum_measures(every: Sequence[PocketMeasures]) -> PocketMeasures:
     """Return the combined measures of several pockets.
 
     Lengths and areas are added, the mean engagement is weighted by path length, and all other values are maxima.
@@ -103,11 +103,11 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
     )
 
 
-def written(outcome: Outcome[PocketDetail]) -> PocketMeasures:
+def written_measures(outcome: Outcome[PocketDetail]) -> PocketMeasures:
     """Return the measures of the written path over one level of each pocket, with the moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
-    return _with_moves_between(added(known), program)
+    return _with_moves_between(sum_measures(known), program)
 
 
 def plain_measures(m: PocketMeasures) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
     """Return a sentence about cuts much wider than the step-over: their share of the path, and the widest cut."""
-    full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
+    full = translatable("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
-    return said(words, share=share, full=full)
+    return translatable(words, share=share, full=full)

@@ -16,7 +16,7 @@ _ROUNDED = 0.05
 _STRAIGHT = math.radians(2.0)
 
 
-def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
+def rows_with_free_rounding(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
     """Return a mask of the rows in which the controller may round corners by more than `clearance` (mm)."""
     if (machine.corners or machine.control) == "grbl":
         return np.zeros(len(path), dtype=np.bool_)
@@ -43,22 +43,24 @@ class RapidCorners:
     def __init__(self, path: Toolpath, machine: Machine, clearance: float, top: float, fast: NDArray[np.bool_]) -> None:
         self.path, self.fast = path, fast
         self.free_from = top + clearance
-        self.free = rounds_freely(path, machine, clearance)
+        self.free = rows_with_free_rounding(path, machine, clearance)
         moving = np.isin(path.kind, [int(k) for k in MOTIONS])
         self.moving = np.flatnonzero(moving)
         self.longest = longest_rounding(machine)
         self.slow = math.sqrt(2.0 * min(machine.acceleration) * _ROUNDED)
 
-    def rounds(self, row: int) -> tuple[bool, bool]:
+    def rounded_ends(self, row: int) -> tuple[bool, bool]:
         """Return whether the controller may round the corners at the start and at the end of a straight move."""
         if not self.free[row]:
             return False, False
         at = int(np.searchsorted(self.moving, row))
-        before = at > 0 and self._turns(row, int(self.moving[at - 1]), float(self.path.before[row, 2]))
-        behind = at + 1 < len(self.moving) and self._turns(row, int(self.moving[at + 1]), float(self.path.end[row, 2]))
+        before = at > 0 and self._is_rounded_corner(row, int(self.moving[at - 1]), float(self.path.before[row, 2]))
+        behind = at + 1 < len(self.moving) and self._is_rounded_corner(
+            row, int(self.moving[at + 1]), float(self.path.end[row, 2])
+        )
         return before, behind
 
-    def _turns(self, row: int, other: int, height: float) -> bool:
+    def _is_rounded_corner(self, row: int, other: int, height: float) -> bool:
         kind = self.path.kind[other]
         if kind == Kind.DRILL or not (kind == Kind.RAPID or self.fast[other]):
             return False  # cycles are in exact-path mode

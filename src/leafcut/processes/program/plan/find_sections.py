@@ -9,13 +9,14 @@ from itertools import pairwise, zip_longest
 
 import numpy as np
 
-from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
+from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_position
 from leafcut.gcode.program import Modal, Program
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS
-from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
+from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, StayReason
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
-from leafcut.processes.program.plan.fixed_last import follows_compensation, stays_last, stops_before_work
+from leafcut.processes.program.plan.fixed_last import follows_compensation, must_stay_last, stops_before_work
+from leafcut.processes.program.plan.fixed_tasks import line_text
 from leafcut.processes.program.plan.precedence import with_precedence
 from leafcut.processes.program.plan.program_rows import (
     TOLERANCE,
@@ -24,7 +25,6 @@ from leafcut.processes.program.plan.program_rows import (
     free_runs,
     read_rows,
 )
-from leafcut.processes.program.plan.staying import word_at
 
 #: Reason for blocks that contain only fixed work; `Sequence.stays` has the reason for each piece of work.
 STAYING = "the tasks in it keep their order"
@@ -33,7 +33,7 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 
 @dataclass(frozen=True, slots=True)
-class _Start:
+class _TaskStart:
     """A block at which a piece of work may start, with the first row that moves sideways and the height of that move,
     mm.
     """
@@ -43,11 +43,18 @@ class _Start:
     height: float
 
 
-class Finder:
+class SectionFinder:
     """Divides a program into sections of pieces of work that can be reordered."""
 
-    def __init__(self, program: Program, process: str, look: Heartbeat = unseen, *, tool_diameter: float = 0.0) -> None:
-        self.program, self.process, self.look = program, process, look
+    def __init__(
+        self,
+        program: Program,
+        process: str,
+        check_cancelled: Heartbeat = ignore_heartbeat,
+        *,
+        tool_diameter: float = 0.0,
+    ) -> None:
+        self.program, self.process, self.check_cancelled = program, process, check_cancelled
         self.rows: Rows = read_rows(program, process, tool_diameter)
         self.barriers = find_barriers(program, self.rows)
         self.reader = BlockReader(program)
@@ -59,7 +66,7 @@ class Finder:
         #: Block of a subprogram → end of its call. The calling block itself is not included.
         self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
-        self.blind = self._blind()
+        self.blind = self._blocks_of_unknown_height()
         path, first = program.path, program.first
         self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
         travels = np.unique(self.program.row_block[self.rows.travel])
@@ -79,7 +86,7 @@ class Finder:
             if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._may_end(section):
                 found.append(section)
             else:
-                self._note(section.pieces, "goes-on", section.pieces[-1].end)
+                self._record_reason(section.pieces, "goes-on", section.pieces[-1].end)
         return found[::-1]
 
     def _candidates(self) -> Iterator[Section]:
@@ -94,9 +101,9 @@ class Finder:
                 runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
                 waiting += reversed(runs)
                 continue
-            yield from self._of_run(starts, begin, end)
+            yield from self._sections_of_run(starts, begin, end)
 
-    def _blind(self) -> set[int]:
+    def _blocks_of_unknown_height(self) -> set[int]:
         """Return the blocks with an unknown height: from a change of length offset to the next block that states Z."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
@@ -110,28 +117,28 @@ class Finder:
 
     # -- starts of pieces -------------------------------------------------------------------------------------------
 
-    def _starts(self, begin: int, end: int) -> list[_Start]:
+    def _starts(self, begin: int, end: int) -> list[_TaskStart]:
         """Return the starts of the pieces of work in a run of blocks.
 
         A start is a travel move of the retracted tool after the previous work has ended.
         """
         low_block, high = np.searchsorted(self.travels, [begin, end])
-        top = self._top(begin, end)
+        top = self._highest_cut(begin, end)
         # A laser or torch program need not state a height. If it does, the height applies to all pieces.
         level = self.beam and not math.isnan(self.program.path.place_before(int(self.first[end]))[2])
-        starts: list[_Start] = []
+        starts: list[_TaskStart] = []
         done = low = -1
         for block in self.travels[low_block:high].tolist():
             if block in self.called:
                 continue
             cuts = int(self.cuts[self.first[block]])
             start = self._start(block)
-            up = self._may_begin(start, top, level)
+            up = self._may_start_task(start, top, level)
             if starts and cuts == done:
                 # A waiting position before the first piece is not part of the piece.
-                if len(starts) == 1 and up and self._says_where(block):
+                if len(starts) == 1 and up and self._states_xy(block):
                     starts = [start]
-                elif not self._arrives_alike(start, starts[-1]):
+                elif not self._can_replace_arrival(start, starts[-1]):
                     self.entries.discard(starts.pop().block)
             elif not up:
                 low = cuts if starts else -1
@@ -142,14 +149,14 @@ class Finder:
                 done = cuts
         return starts
 
-    def _may_begin(self, start: _Start, top: float, level: bool) -> bool:
+    def _may_start_task(self, start: _TaskStart, top: float, level: bool) -> bool:
         unknown = level and math.isnan(self.program.path.before[start.row, 2])
-        why = self._why_not(start, top) or ("unknown-height" if unknown else "")
+        why = self._reason_against_start(start, top) or ("unknown-height" if unknown else "")
         if why:
             self.refused[start.block] = why
         return not why
 
-    def _why_not(self, start: _Start, top: float) -> str:
+    def _reason_against_start(self, start: _TaskStart, top: float) -> str:
         """Return the reason why no piece of work may start with this travel move (`plan.staying.PHRASES`), or ""."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
@@ -164,7 +171,7 @@ class Finder:
             return "compensated"
         return ""
 
-    def _arrives_alike(self, start: _Start, first: _Start) -> bool:
+    def _can_replace_arrival(self, start: _TaskStart, first: _TaskStart) -> bool:
         """Return whether the second travel move to a piece can replace the first: it is not lower, and the beam state
         is equal.
 
@@ -176,11 +183,11 @@ class Finder:
         spindle = [self.program.modal(s.block + 1).spindle for s in (start, first)]
         return not self.beam or spindle[0] == spindle[1]
 
-    def _says_where(self, block: int) -> bool:
+    def _states_xy(self, block: int) -> bool:
         words = self.reader.words(block)
         return words is not None and {"X", "Y"} <= words.letters.keys()
 
-    def _start(self, block: int) -> _Start:
+    def _start(self, block: int) -> _TaskStart:
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         row = next(r for r in rows if self.rows.travel[r])
         path = self.program.path
@@ -189,9 +196,9 @@ class Finder:
         height = max(z0, path.cycles[int(path.ref[row])].r_plane) if drill else min(z0, z1)
         if self.beam and math.isnan(height):
             height = 0.0
-        return _Start(block, row, height if not math.isnan(height) else -math.inf)
+        return _TaskStart(block, row, height if not math.isnan(height) else -math.inf)
 
-    def _top(self, begin: int, end: int) -> float:
+    def _highest_cut(self, begin: int, end: int) -> float:
         """Return the height of the highest sideways cut in a run, mm; a travel move below it is not retracted."""
         if self.beam:
             return -math.inf
@@ -204,29 +211,29 @@ class Finder:
         z = z[feeds & (z <= highest)]
         return float(z.max()) if len(z) else -math.inf
 
-    def _at_rest(self, block: int) -> bool:
+    def _has_default_modes(self, block: int) -> bool:
         modal = self.program.modal(block)
         return modal.radius == 40 and not modal.incremental
 
-    def _key(self, modal: Modal) -> tuple[int, float]:
+    def _spindle_state(self, modal: Modal) -> tuple[int, float]:
         """Return the spindle direction and speed, which must be equal before and after a piece of work."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
-    def _switches(self, starts: list[_Start]) -> list[int]:
+    def _switches(self, starts: list[_TaskStart]) -> list[int]:
         """Return the blocks in a run that switch the spindle for the following work."""
         found = []
         free = self._speeds_recur(starts)
         for one, other in pairwise(starts):
-            key = self._key(self.program.modal(other.block))
-            before = self._key(self.program.modal(one.block))
+            key = self._spindle_state(self.program.modal(other.block))
+            before = self._spindle_state(self.program.modal(one.block))
             if key != before and not (free and key[0] == before[0]):
                 last = other.block - 1
-                while self._key(self.program.modal(last)) == key or last in self.called:
+                while self._spindle_state(self.program.modal(last)) == key or last in self.called:
                     last -= 1
                 found.append(last)
         return found
 
-    def _speeds_recur(self, starts: list[_Start]) -> bool:
+    def _speeds_recur(self, starts: list[_TaskStart]) -> bool:
         """Return whether a run returns to an earlier spindle speed by S words alone, so that reordering can save speed
         changes.
 
@@ -234,7 +241,7 @@ class Finder:
         cycle.
         """
         path, first = self.program.path, self.first
-        speeds = [self._key(self.program.modal(s.block)) for s in starts]
+        speeds = [self._spindle_state(self.program.modal(s.block)) for s in starts]
         changes = sum(a != b for a, b in pairwise(speeds))
         if self.beam or not starts or changes < len(set(speeds)):
             return False
@@ -253,7 +260,7 @@ class Finder:
 
     # -- pieces and sections -----------------------------------------------------------------------------------------
 
-    def _of_run(self, starts: list[_Start], begin: int, end: int) -> Iterator[Section]:
+    def _sections_of_run(self, starts: list[_TaskStart], begin: int, end: int) -> Iterator[Section]:
         """Yield the sections in a run of blocks from `begin` to `end` - 1."""
         edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
@@ -261,7 +268,7 @@ class Finder:
             end = starts[-1].block
             starts = starts[:-1]
         for start in starts:
-            self.why[start.block] = self._alone(*edges) if len(starts) == 1 else ("crossing", -1)
+            self.why[start.block] = self._reason_single(*edges) if len(starts) == 1 else ("crossing", -1)
         if len(starts) < 2:
             return
         path = self.program.path
@@ -270,20 +277,20 @@ class Finder:
             chosen = [starts[m] for m in members]
             # Blocks between two members belong to the first of the two.
             self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
-            pieces = [self._piece(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
-            last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
+            pieces = [self._build_task(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
+            last = self._end_after_retract(chosen[-1], end, clearance) if stop == len(starts) else None
             why = "lit" if self.beam and self.rows.beam[int(self.first[end]) - 1] else "low"
             if last is not None:
-                pieces.append(self._piece(chosen[-1], last, int(self.first[last])))
+                pieces.append(self._build_task(chosen[-1], last, int(self.first[last])))
             pieces = self._with_prefixes(pieces, clearance)
-            if stop == len(starts) and stays_last(self.program, self.rows, pieces[-1]):
+            if stop == len(starts) and must_stay_last(self.program, self.rows, pieces[-1]):
                 pieces, why = pieces[:-1], why if last is None else "goes-on"
             if len(pieces) > 1:
-                yield self._section(pieces, chosen[0], clearance)
+                yield self._build_section(pieces, chosen[0], clearance)
                 chosen = chosen[len(pieces) :]
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
-    def _alone(self, before: int, after: int) -> tuple[str, int]:
+    def _reason_single(self, before: int, after: int) -> tuple[str, int]:
         """Return why a single piece of work between two barriers stays, and the barrier that separates it from other
         work.
         """
@@ -294,11 +301,11 @@ class Finder:
             return "alone", before
         return "only", -1
 
-    def _note(self, pieces: Iterable[PieceOfWork], why: str, block: int) -> None:
+    def _record_reason(self, pieces: Iterable[ProgramTask], why: str, block: int) -> None:
         for piece in pieces:
             self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
-    def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
+    def _end_after_retract(self, start: _TaskStart, end: int, clearance: float) -> int | None:
         """Return the end of the last piece of a run, after the block that retracts the tool; None if the tool does not
         retract.
         """
@@ -313,22 +320,22 @@ class Finder:
             row = int(self.first[block + 1]) - 1
             z = self.program.path.place_before(row + 1)[2]
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
-            same = self.program.modal(block + 1).spindle == turning and self._at_rest(block + 1)
+            same = self.program.modal(block + 1).spindle == turning and self._has_default_modes(block + 1)
             if up and same and not (self.beam and self.rows.beam[row]):
-                return self._retracted(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
+                return self._end_of_retract(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
         return None
 
-    def _retracted(self, block: int, end: int) -> int:
+    def _end_of_retract(self, block: int, end: int) -> int:
         """Return the end of the retract after a piece of work, if the tool continues to other work from there.
 
         A retract before a tool change or before the program end is not part of the piece.
         """
         row = int(self.first[end])
-        while block < end and self._rises(block) and not stops_before_work(self.program, self.rows, row):
+        while block < end and self._is_retract(block) and not stops_before_work(self.program, self.rows, row):
             block += 1
         return block
 
-    def _rises(self, block: int) -> bool:
+    def _is_retract(self, block: int) -> bool:
         rows = range(int(self.first[block]), int(self.first[block + 1]))
         return len(rows) > 0 and all(
             self.program.path.kind[r] == Kind.RAPID and not self.rows.sideways[r] for r in rows
@@ -342,8 +349,8 @@ class Finder:
             block += 1
         return block
 
-    def _piece(self, start: _Start, end: int, end_row: int) -> PieceOfWork:
-        self.look()
+    def _build_task(self, start: _TaskStart, end: int, end_row: int) -> ProgramTask:
+        self.check_cancelled()
         path = self.program.path
         rows = slice(start.row, int(self.first[end]))
         x, y, z = path.place_before(end_row)
@@ -358,7 +365,7 @@ class Finder:
         aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
         upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
         drill = path.kind[start.row] == Kind.DRILL
-        return PieceOfWork(
+        return ProgramTask(
             start.block,
             end,
             "hole" if upright and not self.beam else "cut",
@@ -370,7 +377,7 @@ class Finder:
             int(self.program.line[start.block]),
         )
 
-    def _with_prefixes(self, pieces: list[PieceOfWork], clearance: float) -> list[PieceOfWork]:
+    def _with_prefixes(self, pieces: list[ProgramTask], clearance: float) -> list[ProgramTask]:
         """Extend every piece of work except the first by the preceding rapids at the clearance height."""
         result = pieces[:1]
         for piece in pieces[1:]:
@@ -402,20 +409,20 @@ class Finder:
         If that block is a hole that continues a cycle, every piece must end with the same cycle and at the same height.
         """
         program, end = self.program, section.pieces[-1].end
-        follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
+        follower = next((b for b in range(end, program.n_blocks) if self._has_effect(b)), None)
         if follower is None:
             return True
         if int(Kind.DRILL) not in self.reader.kinds(follower) or follower in program.fixed:
             goes_on = follower in program.fixed and program.modal(end).cycle is not None
         else:
-            goes_on = "motion" in self.reader.reliance(follower, follower + 1).relies
+            goes_on = "motion" in self.reader.modal_use(follower, follower + 1).inherited
         if not goes_on:
             return True
         states = {(*self._cycle_state(c.end), round(c.leave_z, 6)) for c in section.pieces}
-        here = next_place(self.reader, range(end, program.n_blocks), section.clearance) == HERE
+        here = next_position(self.reader, range(end, program.n_blocks), section.clearance) == HERE
         return len(states) == 1 and not here
 
-    def _acts(self, block: int) -> bool:
+    def _has_effect(self, block: int) -> bool:
         """Return whether a block moves an axis or may have an unknown effect."""
         words = self.reader.words(block)
         hidden = block in self.program.fixed and (words is None or not words.empty)
@@ -425,9 +432,9 @@ class Finder:
         modal = self.program.modal(block)
         return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
 
-    def _section(self, pieces: list[PieceOfWork], first: _Start, clearance: float) -> Section:
+    def _build_section(self, pieces: list[ProgramTask], first: _TaskStart, clearance: float) -> Section:
         before = self.program.path.before[first.row, :2]
-        marked, pairs, ties = with_precedence(self.program, self.rows, pieces, self.process, self.look)
+        marked, pairs, ties = with_precedence(self.program, self.rows, pieces, self.process, self.check_cancelled)
         return Section(
             marked,
             pairs,
@@ -440,46 +447,48 @@ class Finder:
 
     # -- fixed blocks ------------------------------------------------------------------------------------------------
 
-    def items(self) -> list[Kept | Section]:
+    def items(self) -> list[FixedBlocks | Section]:
         """Return the sections and the fixed blocks between them, in program order."""
-        items: list[Kept | Section] = []
+        items: list[FixedBlocks | Section] = []
         sections = self.sections()
         done = 0
         for section, follower in zip_longest(sections, sections[1:]):
             begin, end = section.pieces[0].begin, section.pieces[-1].end
             if begin > done:
-                items.append(self._kept(done, begin, inside=bool(items)))
+                items.append(self._fixed_blocks(done, begin, inside=bool(items)))
             upto = self.program.n_blocks if follower is None else follower.pieces[0].begin
-            place = next_place(self.reader, range(end, upto), section.clearance)
+            place = next_position(self.reader, range(end, upto), section.clearance)
             items.append(replace(section, end=section.pieces[-1].exit if isinstance(place, str) else place))
             done = end
         if done < self.program.n_blocks:
-            items.append(self._kept(done, self.program.n_blocks, inside=False))
+            items.append(self._fixed_blocks(done, self.program.n_blocks, inside=False))
         return items
 
-    def _kept(self, begin: int, end: int, inside: bool) -> Kept:
+    def _fixed_blocks(self, begin: int, end: int, inside: bool) -> FixedBlocks:
         works = self.cuts[self.first[end]] > self.cuts[self.first[begin]]
         if not works and not inside:
-            return Kept(begin, end)
-        reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
+            return FixedBlocks(begin, end)
+        reasons = dict.fromkeys(
+            self.barriers[b] for b in range(begin, end) if b in self.barriers and self._is_between_cuts(b)
+        )
         if works and not reasons:
             reasons[STAYING] = None
-        return Kept(begin, end, tuple(reasons))
+        return FixedBlocks(begin, end, tuple(reasons))
 
-    def line_of(self, kept: Kept, reason: str) -> int:
+    def line_of_reason(self, kept: FixedBlocks, reason: str) -> int:
         """Return the line of the first block that stays for a reason."""
         blocks = range(kept.begin, kept.end)
         block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
 
-    def stays(self, kept: Kept) -> Iterator[Stay]:
+    def stays(self, kept: FixedBlocks) -> Iterator[StayReason]:
         """Yield the reason for each piece of work in blocks that stay."""
         begin = way = -1
         worked = False
         for block in range(kept.begin, kept.end):
             across = bool(self.rows.travel[self.first[block] : self.first[block + 1]].any())
-            if across and worked and (block in self.entries or self._divided(begin, block)):
-                yield self._why_stays(begin, block)
+            if across and worked and (block in self.entries or self._is_divided(begin, block)):
+                yield self._stay_reason(begin, block)
                 begin, worked = block, False
             if across and not worked:
                 way = block
@@ -488,12 +497,12 @@ class Finder:
                     begin = way if way >= 0 else block
                 worked = True
         if worked:
-            yield self._why_stays(begin, kept.end)
+            yield self._stay_reason(begin, kept.end)
 
-    def _divided(self, begin: int, end: int) -> bool:
+    def _is_divided(self, begin: int, end: int) -> bool:
         return any(block in self.barriers for block in range(begin, end + 1))
 
-    def _why_stays(self, begin: int, end: int) -> Stay:
+    def _stay_reason(self, begin: int, end: int) -> StayReason:
         program = self.program
         cuts = [b for b in range(begin, end) if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]]
         holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)
@@ -505,11 +514,11 @@ class Finder:
             reason, block = "holds", holds
         line = int(program.line[begin if block < 0 else min(block, program.n_blocks - 1)])
         if block < 0:
-            return Stay(reason, line)
+            return StayReason(reason, line)
         cause = "" if reason == "goes-on" else self.barriers.get(block, "")
-        return Stay(reason, line, word_at(program, line), cause)
+        return StayReason(reason, line, line_text(program, line), cause)
 
-    def _amid(self, block: int) -> bool:
+    def _is_between_cuts(self, block: int) -> bool:
         """Return whether the program cuts both before and after a block."""
         return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])
 
@@ -547,13 +556,13 @@ def group_by_height(
         if len(cuts) < high - low - 1 and depth < _MOST_HEIGHTS:
             edges = [low, *cuts, high]
             parts = list(pairwise(edges))
-            if sum(_freedom(places[a:b]) for a, b in parts) > len(cuts):
+            if sum(_count_movable(places[a:b]) for a, b in parts) > len(cuts):
                 waiting += [(a, b, depth + 1) for a, b in reversed(parts)]
                 continue
         groups.append(([low, *cuts], high, top))
     return groups
 
 
-def _freedom(places: Sequence[tuple[float, float]]) -> int:
+def _count_movable(places: Sequence[tuple[float, float]]) -> int:
     """Return the number of pieces that can change places; passes with the same start point count once."""
     return len({(round(x, 1), round(y, 1)) for x, y in places}) - 1

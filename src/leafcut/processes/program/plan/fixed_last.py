@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import PieceOfWork
+from leafcut.model.sequence import ProgramTask
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 
@@ -16,7 +16,7 @@ STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FR
 _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
-def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
+def must_stay_last(program: Program, rows: Rows, piece: ProgramTask) -> bool:
     """Return whether a piece of work must stay the last of its section, because of the fixed blocks after it.
 
     This is the case if
@@ -29,13 +29,13 @@ def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
     low, high = int(program.first[piece.begin]), int(program.first[piece.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
     return (
-        _goes_on(program, rows, last, high)
+        _continues_from_cut(program, rows, last, high)
         or bool((rows.travel & ~rows.cut)[last + 1 : high].any())
         or _is_lit_after(program, rows, low, high)
     )
 
 
-def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
+def _continues_from_cut(program: Program, rows: Rows, last: int, high: int) -> bool:
     """Return whether the fixed rows after the last cut depend on its end point."""
     kind, ref, z = program.path.kind, program.path.ref, program.path.end[:, 2]
     risen = higher = False

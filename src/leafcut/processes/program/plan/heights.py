@@ -13,7 +13,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
+from leafcut.processes.program.plan.corners import longest_rounding, rows_with_free_rounding
 
 #: Smallest reduction worth a change, mm.
 _WORTH = 0.25
@@ -34,7 +34,7 @@ _KEEP_INITIAL = ("G76", "G87", "G88")
 
 
 @dataclass
-class _AtHeight:
+class _MovesAtHeight:
     """The moves at one stated height.
 
     Attributes
@@ -58,7 +58,7 @@ class _AtHeight:
     returns: bool = False
 
 
-class LowWays:
+class HeightLowering:
     """Finds heights of a program that can be lowered while every move keeps its clearance from the material.
 
     If the controller rounds corners without a limit, retracts keep an extra height, because the sideways move may start
@@ -77,7 +77,7 @@ class LowWays:
         self.obstacles, self.kept = obstacles, set()
         self.clearance, self.top = clearance, top
         self.dogleg = machine.rapid_style == "dogleg"
-        self.free = rounds_freely(self.path, machine, clearance)
+        self.free = rows_with_free_rounding(self.path, machine, clearance)
         self.longest = longest_rounding(machine)
         rows = np.arange(len(self.path) + 1)
         self.first_piece = np.searchsorted(loads.source, rows, side="left")
@@ -101,7 +101,7 @@ class LowWays:
         series: list[int] = []
         drills = np.flatnonzero(self.path.kind == Kind.DRILL).tolist()
         for row in drills:
-            if series and self.next(series[-1]) != row:
+            if series and self.next_effective_row(series[-1]) != row:
                 found += self._returns(series)
                 series = []
             series.append(row)
@@ -117,7 +117,7 @@ class LowWays:
         found = []
         state = 98
         for row, behind in zip(series, [*series[1:], None], strict=True):
-            code = 98 if behind is None or not self._stays(row, behind, plane) else 99
+            code = 98 if behind is None or not self._can_stay_at_plane(row, behind, plane) else 99
             if code != state or {98.0, 99.0} & self._codes(row):
                 found.append(CycleReturn(self._block(row), code))
             state = code
@@ -127,11 +127,11 @@ class LowWays:
         """Return whether a block only drills its hole, so that G98 or G99 can be added to it."""
         return self.program.is_plain(row) and not self.program.modal(self._block(row) + 1).incremental
 
-    def _stays(self, row: int, behind: int, plane: float) -> bool:
+    def _can_stay_at_plane(self, row: int, behind: int, plane: float) -> bool:
         """Return whether the tool can move to the next hole at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
-        return self.contact(behind, to_hole=True) + self.clearance <= plane + _SAME and not self._over_obstacle(
+        return self.contact_height(behind, to_hole=True) + self.clearance <= plane + _SAME and not self._over_obstacle(
             [behind], plane
         )
 
@@ -149,14 +149,14 @@ class LowWays:
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
-    def next(self, row: int) -> int:
+    def next_effective_row(self, row: int) -> int:
         """Return the next row that has an effect on the machine, or the number of rows."""
         row += 1
         while row < len(self.path) and not self.does[row]:
             row += 1
         return row
 
-    def contact(self, row: int, to_hole: bool = False) -> float:
+    def contact_height(self, row: int, to_hole: bool = False) -> float:
         """Return the height at which the tool would touch the material on a level move, or on its travel to a
         hole, mm.
         """
@@ -164,12 +164,12 @@ class LowWays:
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         touches = np.minimum(ends[:, 2], ends[:, 5]) + over
         if to_hole:
-            touches = touches[self.loads.moves.rapid[which] & ~self.loads.upright[which]]
+            touches = touches[self.loads.moves.rapid[which] & ~self.loads.is_vertical[which]]
         elif not len(touches):
             return math.inf
-        return self._of_way(row, float(touches.max(initial=-math.inf)))
+        return self._contact_of_move(row, float(touches.max(initial=-math.inf)))
 
-    def _of_way(self, row: int, contact: float) -> float:
+    def _contact_of_move(self, row: int, contact: float) -> float:
         way = self.path.end[row] - self.path.before[row]
         bent = self.dogleg and np.count_nonzero(np.abs(way) > _SAME) > 1
         return max(contact, self.top) if bent else contact
@@ -188,20 +188,20 @@ class LowWays:
         path = self.path
         high, start = float(path.end[rise, 2]), float(path.before[rise, 2])
         across, stated = [], [rise]
-        row = self.next(rise)
+        row = self.next_effective_row(rise)
         while row < len(path) and path.kind[row] in _WAYS and abs(path.end[row, 2] - high) < _SAME:
             across.append(row)
             if "Z" in self._letters(row):
                 stated.append(row)
-            row = self.next(row)
+            row = self.next_effective_row(row)
         if not across or row >= len(path) or path.kind[row] not in _WAYS:
             return []
         down = path.end[row] - path.before[row]
         if not (np.isfinite(down).all() and (np.abs(down[:2]) < _SAME).all() and down[2] < 0):
             return []
-        if "Z" not in self._letters(row) or not all(self._plain(one) for one in stated):
+        if "Z" not in self._letters(row) or not all(self._is_changeable(one) for one in stated):
             return []
-        lowest = max(self.contact(one) for one in across) + self.clearance
+        lowest = max(self.contact_height(one) for one in across) + self.clearance
         if self.free[rise]:
             ways = [float(np.linalg.norm(path.end[one] - path.before[one])) for one in (across[0], across[-1])]
             bottom = min(start, float(path.end[row, 2]))
@@ -239,7 +239,7 @@ class LowWays:
                 return []
             lowest = max(lowest, start)
         elif math.isfinite(start) or straight:
-            lowest = max(lowest, self.contact(first) + self.clearance)
+            lowest = max(lowest, self.contact_height(first) + self.clearance)
         else:
             return []
         ways = [*series.ways, first]
@@ -251,27 +251,27 @@ class LowWays:
             return []
         return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
 
-    def _at_height(self, first: int) -> _AtHeight | None:
+    def _at_height(self, first: int) -> _MovesAtHeight | None:
         """Collect the cycles and travel moves at a stated height, up to the next vertical move; None if the height must
         stay.
         """
         path, high = self.path, float(self.path.end[first, 2])
-        there = _AtHeight([first], [], [], [])
-        row, last, goes_on = self.next(first), first, True
+        there = _MovesAtHeight([first], [], [], [])
+        row, last, goes_on = self.next_effective_row(first), first, True
         while row < len(path) and goes_on:
             here = abs(float(path.before[row, 2]) - high) < _SAME
             hole = path.kind[row] == Kind.DRILL
             if not here and not (hole and path.kind[last] == Kind.DRILL):
                 break
-            added = self._add_hole(row, high, here, there) if hole else self._add_way(row, high, there)
+            added = self._add_hole(row, high, here, there) if hole else self._add_move(row, high, there)
             if added is None:
                 return None
             goes_on = added
-            row, last = self.next(row), row
+            row, last = self.next_effective_row(row), row
         ended = row < len(path) or not goes_on
         return there if ended and there.returns else None
 
-    def _add_hole(self, row: int, high: float, here: bool, there: _AtHeight) -> bool | None:
+    def _add_hole(self, row: int, high: float, here: bool, there: _MovesAtHeight) -> bool | None:
         """Add a hole that the tool reaches from the initial height or from the R plane.
 
         Returns
@@ -288,16 +288,16 @@ class LowWays:
             return None
         if not slants and cycle.approach != "level":
             return None
-        if slants and not self.contact(row, to_hole=True) + self.clearance <= float(path.before[row, 2]) + _SAME:
+        if slants and not self.contact_height(row, to_hole=True) + self.clearance <= float(path.before[row, 2]) + _SAME:
             return None
         there.planes.append(cycle.r_plane)
         there.returns |= abs(float(path.end[row, 2]) - high) < _SAME
-        if self._goes_across(row) and (here or slants):
+        if self._moves_sideways(row) and (here or slants):
             there.contacts += [self._at_plane(row, high)] if here else []
             there.ways.append(row)
         return True
 
-    def _add_way(self, row: int, high: float, there: _AtHeight) -> bool | None:
+    def _add_move(self, row: int, high: float, there: _MovesAtHeight) -> bool | None:
         """Add a row between or after the holes, with the same result as `_add_hole`."""
         path, kind = self.path, self.path.kind[row]
         if kind in _STILL:
@@ -307,23 +307,23 @@ class LowWays:
         if kind not in _WAYS:
             return None
         if abs(float(path.end[row, 2]) - high) < _SAME:
-            there.contacts.append(self.contact(row))
+            there.contacts.append(self.contact_height(row))
             there.ways.append(row)
             there.stated += [row] if "Z" in self._letters(row) else []
             return True
-        if self._goes_across(row):
+        if self._moves_sideways(row):
             return None
         there.planes += [float(path.end[row, 2])] if path.end[row, 2] < high else []
         return False
 
-    def _goes_across(self, row: int) -> bool:
+    def _moves_sideways(self, row: int) -> bool:
         return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
 
     def _states_height(self, row: int) -> bool:
         """Return whether the Z of a move can be changed. Its block may also contain offset, coolant and spindle
         words.
         """
-        if self._plain(row):
+        if self._is_changeable(row):
             return True
         program, block = self.program, self._block(row)
         rows = range(int(program.first[block]), int(program.first[block + 1]))
@@ -361,9 +361,9 @@ class LowWays:
         if not self._plane_may_change(rows):
             return []
         contacts = [self._at_plane(row, plane) for row in rows]
-        ways = [row for row in rows if self._begins_at(row, plane)]
+        ways = [row for row in rows if self._starts_at_plane(row, plane)]
         # Moves at this height after the last hole go to the next position or straight up.
-        after = self.next(rows[-1])
+        after = self.next_effective_row(rows[-1])
         while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
             if path.kind[after] == Kind.DRILL:
                 cycle = path.cycles[int(path.ref[after])]
@@ -385,9 +385,9 @@ class LowWays:
                     if not upright or path.end[after, 2] < plane:
                         return []
                     break
-                contacts.append(self.contact(after))
+                contacts.append(self.contact_height(after))
                 ways.append(after)
-            after = self.next(after)
+            after = self.next_effective_row(after)
         lowest = max(contacts) + self.clearance
         deepest = max(one.bottom for one in cycles)
         if not (deepest < lowest < plane - _WORTH) or self._over_obstacle(ways, lowest):
@@ -403,7 +403,7 @@ class LowWays:
             return False
         # A slanted approach that starts at another height would follow another path to a lower plane.
         slants = [row for one, row in zip(cycles, rows, strict=True) if one.approach == "slant"]
-        if not all(self._begins_at(row, plane) for row in slants):
+        if not all(self._starts_at_plane(row, plane) for row in slants):
             return False
         return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
@@ -413,15 +413,15 @@ class LowWays:
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]
         low = np.minimum(ends[:, 2], ends[:, 5])
-        goes = (ends[:, 5] <= ends[:, 2] + _SAME) | ~self.loads.upright[which]
+        goes = (ends[:, 5] <= ends[:, 2] + _SAME) | ~self.loads.is_vertical[which]
         mine = moves.rapid[which] & (np.abs(low - plane) < _SAME) & goes
         # Pecking cycles rapid back into their own hole, but stay above the remaining material.
         contact = float((low + over)[mine].max(initial=-math.inf))
-        if self._begins_at(row, plane):
-            contact = self._of_way(row, contact)
+        if self._starts_at_plane(row, plane):
+            contact = self._contact_of_move(row, contact)
         return contact if math.isfinite(contact) else math.inf
 
-    def _begins_at(self, row: int, plane: float) -> bool:
+    def _starts_at_plane(self, row: int, plane: float) -> bool:
         return abs(float(self.path.before[row, 2]) - plane) < _SAME
 
     def _block(self, row: int) -> int:
@@ -430,7 +430,7 @@ class LowWays:
     def _letters(self, row: int) -> set[str]:
         return {word.letter for word in self.program.words(self._block(row))}
 
-    def _plain(self, row: int) -> bool:
+    def _is_changeable(self, row: int) -> bool:
         """Return whether the end height of a move can be changed."""
         return self.program.is_plain(row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.precedence import are_related, with_precedence
 from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
@@ -33,12 +33,14 @@ _STATED_BY = {
 }
 
 
-def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> Sequence:
+def merge_sections(
+    program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat = ignore_heartbeat
+) -> Sequence:
     """Merge later sections into earlier sections with the same tool, and remove the tool changes before them.
 
     No section moves past a stop, a change of offset, an unknown block, fixed work, or touching work of another tool.
     """
-    merger = _Merger(program, sequence, rows, look)
+    merger = _Merger(program, sequence, rows, check_cancelled)
     merger.join_all()
     if not merger.dropped:
         return sequence
@@ -52,24 +54,26 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heart
     )
 
 
-def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> int:
+def changes_saved(
+    program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat = ignore_heartbeat
+) -> int:
     """Return the number of tool changes that `merge_sections` would save."""
     tools = program.path.ref[program.path.kind == Kind.TOOL]
     if len(np.unique(tools)) == len(tools):
         return 0
-    merger = _Merger(program, sequence, rows, look, only_counts=True)
+    merger = _Merger(program, sequence, rows, check_cancelled, only_counts=True)
     merger.join_all()
     return merger.saved
 
 
 class _Merger:
     def __init__(
-        self, program: Program, sequence: Sequence, rows: Rows, look: Heartbeat, only_counts: bool = False
+        self, program: Program, sequence: Sequence, rows: Rows, check_cancelled: Heartbeat, only_counts: bool = False
     ) -> None:
         self.program, self.rows, self.process = program, rows, sequence.process
-        self.look, self.only_counts = look, only_counts
+        self.check_cancelled, self.only_counts = check_cancelled, only_counts
         self.items = list(sequence.items)
-        self.dropped: list[Kept] = []
+        self.dropped: list[FixedBlocks] = []
         self.saved = 0
         self.reader = BlockReader(program)
 
@@ -81,42 +85,44 @@ class _Merger:
     def join(self, at: int) -> bool:
         """Merge a section into an earlier one; return whether that was possible."""
         later, change = self.items[at], self.items[at - 1]
-        if not isinstance(later, Section) or not isinstance(change, Kept) or at < 2:
+        if not isinstance(later, Section) or not isinstance(change, FixedBlocks) or at < 2:
             return False
         if not self._is_change(change) or not self._may_follow(at):
             return False
         for place in range(at - 2, -1, -1):
             item = self.items[place]
-            if isinstance(item, Kept):
-                if not self._passable(item):
+            if isinstance(item, FixedBlocks):
+                if not self._can_be_passed(item):
                     return False
-            elif self._alike(item, later):
-                self._do_join(place, at)
+            elif self._have_same_state(item, later):
+                self._merge_into(place, at)
                 return True
             elif any(piece.may_free for piece in later.pieces):
                 # A part would be detached before the work in between.
                 return False
-            elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.look):
+            elif are_related(self.program, self.rows, (item.pieces, later.pieces), self.process, self.check_cancelled):
                 return False
         return False
 
-    def _do_join(self, place: int, at: int) -> None:
+    def _merge_into(self, place: int, at: int) -> None:
         earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
-        assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
+        assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, FixedBlocks)
         both = (*earlier.pieces, *later.pieces)
         self.items[place] = replace(earlier, pieces=both)
         if not self.only_counts:
-            pieces, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
+            pieces, precedence, ties = with_precedence(
+                self.program, self.rows, both, self.process, self.check_cancelled
+            )
             self.items[place] = replace(earlier, pieces=pieces, precedence=precedence, ties=ties)
         self.dropped.append(replace(change, reasons=("a change to a tool that did all its work before",)))
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
 
-    def _kinds(self, kept: Kept) -> list[Kind]:
+    def _kinds(self, kept: FixedBlocks) -> list[Kind]:
         rows = slice(int(self.program.first[kept.begin]), int(self.program.first[kept.end]))
         return [Kind(k) for k in self.program.path.kind[rows].tolist()]
 
-    def _passable(self, kept: Kept) -> bool:
+    def _can_be_passed(self, kept: FixedBlocks) -> bool:
         """Return whether work can move from after these fixed blocks to before them."""
         if not _BETWEEN.issuperset(self._kinds(kept)):
             return False
@@ -127,10 +133,10 @@ class _Merger:
         one, other = self.program.modal(kept.begin), self.program.modal(kept.end)
         return all(getattr(one, f) == getattr(other, f) for f in _SAME if f not in _STATED_BY)
 
-    def _is_change(self, kept: Kept) -> bool:
-        return Kind.TOOL in self._kinds(kept) and self._passable(kept)
+    def _is_change(self, kept: FixedBlocks) -> bool:
+        return Kind.TOOL in self._kinds(kept) and self._can_be_passed(kept)
 
-    def _alike(self, one: Section, other: Section) -> bool:
+    def _have_same_state(self, one: Section, other: Section) -> bool:
         before, after = (self.program.modal(s.pieces[0].begin) for s in (one, other))
         same = all(getattr(before, f) == getattr(after, f) for f in _SAME)
         return same and one.tool is not None and abs(one.clearance - other.clearance) < TOLERANCE
@@ -144,7 +150,7 @@ class _Merger:
         follower = self.items[at + 1] if at + 1 < len(self.items) else None
         if follower is None:
             return True
-        if not isinstance(follower, Kept) or not isinstance(change, Kept):
+        if not isinstance(follower, FixedBlocks) or not isinstance(change, FixedBlocks):
             return False
         kinds = self._kinds(follower)
         first = int(self.program.first[follower.begin])

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import plain_block
 from leafcut.model.kinds import BEAMS
-from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.sequence import FixedBlocks, Section, Sequence
 from leafcut.model.toolpath import last_rows
+from leafcut.processes.program.plan.fixed_tasks import why_pieces_stay
 from leafcut.processes.program.plan.precedence import freeing_stages
 from leafcut.processes.program.plan.program_rows import Rows
-from leafcut.processes.program.plan.staying import why_pieces_stay
 
 #: Minimum number of occurrences and maximum median number of pieces of a comment that labels pieces.
 _OFTEN, _FEW = 3, 2
@@ -38,7 +38,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
     Cuts that detach parts and have no other work after them form their own section. Operations are ignored for lasers
     and torches, and with `mix_operations`.
     """
-    items: list[Kept | Section] = []
+    items: list[FixedBlocks | Section] = []
     for item in sequence.items:
         if not isinstance(item, Section):
             items.append(item)
@@ -46,11 +46,11 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
         apart = set() if mix_operations or sequence.process in BEAMS else set(_operations(program, item, rows))
         edges = sorted({0, *apart, *freeing_stages(item.pieces), len(item.pieces)})
         whole = replace(item, stays=why_pieces_stay(item, sorted(apart)))
-        items += [_part(whole, low, high) for low, high in pairwise(edges)]
+        items += [_subsection(whole, low, high) for low, high in pairwise(edges)]
     return replace(sequence, items=tuple(items))
 
 
-def _part(section: Section, low: int, high: int) -> Section:
+def _subsection(section: Section, low: int, high: int) -> Section:
     if high - low == len(section.pieces):
         return section
     pairs = section.precedence
@@ -69,7 +69,7 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
     """Return the first piece of every operation except the first."""
     pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
-    texts = {k: text for k in range(len(pieces)) if (text := _remark(program, section, rows, k, last_cut))}
+    texts = {k: text for k in range(len(pieces)) if (text := _comments_before(program, section, rows, k, last_cut))}
     begins = sorted({0, *texts})
     sizes = dict(zip(begins, np.diff([*begins, len(pieces)]).tolist(), strict=True))
     of_text: dict[str, list[int]] = defaultdict(list)
@@ -81,7 +81,7 @@ def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
     return [b for a, b in pairwise(begins) if sizes[a] > 1 or sizes[b] > 1]
 
 
-def _remark(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
+def _comments_before(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
     """Return the comments between the previous cut and the first travel move of a piece, as one text.
 
     Numbers are replaced, so that numbered labels give the same text. `last_cut` is the last cut before each row, or -1.

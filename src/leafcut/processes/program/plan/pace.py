@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
-from leafcut.material.chip_feeds import least_around
-from leafcut.material.loads import Loads, limits_of
+from leafcut.material.chip_feeds import minimum_around
+from leafcut.material.loads import Loads, tool_limits
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
 from leafcut.model.feed_limits import FEED_INCREASE
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.machine import Machine
 from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
+from leafcut.processes.program.plan.corners import RapidCorners, rows_with_free_rounding
 from leafcut.timing.profile import move_time
 
 #: Letters and G codes allowed in a line whose feed is changed.
@@ -56,7 +56,7 @@ def plan_pace(
     rules: PaceRules,
     machine: Machine,
     top: float,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
     chords: Collection[int] = (),
 ) -> Pace:
     """Return the changed speeds of a program by stretch.
@@ -71,10 +71,10 @@ def plan_pace(
     chords
         Rows of arcs that a rapid along their chord may replace (`arcs_in_air`).
     """
-    limits = limits_of(loads, tools, rules) if rules.feeds else {}
+    limits = tool_limits(loads, tools, rules) if rules.feeds else {}
     speed = _in_material(loads, limits, cutters, rules, machine)
     pieces, path = loads.moves, program.path
-    vertical = loads.upright
+    vertical = loads.is_vertical
     clear = loads.removed.over <= -rules.clearance
     candidates = ~pieces.rapid & ((clear | vertical) & rules.air | (speed != loads.feed))
     upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _leaves_freely(pieces, tools)
@@ -85,7 +85,7 @@ def plan_pace(
     begins, ends = (np.searchsorted(loads.source, every, side=side) for side in ("left", "right"))
     stretches: dict[int, tuple[PaceStretch, ...]] = {}
     for row in np.unique(loads.source[candidates]).tolist():
-        look()
+        check_cancelled()
         divisible = _may_change(program, row)
         if divisible is None:
             continue
@@ -95,21 +95,23 @@ def plan_pace(
             length = float(np.linalg.norm(path.end[row] - path.before[row]))
             if length < _SAME:
                 continue
-            found = _worth_dividing(_runs(speed[which]), length, own)
-            way = _Way(path.before[row], path.end[row], own)
+            found = _merge_small_gains(_speed_runs(speed[which]), length, own)
+            way = _StraightCut(path.before[row], path.end[row], own)
             over = loads.removed.over[which]
             if loads.plunges[which].any():
-                found = _with_speed(found, way.over_all(over, rules), own)
+                found = _set_speed(found, way.interval_above_material(over, rules), own)
             if rules.air:
                 if upwards[which].all():
                     free = [(0.0, 1.0)]
                 elif vertical[which].all():
-                    free = way.over_all(over, rules)
+                    free = way.interval_above_material(over, rules)
                 else:
-                    free = _together(clear[which])
-                free = way.worth_it(free, machine)
-                found = _with_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
-                found = _with_speed(found, way.trimmed(free, corners.rounds(row)), way.fastest(machine))
+                    free = _clear_intervals(clear[which])
+                free = way.intervals_worth_rapid(free, machine)
+                found = _set_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
+                found = _set_speed(
+                    found, way.without_rounded_ends(free, corners.rounded_ends(row)), way.fastest(machine)
+                )
         else:
             in_air = rules.air and bool(clear[which].all()) and not corners.free[row]
             fastest = max(machine.max_feed, own) if in_air else own
@@ -130,7 +132,7 @@ def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machi
     On a machine whose rapids are not straight, the chord must move a single axis.
     """
     path = program.path
-    free = rounds_freely(path, machine, rules.clearance)
+    free = rows_with_free_rounding(path, machine, rules.clearance)
     met = loads.removed.cuts | (loads.removed.over > -rules.clearance)
     blocked = np.zeros(len(path), dtype=np.bool_)
     blocked[loads.source[met]] = True
@@ -161,20 +163,20 @@ def _in_material(
         diameter = 2.0 * cutters[number].radius
         of_tool = loads.moves.tool == number
         mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
-        bounds = _bounds(loads, limit, diameter, mine, rules)
+        bounds = _feed_factors(loads, limit, diameter, mine, rules)
         factor = np.minimum.reduce(list(bounds.values()))
         # Raise the speed in steps, so that it changes less often, but reduce excessive feeds at once.
-        factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
-        factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
+        factor = np.where(factor > 1.0, np.minimum(_round_to_steps(factor), factor), factor)
+        factor = minimum_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
         slower = np.minimum(np.minimum(_downwards(loads, limit), bounds["spindle"]), 1.0)
         speed[plunges] *= _least_by_row(slower, loads.source, plunges)
     speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
-    return _reached(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
+    return _limit_to_reachable(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
 
 
-def _bounds(
+def _feed_factors(
     loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
 ) -> dict[str, Floats]:
     """Return for each limit the factor by which the feed of each move in `mine` may change; a factor below 1 reduces
@@ -198,7 +200,9 @@ def _bounds(
 
 def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
     """Return the factor by which the plunge feed of each move may change."""
-    return np.divide(limit.plunge, loads.down, out=np.full_like(loads.feed, np.inf), where=loads.down > 0)
+    return np.divide(
+        limit.plunge, loads.descent_speed, out=np.full_like(loads.feed, np.inf), where=loads.descent_speed > 0
+    )
 
 
 class KeptFeed(NamedTuple):
@@ -207,8 +211,8 @@ class KeptFeed(NamedTuple):
     Attributes
     ----------
     reason
-        Limit with the largest share of the cutting time: a key of `_bounds`, ``machine`` (maximum feed), ``lines``
-        (lines cannot be changed) or ``short`` (a higher feed saves no time).
+        Limit with the largest share of the cutting time: a key of `_feed_factors`, ``machine`` (maximum feed),
+        ``lines`` (lines cannot be changed) or ``short`` (a higher feed saves no time).
     line
         First line with this reason. For a chip limit that the library does not state, it is the line of the worst cut,
         with the thickest chip and then the greatest width.
@@ -232,7 +236,7 @@ def why_kept(
     at = np.flatnonzero(mine)
     if not len(at):
         return None
-    bounds = {name: values[at] for name, values in _bounds(loads, limit, diameter, mine, rules).items()}
+    bounds = {name: values[at] for name, values in _feed_factors(loads, limit, diameter, mine, rules).items()}
     names = np.array([*bounds, "machine", "lines", "short"])
     table = np.array(list(bounds.values()))
     least = np.argmin(table, axis=0)
@@ -264,12 +268,12 @@ def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.b
     return np.asarray(least[source[which]])
 
 
-def _stepped(factor: Floats) -> Floats:
+def _round_to_steps(factor: Floats) -> Floats:
     """Round factors down to a power of `_STEP`, at least 1."""
     return np.asarray(_STEP ** np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9))
 
 
-def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
+def _limit_to_reachable(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
     """Reduce raised speeds that the machine cannot reach within their stretch: v² changes by at most 2as.
 
     Raised stretches that do not reach their speed are lowered in steps. Speeds at or below the programmed feed stay.
@@ -290,7 +294,7 @@ def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) ->
         short = raised & (best < speed * (1.0 - 1e-6))
         if not short.any():
             break
-        speed = np.where(short, np.minimum(own * _stepped(best / np.where(own > 0, own, 1.0)), speed), speed)
+        speed = np.where(short, np.minimum(own * _round_to_steps(best / np.where(own > 0, own, 1.0)), speed), speed)
     return speed
 
 
@@ -312,13 +316,13 @@ def _may_change(program: Program, row: int) -> bool | None:
     return kind == Kind.FEED
 
 
-def _runs(speeds: Floats) -> list[PaceStretch]:
+def _speed_runs(speeds: Floats) -> list[PaceStretch]:
     """Group moves of equal length into stretches of constant speed."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
     return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
-def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
+def _merge_small_gains(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
     """Undo raised speeds that save almost no time, and merge slowed stretches of similar speed at the lowest of their
     speeds.
     """
@@ -340,7 +344,7 @@ def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list
     return kept
 
 
-def _together(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
+def _clear_intervals(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
     """Return the clear intervals of a motion as shares of its length; all its moves have equal length."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
@@ -352,7 +356,7 @@ def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[
     return ~np.isin(pieces.tool, slow)
 
 
-def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
+def _set_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
     for low, high in free:
         cut_up: list[PaceStretch] = []
         before = 0.0
@@ -368,14 +372,14 @@ def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed
     return found
 
 
-class _Way(NamedTuple):
+class _StraightCut(NamedTuple):
     """A straight cut: start and end, mm, and feed, mm/s."""
 
     begin: Floats
     end: Floats
     feed: float
 
-    def over_all(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
+    def interval_above_material(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
         """Return the interval of a vertical move above all material and the clearance, as shares of its length."""
         z0, z1 = float(self.begin[2]), float(self.end[2])
         low, high = min(z0, z1), max(z0, z1)
@@ -387,7 +391,9 @@ class _Way(NamedTuple):
         share = (z0 - height) / (z0 - z1)
         return [(0.0, share)] if z1 < z0 else [(share, 1.0)]
 
-    def trimmed(self, free: list[tuple[float, float]], rounds: tuple[bool, bool]) -> list[tuple[float, float]]:
+    def without_rounded_ends(
+        self, free: list[tuple[float, float]], rounds: tuple[bool, bool]
+    ) -> list[tuple[float, float]]:
         """Return the clear intervals without the ends next to corners that the controller may round."""
         keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
@@ -398,7 +404,7 @@ class _Way(NamedTuple):
         axes = np.count_nonzero(np.abs(self.end - self.begin) > _SAME)
         return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
 
-    def worth_it(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
+    def intervals_worth_rapid(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
         """Return the clear intervals on which a rapid from rest to rest saves time."""
         found = []
         for low, high in free:

@@ -13,29 +13,29 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import linked, unique_pairs
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS
-from leafcut.model.sequence import PieceOfWork
+from leafcut.model.sequence import ProgramTask
 from leafcut.processes.program.plan.program_rows import Rows
-from leafcut.processes.program.proof.doubt import KEEP
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
     detached_parts,
-    near_lines,
+    line_index,
     passes_beside,
     rows_in_order,
     visits_of,
 )
+from leafcut.processes.program.proof.order_thresholds import KEEP
 from leafcut.processes.program.proof.outlines import (
     BEAM_TAB,
     MILL_TAB,
     TOUCHING,
     Line,
     lines_of,
+    lines_starting_inside,
     outlines_of,
-    starts_inside,
 )
 from leafcut.processes.program.proof.program_work import has_no_mill
 from leafcut.processes.program.proof.traces import Traces, traces_of
@@ -51,18 +51,18 @@ TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 class Precedence(NamedTuple):
     """Pieces of work, marked if they detach a part; the pairs whose order is kept; and `Section.ties`."""
 
-    pieces: tuple[PieceOfWork, ...]
+    pieces: tuple[ProgramTask, ...]
     pairs: NDArray[np.int32]
     ties: dict[str, NDArray[np.int32]]
 
 
-class _Work:
+class _OrderRuleInput:
     """Input of the order rules for pieces of work; the pieces of several sections are concatenated.
 
     `owner`, int64[m], is the piece of each feature, and `section`, int64[n], is the section of each piece.
     """
 
-    def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]]) -> None:
+    def __init__(self, program: Program, rows: Rows, sections: Sequence[Sequence[ProgramTask]]) -> None:
         self.program, self.rows = program, rows
         self.sections = sections
         self.pieces = [piece for pieces in sections for piece in pieces]
@@ -89,7 +89,11 @@ class _Work:
 
 
 def with_precedence(
-    program: Program, rows: Rows, pieces: Sequence[PieceOfWork], process: str, look: Heartbeat = unseen
+    program: Program,
+    rows: Rows,
+    pieces: Sequence[ProgramTask],
+    process: str,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Precedence:
     """Mark the pieces of work that detach a part, and return the pairs whose order is kept.
 
@@ -102,30 +106,34 @@ def with_precedence(
     Implied pairs are left out.
     """
     n = len(pieces)
-    work = _Work(program, rows, [pieces])
-    causes = _related(work, process, look)
-    marked = _freeing(work, process, look)
+    work = _OrderRuleInput(program, rows, [pieces])
+    causes = _related_pairs(work, process, check_cancelled)
+    marked = _mark_detaching_tasks(work, process, check_cancelled)
     causes[FREES] = work_before_freeing(marked)
     ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
-    stages = divided_at(freeing_stages(marked), n)
+    stages = ties_at_edges(freeing_stages(marked), n)
     if stages is not None:
-        ties[FREES] = nearer(ties.get(FREES), stages)
-    return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, look), ties)
+        ties[FREES] = nearer_ties(ties.get(FREES), stages)
+    return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, check_cancelled), ties)
 
 
 def are_related(
-    program: Program, rows: Rows, sections: Sequence[Sequence[PieceOfWork]], process: str, look: Heartbeat = unseen
+    program: Program,
+    rows: Rows,
+    sections: Sequence[Sequence[ProgramTask]],
+    process: str,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> bool:
     """Return whether the order of any two pieces of work in different sections matters."""
-    return any(map(len, _related(_Work(program, rows, sections), process, look).values()))
+    return any(map(len, _related_pairs(_OrderRuleInput(program, rows, sections), process, check_cancelled).values()))
 
 
-def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np.int64]]:
+def _related_pairs(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> dict[str, NDArray[np.int64]]:
     """Return the pairs whose order matters, int64[k, 2] by cause; with several sections, only pairs across sections."""
     across = len(work.sections) > 1
     widths = [tool_width(work.program, pieces[0].begin) or work.rows.tool_diameter for pieces in work.sections]
     lines = work.lines()
-    near, owner = near_lines(lines)
+    near, owner = line_index(lines)
 
     def wanted(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
         chosen: NDArray[np.bool_] = (work.section[a] < work.section[b]) if across else (a < b)
@@ -134,12 +142,12 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
     pairs: dict[str, list[NDArray[np.int64]]] = {TOUCHES: [], PASSES: [], INSIDE: []}
     reach = TOUCHING + 2 * KEEP.sagitta + max(widths)
     for a, b in near.pairs(near, reach, lambda a, b: wanted(owner[a], owner[b])):
-        look()
+        check_cancelled()
         pairs[TOUCHES].append(unique_pairs(owner[a], owner[b]))
     if process not in BEAMS and not all(widths):
         visits = work.visits()
         for _, found in passes_beside(visits, near, owner, KEEP, np.inf, wanted):
-            look()
+            check_cancelled()
             pairs[PASSES].append(found)
         if not across:
             pairs[PASSES].append(rows_in_order(visits, KEEP))
@@ -148,20 +156,20 @@ def _related(work: _Work, process: str, look: Heartbeat) -> dict[str, NDArray[np
     both_ways = process not in BEAMS or not has_no_mill(work.program)
     for number in range(len(work.sections)):
         mine = [line for line in lines if work.section[line.owner] == number]
-        outlines = list(outlines_of(mine, tab, KEEP, look))
-        for outline, inner in starts_inside(lines, outlines):
+        outlines = list(outlines_of(mine, tab, KEEP, check_cancelled))
+        for outline, inner in lines_starting_inside(lines, outlines):
             outer = np.array(outline.owners)
             found = np.array(np.meshgrid(inner, outer)).reshape(2, -1).T
             pairs[INSIDE] += [found[wanted(*found.T)], found[wanted(*found.T[::-1])][:, ::-1]][: 1 + both_ways]
-    return {cause: _each_once(found) for cause, found in pairs.items()}
+    return {cause: _distinct_pairs(found) for cause, found in pairs.items()}
 
 
-def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+def _distinct_pairs(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     every = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
     return unique_pairs(every[:, 0], every[:, 1])
 
 
-def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, ...]:
+def _mark_detaching_tasks(work: _OrderRuleInput, process: str, check_cancelled: Heartbeat) -> tuple[ProgramTask, ...]:
     """Mark the pieces of work that detach a part; the deepest sideways cut of the mill counts as the underside."""
     pieces = tuple(work.pieces)
     if process in BEAMS or has_no_mill(work.program):
@@ -171,14 +179,14 @@ def _freeing(work: _Work, process: str, look: Heartbeat) -> tuple[PieceOfWork, .
     above = np.where([piece.kind == "cut" for piece in pieces], visits.bottom - deepest, np.inf)
     if not (above <= KEEP.through).any():
         return pieces
-    frees = detached_parts(work.features, work.traces, visits, work.owner, above, KEEP, look)
+    frees = detached_parts(work.features, work.traces, visits, work.owner, above, KEEP, check_cancelled)
     return tuple(
         replace(piece, may_free=may, frees=may and surely) if may else piece
         for piece, may, surely in zip(pieces, *(mask.tolist() for mask in frees), strict=True)
     )
 
 
-def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
+def freeing_stages(pieces: Sequence[ProgramTask]) -> list[int]:
     """Return the first pieces of the final stages, ascending; every piece in these stages detaches a part.
 
     All work before such a first piece precedes all work after it, so each stage becomes its own section.
@@ -194,7 +202,7 @@ def freeing_stages(pieces: Sequence[PieceOfWork]) -> list[int]:
     return found
 
 
-def work_before_freeing(pieces: Sequence[PieceOfWork]) -> NDArray[np.int64]:
+def work_before_freeing(pieces: Sequence[ProgramTask]) -> NDArray[np.int64]:
     """Return the pairs (before, after) of a piece of work and a later piece that detaches a part, int64[k, 2].
 
     Pieces that detach parts at the same depth may change places. Pairs of different stages are left out. If there are
@@ -212,7 +220,7 @@ def work_before_freeing(pieces: Sequence[PieceOfWork]) -> NDArray[np.int64]:
     return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
 
 
-def _freed_by(pieces: Sequence[PieceOfWork]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
+def _freed_by(pieces: Sequence[ProgramTask]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
     may, frees = (np.array([getattr(c, name) for c in pieces], dtype=bool) for name in ("may_free", "frees"))
     return may, frees, np.array([c.bottom for c in pieces], dtype=np.float64)
 
@@ -230,14 +238,14 @@ def no_ties(n: int) -> NDArray[np.int32]:
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
-def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
+def nearer_ties(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
     """Combine the ties of two causes, and keep the nearer tie of each piece."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
-def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
+def ties_at_edges(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
     """Return `Section.ties` of n pieces of work that must not cross the edges in the order; None without edges.
 
     An edge is the number of a piece of work: pieces before it stay before all pieces from it on.
@@ -250,7 +258,9 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
     return np.stack([ends[part], np.array([0, *inner], dtype=np.int32)[part] - 1], axis=1).astype(np.int32)
 
 
-def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen) -> NDArray[np.int32]:
+def _without_implied(
+    pairs: NDArray[np.int64], n: int, check_cancelled: Heartbeat = ignore_heartbeat
+) -> NDArray[np.int32]:
     """Remove implied pairs (transitive reduction); every pair goes from a lower to a higher number.
 
     Connected groups are reduced separately, in blocks of `_BITS` pieces, so that memory grows linearly with n.
@@ -267,15 +277,15 @@ def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen)
     kept: list[tuple[int, int]] = []
     by_after = pairs[np.lexsort([-pairs[:, 0], pairs[:, 1]])]
     for low in range(0, n, _BITS):
-        look()
+        check_cancelled()
         high = min(low + _BITS, n)
         first, last = np.searchsorted(by_after[:, 1], [low, stop[high - 1]])
-        kept += _kept_from(by_after[first:last].tolist(), low, high)
+        kept += _reduced_pairs(by_after[first:last].tolist(), low, high)
     whole = order[np.array(kept, dtype=np.int64)]
     return whole[np.lexsort([-whole[:, 0], whole[:, 1]])].astype(np.int32)
 
 
-def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
+def _reduced_pairs(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
     """Return the pairs with low ≤ before < high that no other pairs imply; `pairs` are sorted by after, then by
     −before.
     """

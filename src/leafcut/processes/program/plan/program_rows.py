@@ -15,8 +15,8 @@ from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import plain_block
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Toolpath, last_rows
-from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.features import Features, States, features_of
+from leafcut.processes.program.proof.order_thresholds import FREE
 
 #: Reason why a block stays, by the kind of its row.
 _BARRIERS = {
@@ -111,7 +111,7 @@ def read_rows(program: Program, process: str, tool_diameter: float = 0.0) -> Row
             aside = np.hypot(*(path.end[:, :2] - before[:, :2]).T) > FREE.still
         deepest = _deepest(program, block, feed & (aside | (path.kind != Kind.FEED)))
         return Rows(path, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest, tool_diameter)
-    beam = _beam(program)
+    beam = _beam_mask(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
@@ -135,10 +135,10 @@ def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
     """Return a mask of the feed moves with the beam off, bool[n]; all False for a cutting tool."""
     dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
-    return dark & ~_beam(program) if dark.any() else dark
+    return dark & ~_beam_mask(program) if dark.any() else dark
 
 
-def _beam(program: Program) -> NDArray[np.bool_]:
+def _beam_mask(program: Program) -> NDArray[np.bool_]:
     """Return a mask of the rows with the beam on; if the program states power, the power must be above zero."""
     path = program.path
     switched = path.kind == Kind.SPINDLE
@@ -168,7 +168,7 @@ def known_process(program: Program) -> str:
     ways = (path.kind == Kind.RAPID) & ~steady
     moving = np.isin(path.kind, [int(k) for k in MOTIONS])
     level = not (moving & ~still[:, 2] & np.isfinite(before[:, 2])).any()
-    beam = _beam(program)
+    beam = _beam_mask(program)
     on = np.flatnonzero(spindle & beam & ~np.concatenate([[False], beam[:-1]]))
     crossing = np.flatnonzero(ways | sideways)
     follower = np.searchsorted(crossing, on)
@@ -204,12 +204,12 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
     for number in np.flatnonzero(before[1:] != before[:-1]).tolist():
         pair = int(before[number]), int(before[number + 1])
         if pair not in reasons:
-            reasons[pair] = _change(program.modals[pair[0]], program.modals[pair[1]])
+            reasons[pair] = _changed_mode(program.modals[pair[0]], program.modals[pair[1]])
             if program.assumed_units and reasons[pair] == _CHANGES["unit"]:
                 reasons[pair] = _ASSUMED_UNITS
         if reasons[pair]:
             barriers.setdefault(number, reasons[pair])
-    for row in _idle(program, rows):
+    for row in _idle_rows(program, rows):
         what = "a dwell" if path.kind[row] == Kind.DWELL else "the spindle is switched"
         barriers.setdefault(int(block[row]), f"{what} between pieces of work")
     _hold_calls(program, barriers)
@@ -255,7 +255,7 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
     return "" if same else "the subprogram changes the spindle state"
 
 
-def _idle(program: Program, rows: Rows) -> list[int]:
+def _idle_rows(program: Program, rows: Rows) -> list[int]:
     """Return the rows that dwell or switch the spindle between pieces of work, for an unknown purpose.
 
     Such rows come after a cut and a retract, and before the next travel move. Dwells at positions without a cut count
@@ -283,7 +283,7 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     return found
 
 
-def _change(one: Modal, other: Modal) -> str:
+def _changed_mode(one: Modal, other: Modal) -> str:
     for name, reason in _CHANGES.items():
         if getattr(one, name) != getattr(other, name):
             return reason

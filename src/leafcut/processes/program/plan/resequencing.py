@@ -11,16 +11,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError, nearest
+from leafcut.errors import PlanError, name_suggestion
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Point
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import ProgramKind
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.sequence import Kept, Section, Sequence, Stay
+from leafcut.model.sequence import FixedBlocks, Section, Sequence, StayReason
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.find_sections import STAYING, Finder
+from leafcut.processes.program.plan.find_sections import STAYING, SectionFinder
 from leafcut.processes.program.plan.merging import changes_saved, merge_sections
 from leafcut.processes.program.plan.operations import keep_apart
 from leafcut.processes.program.plan.program_rows import known_process, read_rows
@@ -34,7 +34,7 @@ def find_sequence(
     allow_reverse: bool = False,
     mix_operations: bool = False,
     tool_diameter: float = 0.0,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> Sequence:
     """Divide a program into sections of pieces of work that can be reordered, and blocks that stay.
 
@@ -52,16 +52,16 @@ def find_sequence(
         Diameter of the mills that no comment describes, mm; 0 if unknown.
     """
     if process != "auto" and process not in tuple(ProgramKind):
-        raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")
+        raise PlanError(f"unknown process '{process}'{name_suggestion(process, ['auto', *ProgramKind])}")
     found = known_process(program) if process == "auto" else process
-    finder = Finder(program, found, look, tool_diameter=tool_diameter)
+    finder = SectionFinder(program, found, check_cancelled, tool_diameter=tool_diameter)
     items = finder.items()
-    stays = tuple(stay for item in items if isinstance(item, Kept) for stay in finder.stays(item))
+    stays = tuple(stay for item in items if isinstance(item, FixedBlocks) for stay in finder.stays(item))
     sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)), stays=stays)
     if merge_tools:
-        sequence = merge_sections(program, sequence, finder.rows, look)
+        sequence = merge_sections(program, sequence, finder.rows, check_cancelled)
     else:
-        sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, look))
+        sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, check_cancelled))
     sequence = keep_apart(program, sequence, finder.rows, mix_operations)
     if allow_reverse:
         from leafcut.processes.program.plan.reversing import with_reversible
@@ -70,13 +70,15 @@ def find_sequence(
     return sequence
 
 
-def all_stay(program: Program, process: str, reason: str) -> Sequence:
+def unchanged_sequence(program: Program, process: str, reason: str) -> Sequence:
     """Return a sequence in which all work stays for one reason (a key of `staying.PHRASES`)."""
     rows = read_rows(program, process)
     ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
     begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
     lines = program.line[program.row_block[begins]].tolist()
-    return Sequence((Kept(0, program.n_blocks),), process, stays=tuple(Stay(reason, line) for line in lines))
+    return Sequence(
+        (FixedBlocks(0, program.n_blocks),), process, stays=tuple(StayReason(reason, line) for line in lines)
+    )
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
@@ -87,7 +89,7 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
     """
     entry = np.array([c.entry for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
     leave = np.array([c.exit for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
-    both = _reversible(section)
+    both = _reversible_tasks(section)
     cluster = np.concatenate([np.arange(len(entry), dtype=np.int32), both])
     tool = "" if section.tool is None else f" T{section.tool}"
     return RoutingProblem(
@@ -105,14 +107,14 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
 
 def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the pieces in the order of the nodes of `build_problem`, int32[n]; ~k is piece k reversed."""
-    piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible(section)])
+    piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible_tasks(section)])
     order: NDArray[np.int32] = piece[nodes]
     return order
 
 
 def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the nodes of `build_problem` for an order of pieces, int32[n]; this is the inverse of `piece_order`."""
-    reversible = _reversible(section)
+    reversible = _reversible_tasks(section)
     turned = len(section.pieces) + np.searchsorted(reversible, ~order)
     nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)
     return nodes
@@ -130,23 +132,23 @@ def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
     return np.array([program.modal(block).rpm for block in blocks.tolist()], dtype=np.float64)
 
 
-def _reversible(section: Section) -> NDArray[np.int32]:
+def _reversible_tasks(section: Section) -> NDArray[np.int32]:
     return np.array([k for k, c in enumerate(section.pieces) if c.reversible], dtype=np.int32)
 
 
-def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
+def _issues(finder: SectionFinder, items: list[FixedBlocks | Section]) -> list[Issue]:
     """Return a note for every reason why blocks stay, and a note if nothing can be reordered."""
     where: dict[str, list[int]] = {}
     for item in items:
-        if isinstance(item, Kept):
+        if isinstance(item, FixedBlocks):
             for reason in item.reasons:
                 if reason == STAYING:
                     continue
-                where.setdefault(reason, []).append(finder.line_of(item, reason))
+                where.setdefault(reason, []).append(finder.line_of_reason(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
-        # Work that stays because of its travel move is reported separately (`Finder.stays`).
-        told = where or any(isinstance(item, Kept) and item.reasons for item in items)
+        # Work that stays because of its travel move is reported separately (`SectionFinder.stays`).
+        told = where or any(isinstance(item, FixedBlocks) and item.reasons for item in items)
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "it contains no work")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():

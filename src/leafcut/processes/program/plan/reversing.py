@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
+from leafcut.gcode.reversible_cut import ReversibleCut, find_reversible_cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
-from leafcut.model.sequence import PieceOfWork, Section, Sequence
+from leafcut.model.sequence import ProgramTask, Section, Sequence
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.program_rows import TOLERANCE, Rows
 from leafcut.processes.program.proof.features import Features, is_uniform
@@ -30,9 +30,9 @@ _BACK = -0.866
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
     """Mark the reversible cuts of a sequence, and add a note with their number."""
-    finder = _Finder(program, rows, sequence.process)
+    finder = _ReversalFinder(program, rows, sequence.process)
     items = tuple(
-        replace(item, pieces=tuple(map(finder.marked, item.pieces))) if isinstance(item, Section) else item
+        replace(item, pieces=tuple(map(finder.mark_reversible, item.pieces))) if isinstance(item, Section) else item
         for item in sequence.items
     )
     count = sum(piece.reversible for item in items if isinstance(item, Section) for piece in item.pieces)
@@ -40,17 +40,17 @@ def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequenc
     return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
 
 
-class _Finder:
+class _ReversalFinder:
     def __init__(self, program: Program, rows: Rows, process: str) -> None:
         self.program, self.rows, self.beam = program, rows, process in BEAMS
 
-    def marked(self, piece: PieceOfWork) -> PieceOfWork:
-        return replace(piece, reversible=True) if self._may_turn(piece) else piece
+    def mark_reversible(self, piece: ProgramTask) -> ProgramTask:
+        return replace(piece, reversible=True) if self._is_reversible(piece) else piece
 
-    def _may_turn(self, piece: PieceOfWork) -> bool:
+    def _is_reversible(self, piece: ProgramTask) -> bool:
         if piece.kind != "cut" or not self._same_height(piece):
             return False
-        stroke = find_stroke(self.program, piece.begin, piece.end)
+        stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None or not all(self.rows.cut[row] for row in stroke.rows):
             return False
         part = slice(int(self.program.first[piece.begin]), int(self.program.first[piece.end]))
@@ -58,14 +58,14 @@ class _Finder:
             # The dwell is a pierce delay at a position chosen by the program.
             return False
         cuts = self.rows.features.pick(np.isin(self.rows.features.row, stroke.rows))
-        return self._fits(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
+        return self._matches_task(piece, stroke) and is_uniform(cuts) and is_simple(cuts) and _is_open(cuts)
 
-    def _same_height(self, piece: PieceOfWork) -> bool:
+    def _same_height(self, piece: ProgramTask) -> bool:
         """Return whether the tool arrives and leaves at the same height, so that both ends are equally clear."""
         height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
-    def _fits(self, piece: PieceOfWork, stroke: ReversibleCut) -> bool:
+    def _matches_task(self, piece: ProgramTask, stroke: ReversibleCut) -> bool:
         """Return whether the piece of work starts and ends at the ends of the cut."""
         path, before = self.program.path, self.program.path.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]

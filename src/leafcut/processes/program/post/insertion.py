@@ -25,14 +25,14 @@ def line_end(lines: Sequence[str]) -> str:
     return first[len(first.rstrip("\r\n")) :] or "\n"
 
 
-def code_of(line: str) -> str:
+def code_without_comments(line: str) -> str:
     """Return a line without its line ending, with spaces in place of comments."""
     return COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
 
 
 def _body_of(line: str) -> tuple[int, int, str]:
     """Return the start and the end of the words in a line, and the separator between words."""
-    code = code_of(line)
+    code = code_without_comments(line)
     begin = _FRONT.match(code)
     assert begin is not None  # the pattern also matches an empty string
     start, stop = begin.end(), len(code.rstrip())
@@ -83,7 +83,7 @@ def replace_words(line: str, texts: Mapping[str, str]) -> str:
     >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
     'G0 X7.5Y-2 (X5)'
     """
-    code = code_of(line)
+    code = code_without_comments(line)
     for match in reversed(list(_WORD.finditer(code))):
         text = texts.get(match.group(1).upper())
         if text is not None:
@@ -100,7 +100,7 @@ def with_words(line: str, words: Sequence[str]) -> str:
     start, stop, space = _body_of(line)
     inside = [match.group() for match in COMMENT.finditer(line, start, max(stop, start))]
     said = space.join(words)
-    said = said.lower() if code_of(line)[start:stop].islower() else said
+    said = said.lower() if code_without_comments(line)[start:stop].islower() else said
     return line[:start] + " ".join([said, *inside]) + line[max(stop, start) :]
 
 
@@ -134,7 +134,7 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int) -> list[str]:
     if not found:
         return [text for text, _ in lines]
     for text, _ in lines:
-        if _JUMP.search(code_of(text)):
+        if _JUMP.search(code_without_comments(text)):
             raise PostError(f"'{text.strip()[:40]}' jumps to a line by its number; leave out --line-numbers")
     numbers = sorted(int(m.group(2)) for m in found[:2])
     step = max(numbers[-1] - numbers[0], 1) if len(numbers) > 1 else 10

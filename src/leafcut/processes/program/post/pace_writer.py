@@ -10,11 +10,11 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.pace import CycleReturn, Lowered, Pace, PaceStretch
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.post.insertion import (
-    code_of,
+    code_without_comments,
     format_value,
     insert_words_within,
     line_end,
@@ -35,11 +35,11 @@ _DECIMALS, _DECIMALS_INCH = 4, 5
 _HEIGHTS, _HEIGHTS_INCH = 3, 4
 
 
-def with_pace(program: Program, pace: Pace, longest: int, look: Heartbeat = unseen) -> str:
+def with_pace(program: Program, pace: Pace, longest: int, check_cancelled: Heartbeat = ignore_heartbeat) -> str:
     """Return the text of a program with new speeds. Raises PostError if a line would be longer than `longest`
     characters.
     """
-    return _PaceWriter(program, pace, longest).text(look)
+    return _PaceWriter(program, pace, longest).text(check_cancelled)
 
 
 def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
@@ -77,7 +77,7 @@ class _PaceWriter:
         self.feed: float
         self.end = line_end(program.lines)
 
-    def text(self, look: Heartbeat) -> str:
+    def text(self, check_cancelled: Heartbeat) -> str:
         program = self.program
         rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
         edited = dict(zip(program.row_block[rows].tolist(), rows.tolist(), strict=True))
@@ -86,32 +86,32 @@ class _PaceWriter:
             return "".join(lines)
         differs = False
         for block in range(min(edited), program.n_blocks):
-            look()
+            check_cancelled()
             at = int(program.line[block]) - 1
             if block in edited:
                 if not differs:
                     before = program.modal(block)
                     self.motion, self.feed = before.motion, before.feed
-                lines[at] = self._edited(lines[at], block, edited[block])
+                lines[at] = self._edited_line(lines[at], block, edited[block])
                 differs = True
             elif differs:
-                lines[at] = self._restored(lines[at], block)
+                lines[at] = self._restore_modal_words(lines[at], block)
                 after = program.modal(block + 1)
                 differs = self.motion != after.motion or self.feed != after.feed
         return "".join(lines)
 
-    def _restored(self, line: str, block: int) -> str:
+    def _restore_modal_words(self, line: str, block: int) -> str:
         """Return an unchanged line with the motion and feed words that it no longer inherits from earlier lines."""
         need, after = self.program.modal(block), self.program.modal(block + 1)
-        reliance = self.reader.reliance(block, block + 1)
+        modal_use = self.reader.modal_use(block, block + 1)
         front, back = [], []
-        if "motion" in reliance.relies and need.motion is not None and self.motion != need.motion:
+        if "motion" in modal_use.inherited and need.motion is not None and self.motion != need.motion:
             front.append(f"G{need.motion}")
-        if "feed" in reliance.relies and need.feed and self.feed != need.feed:
+        if "feed" in modal_use.inherited and need.feed and self.feed != need.feed:
             back.append("F" + format_value(need.feed))
-        if "motion" in reliance.sets:
+        if "motion" in modal_use.sets:
             self.motion = after.motion
-        if "feed" in reliance.sets:
+        if "feed" in modal_use.sets:
             self.feed = after.feed
         if not front and not back:
             return line
@@ -121,7 +121,7 @@ class _PaceWriter:
             return " ".join(said) + self.end + line if said else line
         return "".join(insert_words_within(line, front, back, self.longest, len(line.rstrip("\r\n"))))
 
-    def _edited(self, line: str, block: int, row: int) -> str:
+    def _edited_line(self, line: str, block: int, row: int) -> str:
         program, path = self.program, self.program.path
         unit = program.modal(block + 1).unit or 1.0
         begin, end = path.before[row], path.end[row]
@@ -141,12 +141,12 @@ class _PaceWriter:
                 words += self._feed_words(part, row, own, unit)
             written.append(" ".join(words) + self.end)
             self.motion = 0 if math.isinf(part.speed) else 1
-        return "".join(written) + self._last(line, block, row, last, own, unit)
+        return "".join(written) + self._last_stretch_line(line, block, row, last, own, unit)
 
-    def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float) -> str:
+    def _last_stretch_line(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float) -> str:
         """Return the original line with the speed of the last stretch of its cut."""
         was = len(line.rstrip("\r\n"))
-        code = code_of(line)
+        code = code_without_comments(line)
         states_feed = _FEED_WORD.search(code) is not None
         front: list[str] = []
         back: list[str] = []
@@ -196,14 +196,14 @@ def _without_centre(line: str) -> str:
     >>> _without_centre("N5 G0 X5 Y2 I-3. J0 (J2)")
     'N5 G0 X5 Y2 (J2)'
     """
-    for match in reversed(list(_CENTRE_WORD.finditer(code_of(line)))):
+    for match in reversed(list(_CENTRE_WORD.finditer(code_without_comments(line)))):
         line = line[: match.start()] + line[match.end() :]
     return line
 
 
 def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
     """Replace the first match of a pattern outside comments; return the line and the number of replacements."""
-    match = pattern.search(code_of(line))
+    match = pattern.search(code_without_comments(line))
     if match is None:
         return line, 0
     return line[: match.start()] + match.expand(text) + line[match.end() :], 1

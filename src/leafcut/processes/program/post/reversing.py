@@ -16,7 +16,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import ReversibleCut
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.post.insertion import (
-    code_of,
+    code_without_comments,
     format_length,
     insert_words,
     line_end,
@@ -31,7 +31,7 @@ _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
 Spelled = Callable[[str, float, int], str]
 
 
-def reverse_stroke(
+def write_reversed_cut(
     program: Program, reader: BlockReader, stroke: ReversibleCut, lines: list[str], offset: int, spelled: Spelled
 ) -> tuple[list[str], Modal]:
     """Return the lines of a reversed cut, and the modal state after them.
@@ -50,7 +50,7 @@ def reverse_stroke(
     # The last line of a file may lack a line ending; after reversal it may no longer be last.
     end = line_end(program.lines)
     new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
-    return new, writer.leaves()
+    return new, writer.modal_after()
 
 
 class _BlockWriter:
@@ -68,23 +68,25 @@ class _BlockWriter:
         self.unit = program.modal(stroke.body).unit
         #: Modal values active in the new lines; None if no earlier word sets them.
         modal = program.modal(stroke.body)
-        known = reader.reliance(stroke.begin, stroke.body).sets | reader.reliance(stroke.begin, stroke.end).relies
+        known = reader.modal_use(stroke.begin, stroke.body).sets | reader.modal_use(stroke.begin, stroke.end).inherited
         self.motion = modal.motion if "motion" in known else None
         self.feed = modal.feed if "feed" in known else None
         self.rpm = modal.rpm if "speed" in known else None
 
-    def _upto(self, block: int) -> int:
+    def _lines_up_to(self, block: int) -> int:
         """Return the number of lines up to and including the line of a block."""
         return int(self.program.line[block]) - self.offset
 
-    def _own(self, block: int) -> int:
-        return self._upto(block) - 1
+    def _line_of_block(self, block: int) -> int:
+        return self._lines_up_to(block) - 1
 
     def lead(self) -> list[str]:
         """Return the lines before the cut, which now lead to its former end."""
-        lines = self.lines[: self._upto(self.stroke.body - 1)]
+        lines = self.lines[: self._lines_up_to(self.stroke.body - 1)]
         for block in range(self.stroke.begin, self.stroke.body):
-            lines[self._own(block)] = replace_words(lines[self._own(block)], self._axes(len(self.stroke.rows)))
+            lines[self._line_of_block(block)] = replace_words(
+                lines[self._line_of_block(block)], self._axes(len(self.stroke.rows))
+            )
         return lines
 
     def body(self) -> list[str]:
@@ -92,25 +94,25 @@ class _BlockWriter:
         stroke = self.stroke
         found: list[str] = []
         for block in range(stroke.tail - 1, stroke.body - 1, -1):
-            found += self.lines[self._upto(block - 1) : self._own(block)]
+            found += self.lines[self._lines_up_to(block - 1) : self._line_of_block(block)]
             found.append(self._cut(block))
         return found
 
     def tail(self) -> list[str]:
         """Return the lines after the cut, which now retract at its former start."""
-        lines = self.lines[self._upto(self.stroke.tail - 1) :]
-        begin = self._upto(self.stroke.tail - 1)
+        lines = self.lines[self._lines_up_to(self.stroke.tail - 1) :]
+        begin = self._lines_up_to(self.stroke.tail - 1)
         for block in range(self.stroke.tail, self.stroke.end):
-            at = self._own(block) - begin
-            reliance, need = self.reader.reliance(block, block + 1), self.program.modal(block)
+            at = self._line_of_block(block) - begin
+            modal_use, need = self.reader.modal_use(block, block + 1), self.program.modal(block)
             # Feed and speed need no words: a reversible cut has the same values at both ends.
-            front = [f"G{need.motion}"] if "motion" in reliance.relies and need.motion != self.motion else []
+            front = [f"G{need.motion}"] if "motion" in modal_use.inherited and need.motion != self.motion else []
             lines[at] = insert_words(replace_words(lines[at], self._axes(0)), front, [])
-            if "motion" in reliance.sets:
+            if "motion" in modal_use.sets:
                 self.motion = self.program.modal(block + 1).motion
         return lines
 
-    def leaves(self) -> Modal:
+    def modal_after(self) -> Modal:
         """Return the modal state after the new lines."""
         return replace(self.program.modal(self.stroke.end), motion=self.motion)
 
@@ -129,7 +131,7 @@ class _BlockWriter:
     def _cut(self, block: int) -> str:
         """Return the line of one block of the cut, reversed."""
         number = block - self.stroke.body
-        line, row = self.lines[self._own(block)], self.stroke.rows[number]
+        line, row = self.lines[self._line_of_block(block)], self.stroke.rows[number]
         words = self.reader.words(block)
         assert words is not None  # reversible cuts have only plain words
         letters, need = words.letters, self.program.modal(block + 1)
@@ -151,7 +153,7 @@ class _BlockWriter:
 
     def _motion_word(self, line: str, motion: int) -> str:
         """Return G1, G2 or G3; it gets a leading zero if the original line uses one."""
-        return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_of(line)) else f"G{motion}"
+        return f"G0{motion}" if re.search(r"[Gg]0[123](?![0-9])", code_without_comments(line)) else f"G{motion}"
 
     def _centre(self, letters: dict[str, str], number: int, need: Modal) -> list[str]:
         """Return the words for the centre of an arc as seen from its new start."""

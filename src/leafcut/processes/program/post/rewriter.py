@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PostError
-from leafcut.gcode.modal_dependencies import HERE, BlockReader, Reliance, height_matters, next_place
+from leafcut.gcode.modal_dependencies import HERE, BlockReader, ModalUse, depends_on_height, next_position
 from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.reversible_cut import find_stroke
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.gcode.reversible_cut import find_reversible_cut
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
+from leafcut.model.sequence import FixedBlocks, ProgramTask, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.post.insertion import (
     format_length,
@@ -33,8 +33,8 @@ from leafcut.processes.program.post.insertion import (
     line_end,
     renumbered,
 )
-from leafcut.processes.program.post.reversing import reverse_stroke
-from leafcut.processes.program.post.source_positions import Original
+from leafcut.processes.program.post.reversing import write_reversed_cut
+from leafcut.processes.program.post.source_positions import OriginalPositions
 
 _TOLERANCE = 1e-6
 #: Words that are not allowed in a separate block: an arc without a centre is an error in rs274 ("R i j k words all
@@ -58,7 +58,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 
 def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
-    look: Heartbeat = unseen, obstacles: Obstacles | None = None,
+    check_cancelled: Heartbeat = ignore_heartbeat, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
     """Return the text of a program with the pieces of work of each section in a given order.
 
@@ -88,7 +88,7 @@ def rewrite(
         return "".join(program.lines)
     lines = [(line, False) for line in program.lines]
     if not same:
-        lines = _Rewriter(program, sequence, longest, look, obstacles).lines(permutations)
+        lines = _Rewriter(program, sequence, longest, check_cancelled, obstacles).lines(permutations)
     return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
 
 
@@ -105,14 +105,19 @@ class _Rewriter:
     """Writes pieces of work in a given order, and tracks the modal state and the position of the tool."""
 
     def __init__(
-        self, program: Program, sequence: Sequence, longest: int, look: Heartbeat, obstacles: Obstacles | None = None
+        self,
+        program: Program,
+        sequence: Sequence,
+        longest: int,
+        check_cancelled: Heartbeat,
+        obstacles: Obstacles | None = None,
     ) -> None:
-        self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
+        self.program, self.sequence, self.longest, self.check_cancelled = program, sequence, longest, check_cancelled
         self.obstacles = obstacles
         self.reader = BlockReader(program, beam=sequence.process == ProgramKind.LASER)
         self.beam = sequence.process in BEAMS
-        self.territory = Territory(program, sequence)
-        self.original = Original(program)
+        self.task_lines = TaskLines(program, sequence)
+        self.original = OriginalPositions(program)
         self.out: list[tuple[str, bool]] = []
         self.end = line_end(program.lines)
         self.have = Modal()
@@ -125,44 +130,44 @@ class _Rewriter:
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
         """Return the lines of the new program, each with a flag that marks inserted lines."""
         done = 0
-        self._copy(self.territory.head)
+        self._copy_lines(self.task_lines.head)
         for item in self.sequence.items:
-            if isinstance(item, Kept):
+            if isinstance(item, FixedBlocks):
                 if done:
                     with _of_section(done - 1):
-                        self._go_on(item)
-                self._stay(item)
+                        self._restore_state(item)
+                self._write_fixed_blocks(item)
                 continue
             if not done:
-                self._stand(item.pieces[0].begin)
+                self._set_state_of_original(item.pieces[0].begin)
             with _of_section(done):
-                self._section(item, orders[done])
+                self._write_section(item, orders[done])
             done += 1
-        self._copy(self.territory.tail)
+        self._copy_lines(self.task_lines.tail)
         # The last line of the original may lack a line ending, and is no longer the last line if its piece has moved.
         ends = ("\n", "\r")
         before = [(text if text.endswith(ends) else text + self.end, new) for text, new in self.out[:-1]]
         return [*before, *self.out[-1:]]
 
-    def _copy(self, lines: Many[str]) -> None:
+    def _copy_lines(self, lines: Many[str]) -> None:
         """Write lines of the original unchanged."""
         self.out.extend((line, False) for line in lines)
 
-    def _own(self, *words: str) -> None:
+    def _write_block(self, *words: str) -> None:
         """Write a new block."""
         self.out.append((" ".join(words) + self.end, True))
 
-    def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
+    def _write_rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
         """Write a new rapid; if a cycle is active, G80 precedes it."""
         if self.have.cycle is not None:
-            self._own("G80")
+            self._write_block("G80")
         axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
-        self._own("G0", *(letter + format_length(v, self.have.unit) for letter, v in axes))
+        self._write_block("G0", *(letter + format_length(v, self.have.unit) for letter, v in axes))
         for letter, v in axes:
             self.place["XYZ".index(letter)] = v
         self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
 
-    def _stand(self, block: int) -> None:
+    def _set_state_of_original(self, block: int) -> None:
         """Set the modal state and the tool position to the state of the original before a block."""
         self.have = self.program.modal(block)
         self.said = self.reader.states(0, block)
@@ -171,71 +176,71 @@ class _Rewriter:
 
     # -- pieces that move --------------------------------------------------------------------------------------------
 
-    def _section(self, section: Section, order: NDArray[np.int64]) -> None:
+    def _write_section(self, section: Section, order: NDArray[np.int64]) -> None:
         """Write the pieces of work of a section in a given order.
 
         At the new first piece, the tool arrives no lower than the original program at its first piece.
         """
         pieces = section.pieces
-        entry = self.original.crossing(pieces[0])
+        entry = self.original.crossing_height(pieces[0])
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
         follows = self.original.follows_work(pieces[0].begin)
         floor = entry
-        restated = self._restated(section) if order[0] else frozenset()
+        restated = self._restated_groups(section) if order[0] else frozenset()
         for place, number in enumerate(order.tolist()):
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
-            self._piece(pieces[index], height, turned, restated if not place else frozenset())
+            self._write_task(pieces[index], height, turned, restated if not place else frozenset())
             # The original may have retracted before it left its last piece.
             floor = section.clearance
             if index == len(pieces) - 1:
-                floor = max(floor, self.original.departure(pieces[-1]))
+                floor = max(floor, self.original.departure_height(pieces[-1]))
 
-    def _restated(self, section: Section) -> frozenset[str]:
+    def _restated_groups(self, section: Section) -> frozenset[str]:
         """Return the modal groups that the new first piece of a section states: the feed, and the `_RESTATED` groups in
         use.
         """
         pieces = section.pieces
         return frozenset({"feed"} | (_RESTATED & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
-    def _piece(self, piece: PieceOfWork, floor: float, turned: bool, restated: frozenset[str]) -> None:
+    def _write_task(self, piece: ProgramTask, floor: float, turned: bool, restated: frozenset[str]) -> None:
         """Write a piece of work; the tool arrives at height `floor` (mm) or above.
 
         The groups in `restated` are stated even if they are already active.
         """
-        self.look()
+        self.check_cancelled()
         program = self.program
         block, row = self.original.arrival(piece)
         entry = piece.exit if turned else piece.entry
-        reliance = self.reader.reliance(piece.begin, piece.end)
-        floor = self._past(entry, floor, program.modal(piece.begin).tool)
+        modal_use = self.reader.modal_use(piece.begin, piece.end)
+        floor = self._height_past_obstacles(entry, floor, program.modal(piece.begin).tool)
         if program.path.kind[row] == Kind.DRILL and block == piece.begin:
             self._arrive_drilling(piece, row, floor)
         else:
-            self._arrive(piece, block, floor, entry)
-        front, back = self._missing(reliance, program.modal(piece.begin), piece.begin, restated)
+            self._write_arrival(piece, block, floor, entry)
+        front, back = self._missing_words(modal_use, program.modal(piece.begin), piece.begin, restated)
         stated = self._letters(block)
         axes = [
             letter + format_length(value, program.modal(block).unit)
             for letter, value, now in zip("XY", entry, self.place, strict=False)
             if letter not in stated and not abs(value - now) < _TOLERANCE
         ]
-        lines = list(self.territory.of(piece.begin, piece.end))
+        lines = list(self.task_lines.of(piece.begin, piece.end))
         leaves = program.modal(piece.end)
         if turned:
-            lines, leaves = self._turned(piece, lines)
-        arrival = self.territory.first_block_in(piece.begin, block)
-        begin = self.territory.first_block_in(piece.begin, piece.begin)
+            lines, leaves = self._reversed_lines(piece, lines)
+        arrival = self.task_lines.first_block_in(piece.begin, block)
+        begin = self.task_lines.first_block_in(piece.begin, piece.begin)
         lengths = [len(line.rstrip("\r\n")) for line in lines]
         if axes:
             lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
         lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
-        self._copy(lines)
-        self._after_piece(piece)
-        self._take(reliance.sets, leaves)
+        self._copy_lines(lines)
+        self._track_task(piece)
+        self._take_modal_groups(modal_use.sets, leaves)
         self.place[:2] = piece.entry if turned else self.place[:2]
 
-    def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
+    def _height_past_obstacles(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
         """Return the height at which a rapid to `to` clears all obstacles, mm.
 
         If every height hits an obstacle, write rapids around the obstacles and return `floor`.
@@ -244,37 +249,37 @@ class _Rewriter:
         over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
         if obstacles is None or over < math.inf:
             return max(floor, over)
-        turns = obstacles.round(here, to, tool)
+        turns = obstacles.route_around(here, to, tool)
         if turns is None:
             raise PostError(f"there is no path to X{to[0]:.3f} Y{to[1]:.3f} around the --keep-out zones")
         for x, y in turns:
-            self._rapid(x, y)
+            self._write_rapid(x, y)
         return floor
 
-    def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
-        stroke = find_stroke(self.program, piece.begin, piece.end)
+    def _reversed_lines(self, piece: ProgramTask, lines: list[str]) -> tuple[list[str], Modal]:
+        stroke = find_reversible_cut(self.program, piece.begin, piece.end)
         if stroke is None:
             raise PostError(f"line {piece.line}: the cut there cannot be reversed")
-        offset = int(self.program.line[piece.begin]) - 1 - self.territory.first_block_in(piece.begin, piece.begin)
-        return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
+        offset = int(self.program.line[piece.begin]) - 1 - self.task_lines.first_block_in(piece.begin, piece.begin)
+        return write_reversed_cut(self.program, self.reader, stroke, lines, offset, self._word_text)
 
     def _letters(self, block: int) -> dict[str, str]:
         words = self.reader.words(block)
         return {} if words is None else words.letters
 
-    def _arrive(self, piece: PieceOfWork, arrival: int, floor: float, entry: tuple[float, float]) -> None:
+    def _write_arrival(self, piece: ProgramTask, arrival: int, floor: float, entry: tuple[float, float]) -> None:
         """Move the tool to the height that a piece of work needs before its first sideways rapid."""
         z, original = self.place[2], self.original.place_before(piece.begin)[2]
-        matters = height_matters(self.reader, range(piece.begin, piece.end))
+        matters = depends_on_height(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
         if _below(z, level):
-            self._rapid(z=level)
+            self._write_rapid(z=level)
         lowest = min((v for v in map(self._stated_z, range(piece.begin, arrival + 1)) if v is not None), default=level)
         down = matters and _below(original, self.place[2])
         if _below(lowest, floor) or down:
-            self._rapid(*entry)
+            self._write_rapid(*entry)
         if down:
-            self._rapid(z=original)
+            self._write_rapid(z=original)
 
     def _stated_z(self, block: int) -> float | None:
         """Return the height stated in a block before the cut, mm, or None."""
@@ -282,24 +287,24 @@ class _Rewriter:
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
-    def _arrive_drilling(self, piece: PieceOfWork, row: int, floor: float) -> None:
+    def _arrive_drilling(self, piece: ProgramTask, row: int, floor: float) -> None:
         """Move the tool to the height that a canned cycle needs for its sideways move and for its retract."""
         path = self.program.path
         if _below(max(self.place[2], path.cycles[int(path.ref[row])].r_plane), floor):
-            self._rapid(z=floor)
-        risen = self.original.risen(range(row, int(self.program.first[piece.end])))
+            self._write_rapid(z=floor)
+        risen = self.original.heights_of_first_return(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
             # The height is never below the R plane of the first hole.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
             if _below(wanted, self.place[2]):
-                self._rapid(*piece.entry)
+                self._write_rapid(*piece.entry)
             if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
-                self._rapid(z=wanted)
+                self._write_rapid(z=wanted)
         if self.have.cycle is None:
             self.initial = self.place[2]
 
-    def _after_piece(self, piece: PieceOfWork) -> None:
+    def _track_task(self, piece: ProgramTask) -> None:
         program, path = self.program, self.program.path
         height = self.place[2]
         for block in range(piece.begin, piece.end):
@@ -315,23 +320,23 @@ class _Rewriter:
         self.place = [x, y, height]
         self.said |= self.reader.states(piece.begin, piece.end)
 
-    def _take(self, groups: frozenset[str], modal: Modal) -> None:
+    def _take_modal_groups(self, groups: frozenset[str], modal: Modal) -> None:
         self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})
 
     # -- words -------------------------------------------------------------------------------------------------------
 
-    def _missing(
-        self, reliance: Reliance, need: Modal, block: int, restated: frozenset[str] = frozenset()
+    def _missing_words(
+        self, modal_use: ModalUse, need: Modal, block: int, restated: frozenset[str] = frozenset()
     ) -> tuple[list[str], list[str]]:
         """Return the words at the start and at the end of a block that set the modal state it needs.
 
         The groups in `restated` are stated even if they are already active.
         """
-        have, relies = self.have, reliance.relies
+        have, relies = self.have, modal_use.inherited
         front: list[str] = []
         back: list[str] = []
         # State every group that the original states earlier, even if its value is the initial state of the machine.
-        known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
+        known = {g for g in relies if self.reader.first_blocks_by_group.get(g, block) < block}
         unsaid = known - self.said
         again = known & restated
         said = {
@@ -353,21 +358,21 @@ class _Rewriter:
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
                     # A block that states its cycle may still use words from earlier blocks of the cycle.
                     front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
-                    back += [self._text(w, v, block) for w, v in words]
+                    back += [self._word_text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
         if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
-            back.append(self._text("F", need.feed, block))
+            back.append(self._word_text("F", need.feed, block))
         # Laser and torch programs state the power where the beam is switched on.
         if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
-            back.append(self._text("S", need.rpm, block))
+            back.append(self._word_text("S", need.rpm, block))
         return front, back
 
-    def _text(self, letter: str, value: float, block: int) -> str:
+    def _word_text(self, letter: str, value: float, block: int) -> str:
         """Return a word in the spelling that the program last used before a block, or else formatted from its value."""
         if letter == "F" and value in self.program.feed_words:
             return self.program.feed_words[value]
-        blocks, texts = self.reader.stated.get(letter, ([], []))
+        blocks, texts = self.reader.blocks_by_letter.get(letter, ([], []))
         at = bisect_right(blocks, block - 1) - 1
         if at >= 0 and _NUMBER.fullmatch(texts[at]) and float(texts[at]) == value:
             return letter + texts[at]
@@ -375,28 +380,28 @@ class _Rewriter:
 
     # -- fixed blocks ------------------------------------------------------------------------------------------------
 
-    def _stay(self, kept: Kept) -> None:
+    def _write_fixed_blocks(self, kept: FixedBlocks) -> None:
         """Write fixed blocks; before a rapid that would hit an obstacle, insert rapids over or around the obstacle."""
-        lines, done = self.territory.of(kept.begin, kept.end), 0
+        lines, done = self.task_lines.of(kept.begin, kept.end), 0
         if self.obstacles is None:
-            self._copy(lines)
-            self._after_kept(kept)
+            self._copy_lines(lines)
+            self._track_fixed_blocks(kept)
             return
         have = self.have
         for block in range(kept.begin, kept.end):
             rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
-            if rows and block not in self.program.fixed and self._crosses(block, rows[0]):
-                here = self.territory.first_block_in(kept.begin, block)
-                self._copy(lines[done:here])
+            if rows and block not in self.program.fixed and self._hits_obstacle(block, rows[0]):
+                here = self.task_lines.first_block_in(kept.begin, block)
+                self._copy_lines(lines[done:here])
                 done = here
                 self.have = self.program.modal(block)
                 x, y, _ = self.program.path.end[rows[0]].tolist()
-                self._go_past(x, y, down="Z" not in self._letters(block))
+                self._move_past_obstacles(x, y, down="Z" not in self._letters(block))
                 self.have = have
-            self._after_kept(Kept(block, block + 1))
-        self._copy(lines[done:])
+            self._track_fixed_blocks(FixedBlocks(block, block + 1))
+        self._copy_lines(lines[done:])
 
-    def _crosses(self, block: int, row: int) -> bool:
+    def _hits_obstacle(self, block: int, row: int) -> bool:
         """Return whether a fixed block crosses an obstacle too low with a rapid from the current position.
 
         In an active series of cycles, or with incremental coordinates, the result is False, because an inserted rapid
@@ -414,67 +419,69 @@ class _Rewriter:
         over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
         return _below(level, over) or over == math.inf
 
-    def _go_past(self, x: float, y: float, *, down: bool) -> None:
+    def _move_past_obstacles(self, x: float, y: float, *, down: bool) -> None:
         """Move to a point over or around all obstacles; with `down`, return to the previous height."""
         height = self.place[2]
-        level = self._past((x, y), -math.inf, self.have.tool)
+        level = self._height_past_obstacles((x, y), -math.inf, self.have.tool)
         if level > height:
-            self._rapid(z=level)
-        self._rapid(x, y)
+            self._write_rapid(z=level)
+        self._write_rapid(x, y)
         if down and self.place[2] > height:
-            self._rapid(z=height)
+            self._write_rapid(z=height)
 
-    def _go_on(self, kept: Kept) -> None:
+    def _restore_state(self, kept: FixedBlocks) -> None:
         """Restore the state on which fixed blocks rely, and then track the state after them."""
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if _below(self.place[2], original[2]):
             self._rapid_to(z=original[2])
-        goes = next_place(self.reader, blocks, min(original[2], self.place[2]))
+        goes = next_position(self.reader, blocks, min(original[2], self.place[2]))
         away = not all(
             abs(a - b) < _TOLERANCE or math.isnan(b) for a, b in zip(self.place[:2], original[:2], strict=True)
         )
         if goes == HERE and away:
             self._rapid_to(*original[:2])
-        if _below(original[2], self.place[2]) and height_matters(self.reader, blocks):
+        if _below(original[2], self.place[2]) and depends_on_height(self.reader, blocks):
             self._rapid_to(z=original[2])
-        risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
+        risen = self.original.heights_of_first_return(
+            range(int(program.first[kept.begin]), int(program.first[kept.end]))
+        )
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and _below(max(initial, risen[1]), risen[0]):
             # In the original, the cycles retract to this initial height.
             self._rapid_to(z=risen[0])
-        reliance = self.reader.reliance(kept.begin, kept.end)
+        modal_use = self.reader.modal_use(kept.begin, kept.end)
         need = program.modal(kept.begin)
-        if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
+        if "motion" in modal_use.inherited and need.cycle is not None and not self._same_series(need, kept.begin):
             raise PostError(
                 f"line {program.line[kept.begin]}: the block there continues a drilling cycle, which has changed"
             )
-        if self.have.cycle is not None and need.cycle is None and self._ends_cycle(reliance, need, kept):
-            self._own("G80")
+        if self.have.cycle is not None and need.cycle is None and self._ends_cycle(modal_use, need, kept):
+            self._write_block("G80")
             self.have = replace(self.have, cycle=None, cycle_words=())
-        words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
+        words = [w for part in self._missing_words(modal_use, need, kept.begin) for w in part]
         if not _ARCS.isdisjoint(words):
             line = program.line[kept.begin]
             raise PostError(f"line {line}: the block there continues an arc, and G2 or G3 cannot stand alone")
         if words:
-            self._own(*words)
-        self._take(reliance.relies, need)
-        self._take(reliance.sets, program.modal(kept.end))
+            self._write_block(*words)
+        self._take_modal_groups(modal_use.inherited, need)
+        self._take_modal_groups(modal_use.sets, program.modal(kept.end))
         fields = {f: getattr(self.have, f) for names in _FIELDS.values() for f in names}
         self.have = replace(program.modal(kept.end), **fields)
         self.said |= self.reader.states(kept.begin, kept.end)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
         if not math.isnan(x) and not math.isnan(y) and self.obstacles is not None:
-            self._go_past(x, y, down=True)
+            self._move_past_obstacles(x, y, down=True)
         elif not all(map(math.isnan, (x, y, z))):
-            self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
+            self._write_rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
-    def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
+    def _ends_cycle(self, modal_use: ModalUse, need: Modal, kept: FixedBlocks) -> bool:
         """Return whether an active series of cycles has to end before fixed blocks."""
         kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
         alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
-        return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
+        return not kinds.isdisjoint(alone) or ("motion" in modal_use.inherited and need.motion is None)
 
     def _same_series(self, need: Modal, block: int) -> bool:
         have = self.have
@@ -482,20 +489,20 @@ class _Rewriter:
         initial = self.original.initial_before(block)
         return same and (not need.to_initial or abs(initial - self.initial) < _TOLERANCE)
 
-    def _after_kept(self, kept: Kept) -> None:
+    def _track_fixed_blocks(self, kept: FixedBlocks) -> None:
         program, path = self.program, self.program.path
         low, high = int(program.first[kept.begin]), int(program.first[kept.end])
         place = self.original.place_before(kept.end)
         kinds = path.kind[low:high]
         elsewhere = np.isin(kinds, [Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN]).any()
         letters = {letter for b in range(kept.begin, kept.end) for letter in self._letters(b)}
-        opaque = any(self._opaque(b) for b in range(kept.begin, kept.end))
+        opaque = any(self._has_hidden_effect(b) for b in range(kept.begin, kept.end))
         for axis, letter in enumerate("XYZ"):
             if elsewhere or opaque or letter in letters or (axis == 2 and (kinds == Kind.DRILL).any()):
                 self.place[axis] = place[axis]
         self.initial = self.original.initial_before(kept.end)
 
-    def _opaque(self, block: int) -> bool:
+    def _has_hidden_effect(self, block: int) -> bool:
         """Return whether a block has an effect that its words do not show."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
@@ -505,7 +512,7 @@ def _below(height: float, other: float) -> bool:
     return height < other - _TOLERANCE
 
 
-class Territory:
+class TaskLines:
     """Assigns the lines of a program to its pieces of work.
 
     Comments directly above the first block of a piece belong to that piece. If a blank line divides the comments, only
@@ -518,12 +525,12 @@ class Territory:
         self._line = program.text_line.tolist()
         self._cut: dict[int, int] = {}
         for section in sequence.sections:
-            self._divide(section)
+            self._divide_lines(section)
 
     @property
     def head(self) -> tuple[str, ...]:
         """The lines before the first piece of work."""
-        return self._lines[: self._at(0)]
+        return self._lines[: self._lines_before(0)]
 
     @property
     def tail(self) -> tuple[str, ...]:
@@ -532,25 +539,25 @@ class Territory:
 
     def of(self, begin: int, end: int) -> tuple[str, ...]:
         """Return the lines of a half-open range of blocks."""
-        return self._lines[self._at(begin) : self._at(end)]
+        return self._lines[self._lines_before(begin) : self._lines_before(end)]
 
     def first_block_in(self, begin: int, block: int) -> int:
         """Return the index of a block's line among the lines of a piece of work, given the first block of that
         piece.
         """
-        return int(self._line[block]) - 1 - self._at(begin)
+        return int(self._line[block]) - 1 - self._lines_before(begin)
 
-    def _at(self, block: int) -> int:
+    def _lines_before(self, block: int) -> int:
         """Return the number of lines before the block, or before the piece of work that starts with it."""
         if block in self._cut:
             return self._cut[block]
         return int(self._line[block - 1]) if block else 0
 
-    def _divide(self, section: Section) -> None:
+    def _divide_lines(self, section: Section) -> None:
         pieces = section.pieces
         for number, piece in enumerate(pieces):
             if number and pieces[number - 1].end == piece.begin:
-                self._cut[piece.begin] = self._between(piece.begin)
+                self._cut[piece.begin] = self._first_line_of_follower(piece.begin)
         for number, piece in enumerate(pieces):
             if piece.begin in self._cut:
                 continue
@@ -560,7 +567,7 @@ class Territory:
             low, high = self._line[piece.begin - 1] if piece.begin else 0, self._line[piece.begin] - 1
             self._cut[piece.begin] = max(low, high - above)
 
-    def _between(self, block: int) -> int:
+    def _first_line_of_follower(self, block: int) -> int:
         """Return the number of lines before a piece of work that directly follows another piece."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]

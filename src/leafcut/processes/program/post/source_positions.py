@@ -8,14 +8,14 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import PieceOfWork
+from leafcut.model.sequence import ProgramTask
 from leafcut.model.toolpath import MOTIONS, Kind
 
 _TOLERANCE = 1e-6
 _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
 
 
-class Original:
+class OriginalPositions:
     """The original program with the tool position before every row (`before`, float64[n, 3], mm)."""
 
     def __init__(self, program: Program) -> None:
@@ -47,12 +47,12 @@ class Original:
         waited = False
         while row >= 0 and kinds[row] not in _STOPS:
             waited |= bool(kinds[row] == Kind.DWELL)
-            if kinds[row] in MOTIONS and (kinds[row] != Kind.RAPID or (waited and not self.idle(row))):
+            if kinds[row] in MOTIONS and (kinds[row] != Kind.RAPID or (waited and not self.is_without_xy(row))):
                 return True
             row -= 1
         return False
 
-    def departure(self, piece: PieceOfWork) -> float:
+    def departure_height(self, piece: ProgramTask) -> float:
         """Return the height of the travel move after a piece of work, mm, or −∞.
 
         The height is at most the approach height of the piece, because the original may retract higher before a stop.
@@ -61,37 +61,41 @@ class Original:
         row = int(first[piece.end])
         if row < len(path) and path.kind[row] == Kind.DRILL:
             return float(max(self.before[row, 2], path.cycles[int(path.ref[row])].r_plane))
-        ways = [r for r in range(int(first[piece.begin]), row) if path.kind[r] == Kind.RAPID and not self.idle(r)]
+        ways = [
+            r for r in range(int(first[piece.begin]), row) if path.kind[r] == Kind.RAPID and not self.is_without_xy(r)
+        ]
         top = -math.inf
-        while row < len(path) and (path.kind[row] not in MOTIONS or (path.kind[row] == Kind.RAPID and self.idle(row))):
+        while row < len(path) and (
+            path.kind[row] not in MOTIONS or (path.kind[row] == Kind.RAPID and self.is_without_xy(row))
+        ):
             top = max(top, float(path.end[row, 2])) if path.kind[row] == Kind.RAPID else top
             if path.kind[row] in _STOPS:
                 break
             row += 1
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
-    def crossing(self, piece: PieceOfWork) -> float:
+    def crossing_height(self, piece: ProgramTask) -> float:
         """Return the lowest height at which the original moves to the start of a piece of work, mm."""
         row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
-    def arrival(self, piece: PieceOfWork) -> tuple[int, int]:
+    def arrival(self, piece: ProgramTask) -> tuple[int, int]:
         """Return the block and the row of the move to the start of a piece of work."""
         path, first = self.program.path, self.program.first
         for block in range(piece.begin, piece.end):
             for row in range(int(first[block]), int(first[block + 1])):
                 x, y = path.end[row, :2].tolist()
-                if path.kind[row] in MOTIONS and (x, y) == piece.entry and not self.idle(row):
+                if path.kind[row] in MOTIONS and (x, y) == piece.entry and not self.is_without_xy(row):
                     return block, row
         raise PostError(f"line {piece.line}: the move to the start of this task is missing")
 
-    def idle(self, row: int) -> bool:
+    def is_without_xy(self, row: int) -> bool:
         """Return whether a row does not move X and Y."""
         return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
 
-    def risen(self, rows: range) -> tuple[float, float] | None:
+    def heights_of_first_return(self, rows: range) -> tuple[float, float] | None:
         """Return the retract height and the R plane of the first hole with G98 in a series, mm, or None."""
         path = self.program.path
         for row in rows:

@@ -18,7 +18,7 @@ from leafcut.material.straight_moves import straight_moves
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.model import AvoidedAreas
-from leafcut.proof.clearance import at_machine_height
+from leafcut.proof.clearance import rows_at_machine_height
 
 #: Points within this distance of a move of the original are not avoided, mm (half the width of a narrow clamp).
 NEAR = 5.0
@@ -63,10 +63,10 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
     number: dict[object, int] = {}
     level = not any(np.isfinite(p.path.end[p.path.kind <= Kind.DRILL, 2]).any() for p in (original, new))
     was, now = (_moves_of(program, number, level, safe_z) for program in (original, new))
-    kept = set(_rounded(was.pick(was.crosses)))
+    kept = set(_rounded_ends(was.pick(was.crosses)))
     now = now.pick(now.crosses)
-    now = now.pick(np.array([move not in kept for move in _rounded(now)], dtype=bool))
-    strange = _unvouched(was.ends, now.ends)
+    now = now.pick(np.array([move not in kept for move in _rounded_ends(now)], dtype=bool))
+    strange = _unproven_moves(was.ends, now.ends)
     if not strange.any():
         return AvoidedAreas()
     rows = np.unique(now.row[strange])
@@ -98,14 +98,14 @@ def _moves_of(program: Program, number: dict[object, int], level: bool, safe_z: 
     origin = {k: (program.modals[k].frame, program.modals[k].shift) for k in np.unique(modals).tolist()}
     shift = [number.setdefault(origin[k], len(number)) for k in modals.tolist()]
     ends[:, [0, 3]] += _APART * np.array(shift, dtype=np.float64)[:, None]
-    return _Moves(ends, row, moves.rapid & sideways & ~at_machine_height(path, safe_z)[moves.row])
+    return _Moves(ends, row, moves.rapid & sideways & ~rows_at_machine_height(path, safe_z)[moves.row])
 
 
-def _rounded(moves: _Moves) -> list[tuple[float, ...]]:
+def _rounded_ends(moves: _Moves) -> list[tuple[float, ...]]:
     return [tuple(move) for move in (moves.ends.round(3) + 0.0).tolist()]
 
 
-def _unvouched(was: Floats, now: Floats) -> Mask:
+def _unproven_moves(was: Floats, now: Floats) -> Mask:
     """Return a mask of the new moves with a point that is not `NEAR` any original move at its height or lower."""
     found = np.zeros(len(now), dtype=bool)
     lines: Any = np.asarray(shapely.linestrings(was.reshape(-1, 2, 3)[:, :, :2]))

@@ -18,8 +18,8 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
 from leafcut.processes.program.proof.matching import change_of_state
-from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import describe, place
+from leafcut.proof.clearance import rows_at_machine_height
+from leafcut.proof.difference import describe_motion, position_text
 
 #: Further kinds of barriers: block delete (/), comments and settings that the controller obeys, and messages.
 SKIPPED, OBEYED, MESSAGE = -1, -2, -3
@@ -35,7 +35,7 @@ _SAYING = (Kind.FOREIGN, Kind.SHIFT)
 _FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
-class Mark(NamedTuple):
+class Barrier(NamedTuple):
     """A barrier, or a dwell that belongs to a barrier.
 
     Attributes
@@ -69,10 +69,10 @@ class Mark(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class BarrierGroup:
     """Barriers without work between them; `after` is the number of features before them."""
 
-    marks: tuple[Mark, ...]
+    marks: tuple[Barrier, ...]
     after: int
 
     @property
@@ -87,7 +87,7 @@ class Wall:
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
 
-def barriers_of(program: Program, path: Toolpath, source: Indices, states: States) -> list[Mark]:
+def barriers_of(program: Program, path: Toolpath, source: Indices, states: States) -> list[Barrier]:
     """Return the barriers of a program in order.
 
     `path` may have expanded cycles; `source` is the program row of each of its rows.
@@ -95,7 +95,7 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
     kind, before = path.kind, path.before
     frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
-    lost = np.isnan(before[:, 2]) & ~at_machine_height(path, 0.0)
+    lost = np.isnan(before[:, 2]) & ~rows_at_machine_height(path, 0.0)
     marks = []
     for row in rows.tolist():
         motion = path[row]
@@ -103,8 +103,8 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         said, text = program.said.get(block, ""), ""
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:
-            text = _plain(program, motion.line)
-            context = _context(program, block, motion.kind, said, float(states.of("register", row)))
+            text = _normalized_line(program, motion.line)
+            context = _modal_context(program, block, motion.kind, said, float(states.of("register", row)))
         what = (int(motion.kind), 0 if text else motion.ref, said or text, context)
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
@@ -113,16 +113,21 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         # The next program may rely on a cancelled length offset.
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = without_digests(said)
-        words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
+        words = _block_text(text, shown) if text else f"{describe_motion(motion)} {shown}".rstrip()
         if motion.kind is Kind.END and motion.ref < 0:
             words = "end of the text, without M2 or M30"
         marks.append(
-            Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row]))
+            Barrier(
+                (*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row])
+            )
         )
-    return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
+    return sorted(
+        [*marks, *_skipped_blocks_and_messages(program, source), *_obeyed_comments(program, source)],
+        key=lambda mark: mark.key,
+    )
 
 
-def _context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
+def _modal_context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
     """Return the modal state that may affect a barrier block; for a block that is not understood, it is the whole
     state.
 
@@ -145,7 +150,7 @@ _PLAIN = frozenset("MPQTELR$")
 _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
-def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
+def _skipped_blocks_and_messages(program: Program, source: Indices) -> Iterator[Barrier]:
     """Yield the blocks with block delete (/), and the messages in blocks that are no other barrier."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
@@ -157,17 +162,17 @@ def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
         line, kind = int(program.line[block]), SKIPPED if skipped else MESSAGE
         row = int(np.searchsorted(source, begin))
         text = program.lines[line - 1].strip()
-        yield Mark((kind, said), kind, row - 0.5, line, nowhere, False, text)
+        yield Barrier((kind, said), kind, row - 0.5, line, nowhere, False, text)
 
 
-def _shown(text: str, said: str) -> str:
+def _block_text(text: str, said: str) -> str:
     """Format a block for a message: its text, and its evaluated values if they differ."""
     values = said.replace(" ", "").replace(".", "")
     computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
     return f"{text} = {said}" if said and text and computed else text
 
 
-def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
+def _obeyed_comments(program: Program, source: Indices) -> Iterator[Barrier]:
     """Yield the comments and settings that the controller obeys, in the order of execution."""
     said = {one.line: one for one in program.obeyed}
     nowhere = (np.nan, np.nan, np.nan)
@@ -175,10 +180,10 @@ def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
         one = said[int(program.line[block])]
         row = int(np.searchsorted(source, program.first[block]))
         unit = program.modal(block).unit
-        yield Mark((OBEYED, *one.value, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.text)
+        yield Barrier((OBEYED, *one.value, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.text)
 
 
-def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
+def compare_unreached_settings(before: Program, after: Program) -> Iterator[Difference]:
     """Yield differences between settings in lines that never run, such as an uncalled subprogram."""
     run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
     one, other = (
@@ -191,14 +196,14 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
         yield Difference("changed setting", *lines, text + " became ".join(told))
 
 
-def _plain(program: Program, line: int) -> str:
+def _normalized_line(program: Program, line: int) -> str:
     """Return the normalized text of a program line."""
     return normalized(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
-    marks: list[Mark], features: Features, travel: Indices, across: Indices, states: States
-) -> tuple[list[Mark], Mask]:
+    marks: list[Barrier], features: Features, travel: Indices, across: Indices, states: States
+) -> tuple[list[Barrier], Mask]:
     """Return the barriers including the dwells that belong to them, and a mask of the features that are such dwells.
 
     A dwell before the first cut of a stage belongs to the barrier, and so does a dwell after the last cut and a rapid
@@ -212,17 +217,17 @@ def with_dwells(
     rows, work = features.row[dwell], features.row[~dwell]
     at = np.searchsorted(keys, rows)
     begin, end = keys[at - 1], keys[at]
-    last_work = np.maximum(_last_before(work, rows), begin)
-    head = (last_work == begin) & (_last_before(across, rows) <= begin)
+    last_work = np.maximum(_last_row_before(work, rows), begin)
+    head = (last_work == begin) & (_last_row_before(across, rows) <= begin)
     # An unknown block may cut, so it matters whether the dwell comes before or after the rapid away from it.
     foreign = np.array([False, *(mark.kind == Kind.FOREIGN for mark in marks), False])[at - 1]
-    waits_there = foreign & (_last_before(travel, rows) <= begin)
+    waits_there = foreign & (_last_row_before(travel, rows) <= begin)
     coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
     cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)
-    head &= cycle[np.searchsorted(work, rows)] | (coming > end) | (_last_before(travel, coming) > rows)
+    head &= cycle[np.searchsorted(work, rows)] | (coming > end) | (_last_row_before(travel, coming) > rows)
     works_later = np.searchsorted(work, rows) < np.searchsorted(work, end)
     risen = (last_work > begin) & cycle[np.searchsorted(work, rows) - 1]
-    tail = ~works_later & (risen | (_last_before(travel, rows) > last_work))
+    tail = ~works_later & (risen | (_last_row_before(travel, rows) > last_work))
     moved = np.zeros(len(features), dtype=bool)
     moved[dwell] = head | tail
     added = []
@@ -232,24 +237,24 @@ def with_dwells(
         state = (int(states.of("direction", row)), int(states.of("coolant", row)))
         what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
         x, y, z = features.end[index].tolist()
-        added.append(Mark(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
+        added.append(Barrier(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
 
-def _last_before(among: Indices, rows: Indices | Floats) -> Floats:
+def _last_row_before(among: Indices, rows: Indices | Floats) -> Floats:
     """Return the last row in `among` before each row, or -1."""
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 
 
-def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
+def group_barriers(marks: list[Barrier], work: Ints) -> list[BarrierGroup]:
     """Group consecutive barriers without work between them; `work` are the ascending rows of the features, int32[n]."""
-    walls: list[Wall] = []
+    walls: list[BarrierGroup] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
-    together: list[Mark] = []
+    together: list[Barrier] = []
     for number, (mark, rank) in enumerate(zip(marks, ranks, strict=True)):
         together.append(mark)
         if number + 1 == len(marks) or ranks[number + 1] != rank:
-            walls.append(Wall(tuple(together), rank))
+            walls.append(BarrierGroup(tuple(together), rank))
             together = []
     return walls
 
@@ -273,35 +278,35 @@ class ComparisonGroups(NamedTuple):
 
     before: list[int]
     after: list[int]
-    mark_of: dict[float, Mark]
+    mark_of: dict[float, Barrier]
     differences: list[Difference]
     states: list[tuple[Difference, frozenset[str]]]
     implied: list[str]
 
 
-def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
+def compare_barrier_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
     """Match the barriers of both programs; return the groups of work between them, and the differences.
 
     Both programs must have the same barriers in the same order. Only whole tool changes may be missing in the new
     program; the work on both sides of a missing one forms a single group.
     """
     if _tool_changes(after) >= _tool_changes(before):
-        return _aligned(before, after)
-    hard = _aligned(_hard(before), _hard(after))
-    left: dict[tuple[int, tuple[object, ...]], list[Wall]] = defaultdict(list)
-    for wall in reversed(_soft(before)):
+        return _match_groups(before, after)
+    hard = _match_groups(_without_tool_changes(before), _without_tool_changes(after))
+    left: dict[tuple[int, tuple[object, ...]], list[BarrierGroup]] = defaultdict(list)
+    for wall in reversed(_only_tool_changes(before)):
         left[bisect_left(hard.before, wall.after), wall.what].append(wall)
-    for wall in _soft(after):
+    for wall in _only_tool_changes(after):
         same = left[bisect_left(hard.after, wall.after), wall.what]
         if same:
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
             hard.differences.append(_other_tool_change(wall, [one for walls in left.values() for one in walls]))
-            hard.implied.extend(_implied(list(wall.marks), "new"))
+            hard.implied.extend(_implied_changes(list(wall.marks), "new"))
     return hard
 
 
-def _other_tool_change(wall: Wall, others: list[Wall]) -> Difference:
+def _other_tool_change(wall: BarrierGroup, others: list[BarrierGroup]) -> Difference:
     """Report a tool change that is not in the original, together with the original change to the same tool if there is
     one.
     """
@@ -313,23 +318,23 @@ def _other_tool_change(wall: Wall, others: list[Wall]) -> Difference:
     return Difference("tool change", 0, wall.marks[0].line, f"'{said}' is not in the original")
 
 
-def _tools(wall: Wall) -> list[object]:
+def _tools(wall: BarrierGroup) -> list[object]:
     return [mark.what[1] for mark in wall.marks if mark.kind == Kind.TOOL]
 
 
-def _tool_changes(walls: list[Wall]) -> int:
+def _tool_changes(walls: list[BarrierGroup]) -> int:
     return sum(mark.kind == Kind.TOOL for wall in walls for mark in wall.marks)
 
 
-def _hard(walls: list[Wall]) -> list[Wall]:
+def _without_tool_changes(walls: list[BarrierGroup]) -> list[BarrierGroup]:
     return [wall for wall in walls if not wall.is_tool_change]
 
 
-def _soft(walls: list[Wall]) -> list[Wall]:
+def _only_tool_changes(walls: list[BarrierGroup]) -> list[BarrierGroup]:
     return [wall for wall in walls if wall.is_tool_change]
 
 
-def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
+def _match_groups(before: list[BarrierGroup], after: list[BarrierGroup]) -> ComparisonGroups:
     """Match barriers from both ends; unmatched barriers in the middle differ, and the work between them forms one
     group.
     """
@@ -343,19 +348,19 @@ def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     ends = sorted({(a[1], b[1]) for a, b in pairs})
     middle = ([m for m, _ in side[head : len(side) - tail]] for side in (one, other))
     return ComparisonGroups(
-        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, *_differing(*middle)
+        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, *_unmatched_differences(*middle)
     )  # fmt: skip
 
 
-def _differing(
-    before: list[Mark], after: list[Mark]
+def _unmatched_differences(
+    before: list[Barrier], after: list[Barrier]
 ) -> tuple[list[Difference], list[tuple[Difference, frozenset[str]]], list[str]]:
     """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
     found: list[Difference] = []
     states: list[tuple[Difference, frozenset[str]]] = []
     left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
-    gone: list[Mark] = []
-    new: list[Mark] = []
+    gone: list[Barrier] = []
+    new: list[Barrier] = []
     for marks, others, kept in ((before, left, gone), (after, right, new)):
         for mark in marks:
             others[mark.what] -= 1
@@ -366,7 +371,9 @@ def _differing(
         found.append(Difference("order of barriers", before[0].line, after[0].line, text))
     for one, other in zip(gone, new, strict=False):
         if state := _state_changes(one, other):
-            told = Difference(f"changed {_noun(one)}", one.line, other.line, f"at '{one.said}': {'; '.join(state)}")
+            told = Difference(
+                f"changed {_barrier_noun(one)}", one.line, other.line, f"at '{one.said}': {'; '.join(state)}"
+            )
             states.append((told, frozenset(state)))
             continue
         text = f"'{one.said}' became '{other.said}'"
@@ -374,10 +381,15 @@ def _differing(
             reads = changed_inputs(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
             around = "now runs with a different state of the spindle, the coolant or the tasks around it"
             text = f"'{one.said}' differs: {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
-        found.append(Difference(f"changed {_noun(one)}", one.line, other.line, text))
-    found += (Difference(f"missing {_noun(mark)}", mark.line, 0, f"'{mark.said}' is gone") for mark in gone[len(new) :])
-    found += (Difference(f"extra {_noun(mark)}", 0, mark.line, f"'{mark.said}' is new") for mark in new[len(gone) :])
-    return found, states, [*_implied(gone, "gone"), *_implied(new, "new")]
+        found.append(Difference(f"changed {_barrier_noun(one)}", one.line, other.line, text))
+    found += (
+        Difference(f"missing {_barrier_noun(mark)}", mark.line, 0, f"'{mark.said}' is gone")
+        for mark in gone[len(new) :]
+    )
+    found += (
+        Difference(f"extra {_barrier_noun(mark)}", 0, mark.line, f"'{mark.said}' is new") for mark in new[len(gone) :]
+    )
+    return found, states, [*_implied_changes(gone, "gone"), *_implied_changes(new, "new")]
 
 
 #: Names of barriers in messages.
@@ -394,12 +406,12 @@ _NOUNS: dict[int, str] = {
 }
 
 
-def _noun(mark: Mark) -> str:
+def _barrier_noun(mark: Barrier) -> str:
     written = mark.kind != MESSAGE or mark.said.startswith("(")
     return _NOUNS.get(mark.kind, "block") if written else "block"
 
 
-def _state_changes(one: Mark, other: Mark) -> list[str]:
+def _state_changes(one: Barrier, other: Barrier) -> list[str]:
     """Return the changes of the machine state at two barriers that are otherwise equal, or an empty list."""
     if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
         return []
@@ -416,7 +428,7 @@ def _state_changes(one: Mark, other: Mark) -> list[str]:
     ]
 
 
-def _implied(marks: list[Mark], which: str) -> Iterator[str]:
+def _implied_changes(marks: list[Barrier], which: str) -> Iterator[str]:
     """Yield patterns of the changes of tool and work offset that follow from removed or added barriers."""
     for mark in marks:
         if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
@@ -425,7 +437,9 @@ def _implied(marks: list[Mark], which: str) -> Iterator[str]:
             yield f"{name} {was} became {now}"
 
 
-def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:
+def find_misplaced_barriers(
+    marks: list[Barrier], mark_of: dict[float, Barrier], tolerance: float
+) -> Iterator[Difference]:
     """Yield the barriers at which the tool is lower, at an unknown height, or not at the required position."""
     for mark in marks:
         new = mark_of.get(mark.key)
@@ -434,10 +448,8 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
         here, there = np.array(mark.place), np.array(new.place)
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
         if mark.exactly and apart.any():
-            text = (
-                f"'{mark.said}' may start at the current position of the tool, which changed: {place(*mark.place)} "
-                f"became {place(*new.place)}"
-            )
+            was, now = position_text(*mark.place), position_text(*new.place)
+            text = f"'{mark.said}' may start at the current position of the tool, which changed: {was} became {now}"
             yield Difference("barrier at another place", mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
             text = f"at '{mark.said}' the height of the tool is no longer known"

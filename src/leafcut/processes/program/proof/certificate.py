@@ -17,19 +17,30 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import narrowest_tool
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
+from leafcut.processes.program.proof.barriers import (
+    ComparisonGroups,
+    compare_barrier_groups,
+    compare_unreached_settings,
+    find_misplaced_barriers,
+)
 from leafcut.processes.program.proof.changed_order import ChangedOrder
 from leafcut.processes.program.proof.explanation import explain
 from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
-from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
-from leafcut.processes.program.proof.program_work import ProgramWork, cuts_with_beam, has_no_mill, only_moves, read_work
-from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of
-from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
-from leafcut.processes.program.proof.stated import no_longer_stated
-from leafcut.proof.difference import MOST_LISTED, shorten
+from leafcut.processes.program.proof.matching import Feature, MatchTolerance, Pairing, match_features
+from leafcut.processes.program.proof.program_work import (
+    ProgramWork,
+    cuts_with_beam,
+    has_no_mill,
+    read_work,
+    works_without_cycles,
+)
+from leafcut.processes.program.proof.rapids import compare_rapids, group_rapids
+from leafcut.processes.program.proof.reversed_cuts import in_reference_direction, reversed_runs, unchanged_work
+from leafcut.processes.program.proof.stated_modes import find_lost_modes
+from leafcut.proof.difference import MOST_LISTED, limit_differences
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
 
@@ -66,7 +77,7 @@ def certify(
     allow_reverse: bool = False,
     tool_diameter_mm: float | None = None,
     beyond: Bounds | None = None,
-    look: Heartbeat = unseen,
+    check_cancelled: Heartbeat = ignore_heartbeat,
     notes: bool = False,
 ) -> Certificate:
     """Return a proof that two programs do the same work, or the differences between them.
@@ -99,7 +110,7 @@ def certify(
         Diameter of the mills that no comment describes.
     beyond
         Bounds that the new program may reach in addition to those of the original, mm.
-    look
+    check_cancelled
         Callback for progress and cancellation.
     notes
         Whether to note that parts are detached in a new order. For parts side by side, this is not a difference.
@@ -111,7 +122,7 @@ def certify(
     """
 
     def compared(straight: float | None) -> Certificate:
-        comparison = _Comparison(original, new, tolerance_mm, allow_reverse, tool_diameter_mm, look, notes)
+        comparison = _Comparison(original, new, tolerance_mm, allow_reverse, tool_diameter_mm, check_cancelled, notes)
         return comparison.certificate(straight, machine, beyond)
 
     as_written = compared(None)
@@ -158,19 +169,19 @@ class _Comparison:
         tolerance: float,
         allow_reverse: bool,
         tool_diameter: float | None,
-        look: Heartbeat,
+        check_cancelled: Heartbeat,
         noting: bool,
     ) -> None:
         self.programs, self.tolerance, self.allow_reverse = (original, new), tolerance, allow_reverse
         self.tool_diameter = tool_diameter
-        self.look, self.noting = look, noting
+        self.check_cancelled, self.noting = check_cancelled, noting
         self.beam, self.no_mill = cuts_with_beam(original), has_no_mill(original)
         self.notes: list[str] = []
         self.differences: list[Difference] = []
         self.count = 0
 
     def add(self, differences: Iterable[Difference], count: int = 0) -> None:
-        self.look()
+        self.check_cancelled()
         new = list(differences)
         self.differences += new[:MOST_LISTED]
         self.count += max(count, len(new))
@@ -178,19 +189,19 @@ class _Comparison:
     def certificate(self, straight: float | None, machine: Machine | None, beyond: Bounds | None) -> Certificate:
         """Compare the programs; `straight` is the tolerance for merging straight cuts, mm, or None for no merging."""
         original, new = self.programs
-        written_out = only_moves(original.path) != only_moves(new.path)
+        written_out = works_without_cycles(original.path) != works_without_cycles(new.path)
         before, after = (
             read_work(program, written_out=written_out, beam=self.beam, straight=straight) for program in self.programs
         )
-        grouping = compare_walls(before.walls, after.walls)
+        grouping = compare_barrier_groups(before.walls, after.walls)
         self.add(grouping.differences)
-        self.add(compare_unrun(original, new))
+        self.add(compare_unreached_settings(original, new))
         pairing, turned = self._compare_work(before, after, grouping)
-        self.add(misplaced(before.marks, grouping.mark_of, self.tolerance))
-        self.add(no_longer_stated(self.programs, (before, after), pairing.new_of, grouping.mark_of))
-        self.add(_larger(before.path, after.path, self.tolerance, [beyond, _reach(pairing.extra)]))
+        self.add(find_misplaced_barriers(before.marks, grouping.mark_of, self.tolerance))
+        self.add(find_lost_modes(self.programs, (before, after), pairing.new_of, grouping.mark_of))
+        self.add(_wider_travel(before.path, after.path, self.tolerance, [beyond, _known_bounds(pairing.extra)]))
         self.add(_outside(new.path, machine))
-        differences = tuple(shorten(self.differences, self.count))
+        differences = tuple(limit_differences(self.differences, self.count))
         compared = () if differences else (*COMPARED, _EITHER_WAY) if self.allow_reverse else COMPARED
         return Certificate(
             not differences, differences, _counts(before), _counts(after), compared, _digest(original),
@@ -201,7 +212,9 @@ class _Comparison:
         """Add the differences of the work between barriers; return the matched features and the number of reversed
         cuts.
         """
-        both = [one_way(work) if self.allow_reverse else as_it_is(work) for work in (before, after)]
+        both = [
+            in_reference_direction(work) if self.allow_reverse else unchanged_work(work) for work in (before, after)
+        ]
         features = [
             replace(
                 side.work.features,
@@ -210,19 +223,19 @@ class _Comparison:
             for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
         ]
         before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
-        room = Room(self.tolerance, self.beam)
-        pairing = pair(features[0], features[1], room)
+        room = MatchTolerance(self.tolerance, self.beam)
+        pairing = match_features(features[0], features[1], room)
         if pairing.missing and not (pairing.new_of >= 0).any():
             self.add(_other_units(self.programs))
         explanation = explain(pairing, room, grouping.implied)
         self.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
         self.add(explanation.differences, explanation.found)
-        turned = runs_turned(both[0], both[1], pairing.new_of)
+        turned = reversed_runs(both[0], both[1], pairing.new_of)
         self.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, self.tolerance, self.no_mill))
-        order = ChangedOrder(before, after, gaps_of(before), pairing.new_of, self.no_mill, self.look)
-        self.add((*order.touching(self.tolerance), *order.inside()))
+        order = ChangedOrder(before, after, group_rapids(before), pairing.new_of, self.no_mill, self.check_cancelled)
+        self.add((*order.touching(self.tolerance), *order.work_inside_contours()))
         if not self.no_mill:
-            self.add(order.passes(min(narrowest_tool(self.programs[0]), self.tool_diameter or math.inf)))
+            self.add(order.reordered_passes(min(narrowest_tool(self.programs[0]), self.tool_diameter or math.inf)))
         elif self.noting:
             self.notes += order.parts_note()
         return pairing, len(np.unique(turned[turned >= 0]))
@@ -239,7 +252,7 @@ def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
         yield Difference("units", old, new, f"{was} became {now}, and the lengths did not change with them")
 
 
-def _reach(features: list[Feature]) -> Bounds | None:
+def _known_bounds(features: list[Feature]) -> Bounds | None:
     """Return the bounds of features that are already reported as different, including R planes and retracts."""
     places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
     places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
@@ -250,7 +263,9 @@ def _reach(features: list[Feature]) -> Bounds | None:
     return tuple(lowest.tolist()), tuple(highest.tolist())
 
 
-def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]) -> Iterator[Difference]:
+def _wider_travel(
+    before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]
+) -> Iterator[Difference]:
     """Yield the axes on which the new program reaches farther than the original.
 
     The ends of moves suffice, because the cuts are equal.
@@ -260,7 +275,7 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bo
     highest = np.fmax.reduce([(-math.inf,) * 3, *(high for _, high in bounds)])
     for axis, name in enumerate("XYZ"):
         for sign, word in ((1.0, "above"), (-1.0, "below")):
-            (was, reached), (now, reaches) = (_farthest(path, axis, sign) for path in (before, after))
+            (was, reached), (now, reaches) = (_farthest_move(path, axis, sign) for path in (before, after))
             room = max(reached, sign * (highest if sign > 0 else lowest)[axis])
             if was < 0 or reaches <= room + tolerance + 1e-9:
                 continue
@@ -271,7 +286,7 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bo
             yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
 
 
-def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
+def _farthest_move(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
     """Return the move that ends farthest along an axis (`sign` 1) or against it (`sign` -1), and its coordinate times
     `sign`.
 

@@ -10,24 +10,24 @@ import shapely
 
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.difference import Difference
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.doubt import FREE
 from leafcut.processes.program.proof.order_rules import (
     LEVEL,
     Visits,
     detached_parts,
-    near_lines,
+    line_index,
     passes_beside,
     rows_in_order,
     touching_in_new_order,
     visits_of,
 )
-from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, outlines_of, starts_inside
+from leafcut.processes.program.proof.order_thresholds import FREE
+from leafcut.processes.program.proof.outlines import BEAM_TAB, MILL_TAB, lines_of, lines_starting_inside, outlines_of
 from leafcut.processes.program.proof.program_work import ProgramWork
-from leafcut.processes.program.proof.rapids import RapidGaps, heights_of
+from leafcut.processes.program.proof.rapids import RapidGaps, allowed_heights
 from leafcut.processes.program.proof.traces import traces_of
-from leafcut.proof.difference import MOST_LISTED, place
+from leafcut.proof.difference import MOST_LISTED, position_text
 
 #: Two features of the original, the earlier first, and the message about their relation.
 _Pair = tuple[int, int, str]
@@ -47,14 +47,14 @@ class ChangedOrder:
         gaps: RapidGaps,
         new_of: Indices,
         flat: bool,
-        look: Heartbeat = unseen,
+        check_cancelled: Heartbeat = ignore_heartbeat,
     ) -> None:
         self.before, self.after, self.gaps = before, after, gaps
-        self.features, self.new_of, self.flat, self.look = before.features, new_of, flat, look
+        self.features, self.new_of, self.flat, self.check_cancelled = before.features, new_of, flat, check_cancelled
         self.unchanged = bool((np.diff(new_of[new_of >= 0]) > 0).all())
         self.traces = traces_of(self.features)
         # A run is a series of features without rapids between them.
-        run = np.cumsum(heights_of(before, gaps).follows == 0)
+        run = np.cumsum(allowed_heights(before, gaps).follows == 0)
         self.run: Indices = np.subtract(run, run[:1], dtype=np.int64)
 
     def touching(self, tolerance: float) -> Iterator[Difference]:
@@ -62,16 +62,16 @@ class ChangedOrder:
         if self.unchanged:
             return
         known = np.isfinite(self.features.end[:, :2]).all(axis=1)
-        for one in _overtaken(self.new_of, np.flatnonzero(~known)):
+        for one in _reordered_features(self.new_of, np.flatnonzero(~known)):
             yield self._difference("order", one, one, "the position of {} is unknown, and it has moved in the order")
-        self.look()
-        pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.look)
+        self.check_cancelled()
+        pairs, proved = touching_in_new_order(self.features, self.traces, self.new_of, tolerance, self.check_cancelled)
         for one, other in pairs[:MOST_LISTED].tolist():
             yield self._difference("order", one, other, "{} touches {}, which used to come later and now comes first")
         if not proved:
             yield Difference("order", 0, 0, "too many cuts overlap, so their order cannot be verified")
 
-    def inside(self) -> Iterator[Difference]:
+    def work_inside_contours(self) -> Iterator[Difference]:
         """Yield work that changed sides in the order with a closed cut or a tabbed outline around it.
 
         With a beam or a pen, only work that is now cut later counts.
@@ -90,7 +90,7 @@ class ChangedOrder:
         tab = BEAM_TAB if self.flat else MILL_TAB
         lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
         counts = {False: 0, True: 0}
-        for outline, within in starts_inside(lines, outlines_of(lines, tab, FREE, self.look, moved)):
+        for outline, within in lines_starting_inside(lines, outlines_of(lines, tab, FREE, self.check_cancelled, moved)):
             if counts[outline.joined] > MOST_LISTED or (begins[outline.owners] < 0).any():
                 continue
             inner = np.setdiff1d(within, outline.owners)
@@ -109,7 +109,7 @@ class ChangedOrder:
                 text += ", in a part that is already detached by then" if self.flat and not outline.joined else ""
                 yield self._difference(f"inner {now} outer", int(first[k]), int(last[closes]), text)
 
-    def passes(self, width: float) -> Iterator[Difference]:
+    def reordered_passes(self, width: float) -> Iterator[Difference]:
         """Yield nearby passes in changed order for a mill of this width (mm), and parts that are detached too early."""
         if self.unchanged or not len(self.features):
             return
@@ -126,7 +126,7 @@ class ChangedOrder:
     def _passes(self, visits: Visits, visit: Indices, width: float) -> Iterator[_Pair]:
         begins = self.new_of[visits.first]
         crossed = self.gaps.cross[self.gaps.gap_of[visits.first]]
-        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved(begins)
+        chosen = visits.cuts & visits.level & (crossed > visits.bottom + LEVEL) & _moved_visits(begins)
 
         def wanted(a: Indices, b: Indices) -> Mask:
             changed: Mask = (a < b) & (begins[a] > begins[b])
@@ -134,10 +134,10 @@ class ChangedOrder:
 
         if np.count_nonzero(chosen) > 1:
             owner = np.where(chosen[visit], visit, -1)
-            near, of = near_lines(lines_of(self.features, self.traces, owner, FREE.sagitta))
+            near, of = line_index(lines_of(self.features, self.traces, owner, FREE.sagitta))
             known: set[tuple[str, int, int]] = set()
             for said, pairs in passes_beside(visits, near, of, FREE, width, wanted):
-                self.look()
+                self.check_cancelled()
                 # Long cuts meet in several parts of the index.
                 new = [pair for pair in ((said, *pair) for pair in pairs.tolist()) if pair not in known]
                 known.update(new)
@@ -168,7 +168,7 @@ class ChangedOrder:
         overtakes = (above <= FREE.surely_through) & (ends >= 0) & (latest > ends)
         if not overtakes.any():
             return
-        may, surely = detached_parts(features, self.traces, visits, visit, above, FREE, self.look)
+        may, surely = detached_parts(features, self.traces, visits, visit, above, FREE, self.check_cancelled)
         for outline in np.flatnonzero(overtakes & surely).tolist():
             later = ends[:outline] > ends[outline]
             later &= ~(may[:outline] & (visits.floor[:outline] <= visits.floor[outline] + FREE.same_depth))
@@ -204,7 +204,7 @@ class ChangedOrder:
     def _part_outlines(self) -> Indices:
         """Return the runs that are outlines of parts: closed cuts inside an even number of other outlines."""
         lines = list(lines_of(self.features, self.traces, self.run, FREE.sagitta))
-        outlines = list(outlines_of(lines, None, FREE, self.look))
+        outlines = list(outlines_of(lines, None, FREE, self.check_cancelled))
         if not outlines:
             return np.zeros(0, dtype=np.int64)
         starts = {line.owner: line.points[0] for line in reversed(lines)}
@@ -220,12 +220,12 @@ class ChangedOrder:
     def _difference(self, what: str, one: int, other: int, text: str) -> Difference:
         """Return a difference between two features, with the lines of the first feature in both programs."""
         features = self.features
-        said = [place(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
+        said = [position_text(*features.end[k]) + f" (line {features.line[k]})" for k in (one, other)]
         lines = int(features.line[one]), int(self.after.features.line[self.new_of[one]])
         return Difference(what, *lines, text.format(*said))
 
 
-def _moved(begins: Indices) -> Mask:
+def _moved_visits(begins: Indices) -> Mask:
     """Return a mask of the visits that changed their order relative to any other visit."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
@@ -234,7 +234,7 @@ def _moved(begins: Indices) -> Mask:
     return moved
 
 
-def _overtaken(rank: Indices, which: Indices) -> list[int]:
+def _reordered_features(rank: Indices, which: Indices) -> list[int]:
     """Return the features in `which` that changed their order relative to any other feature."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, TAKEN, Features, name_of
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Features that agree within this difference (mm, mm/s, rpm, s) are matched in bulk, all others one by one.
@@ -25,7 +25,7 @@ _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
 _MOST_LOOKS = 3_000_000
 
 
-class Room(NamedTuple):
+class MatchTolerance(NamedTuple):
     """Tolerance of positions, mm. With a `beam`, S is the beam power."""
 
     place: float
@@ -58,25 +58,25 @@ class Pairing(NamedTuple):
     after: Features
 
 
-def pair(before: Features, after: Features, room: Room) -> Pairing:
+def match_features(before: Features, after: Features, room: MatchTolerance) -> Pairing:
     """Match the features of two programs within the tolerances `room`; equal features are matched in order."""
     new_of = np.full(len(before), -1, dtype=np.int64)
-    old, new = _paired_at_once(before, after, room.place)
+    old, new = _match_by_hash(before, after, room.place)
     new_of[old] = new
     free = np.ones(len(after), dtype=bool)
     free[new] = False
     left, right = _listed(before, np.flatnonzero(new_of < 0)), _listed(after, np.flatnonzero(free))
-    pairs, missing, extra = paired_one_by_one(left, right, room)
+    pairs, missing, extra = match_one_by_one(left, right, room)
     for one, other in pairs:
         new_of[one.number] = other.number
     return Pairing(new_of, missing, extra, before, after)
 
 
-def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
+def _match_by_hash(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
     """Return the matching rows of both programs that agree except for rounding errors."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
-    old, new = _alike(number[: len(before)], number[len(before) :])
+    old, new = _match_equal_numbers(number[: len(before)], number[len(before) :])
     del hashed, number
     same = np.ones(len(old), dtype=bool)
     for one, other in zip(_rounded(before), _rounded(after), strict=True):
@@ -87,7 +87,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
     return old[same], new[same]
 
 
-def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
+def _match_equal_numbers(one: Indices, other: Indices) -> tuple[Indices, Indices]:
     """Match equal numbers from both ends as long as they agree, then in order, so that neighbours stay matched."""
     n, m = len(one), len(other)
     differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
@@ -147,8 +147,8 @@ CellKey = tuple[int, ...]
 Pairs = list[tuple[Feature, Feature]]
 
 
-def paired_one_by_one(
-    before: list[Feature], after: list[Feature], room: Room
+def match_one_by_one(
+    before: list[Feature], after: list[Feature], room: MatchTolerance
 ) -> tuple[Pairs, list[Feature], list[Feature]]:
     """Return the pairs of features that are equal within `room`, and the unmatched features of both programs."""
     # The first feature is at the end of its cell, where its removal is cheap.
@@ -160,7 +160,7 @@ def paired_one_by_one(
             if looks > _MOST_LOOKS:
                 cell = []
             looks += len(cell)
-            equal = next((i for i in reversed(range(len(cell))) if _equal(feature, cell[i], room)), None)
+            equal = next((i for i in reversed(range(len(cell))) if _are_equal(feature, cell[i], room)), None)
             if equal is not None:
                 pairs.append((feature, cell.pop(equal)))
                 looks -= equal
@@ -170,8 +170,8 @@ def paired_one_by_one(
     return pairs, missing, sorted(feature for cell in cells.values() for feature in cell)
 
 
-def _equal(a: Feature, b: Feature, room: Room) -> bool:
-    return a.group == b.group and a.exact == b.exact and not changes(a, b, room)
+def _are_equal(a: Feature, b: Feature, room: MatchTolerance) -> bool:
+    return a.group == b.group and a.exact == b.exact and not feature_changes(a, b, room)
 
 
 def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
@@ -216,7 +216,7 @@ def _stated_changes(was: int, now: int) -> Iterator[str]:
             yield gone if was & bit else new
 
 
-#: Prefix of the messages of `changes` about the start of a cut.
+#: Prefix of the messages of `feature_changes` about the start of a cut.
 START = "start "
 
 #: Name and number format of the values that must be equal; kinds and arcs have their own messages.
@@ -240,7 +240,7 @@ def change_of_state(name: str, was: int, now: int) -> str:
     return f"{what} {shown(was)} became {shown(now)}"
 
 
-def changes(a: Feature, b: Feature, room: Room) -> list[str]:
+def feature_changes(a: Feature, b: Feature, room: MatchTolerance) -> list[str]:
     """Describe the differences of feature `b` from `a` beyond the tolerances; the list is empty if there are none."""
     near = room.place + 1e-9
     found = []
@@ -266,35 +266,35 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
-            found.append(f"{word} {_figure(one * factor)} became {_figure(other * factor)}")
-    found += _changes_of_way(a, b, near)
+            found.append(f"{word} {_value_text(one * factor)} became {_value_text(other * factor)}")
+    found += _path_changes(a, b, near)
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
-            found.append(f"{word} {_figure(one)} sank to {_figure(other)}")
+            found.append(f"{word} {_value_text(one)} sank to {_value_text(other)}")
     if b.height[0] > a.height[0] + near:
-        found.append(f"R plane {_figure(a.height[0])} rose to {_figure(b.height[0])}")
+        found.append(f"R plane {_value_text(a.height[0])} rose to {_value_text(b.height[0])}")
     return found
 
 
-def _changes_of_way(a: Feature, b: Feature, near: float) -> Iterator[str]:
+def _path_changes(a: Feature, b: Feature, near: float) -> Iterator[str]:
     """Describe changes of arc and start point. A centre that moves together with the start is not reported
     separately.
     """
     if a.exact[2] != b.exact[2]:
         yield f"turns of the arc {a.exact[2]} became {b.exact[2]}"
-    begun = not _near(a.place[3:6], b.place[3:6], near)
+    begun = not _is_near(a.place[3:6], b.place[3:6], near)
     one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
-    if not _near(a.place[6:], b.place[6:], near) and not (begun and _near(one, other, near)):
-        yield f"centre of the arc {place(*a.place[6:])} became {place(*b.place[6:])}"
-    if not _near(a.place[3:5], b.place[3:5], near):
-        yield f"{START}{place(*a.place[3:6])} became {place(*b.place[3:6])}"
+    if not _is_near(a.place[6:], b.place[6:], near) and not (begun and _is_near(one, other, near)):
+        yield f"centre of the arc {position_text(*a.place[6:])} became {position_text(*b.place[6:])}"
+    if not _is_near(a.place[3:5], b.place[3:5], near):
+        yield f"{START}{position_text(*a.place[3:6])} became {position_text(*b.place[3:6])}"
     elif begun:
-        yield f"{START}Z{_figure(a.place[5])} became Z{_figure(b.place[5])}"
+        yield f"{START}Z{_value_text(a.place[5])} became Z{_value_text(b.place[5])}"
 
 
-def _figure(value: float) -> str:
+def _value_text(value: float) -> str:
     return "unknown" if math.isnan(value) else f"{value:.6g}"
 
 
-def _near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
+def _is_near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
     return all(abs(p - q) <= room or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import NearLines, unique_pairs
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.doubt import FREE, Doubt
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
+from leafcut.processes.program.proof.order_thresholds import FREE, OrderThresholds
 from leafcut.processes.program.proof.outlines import TOUCHING, Line, Outline, lines_of, outlines_of
 from leafcut.processes.program.proof.traces import Traces
 
@@ -82,7 +82,7 @@ class Visits:
     sideways: Mask
 
 
-def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: Doubt) -> Visits:
+def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt: OrderThresholds) -> Visits:
     """Return n visits; `visit` is the ascending visit number of each feature, and every number occurs.
 
     `doubt` has the minimum length of a sideways move.
@@ -124,7 +124,7 @@ def visits_of(features: Features, traces: Traces, visit: Indices, n: int, doubt:
     )
 
 
-def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
+def line_index(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
     """Return a spatial index of lines, split into short parts, and the piece of work of each part."""
     coordinates: list[Floats] = []
     owner: list[int] = []
@@ -143,7 +143,7 @@ def near_lines(lines: Iterable[Line]) -> tuple[NearLines, Indices]:
 
 
 def touching_in_new_order(
-    features: Features, traces: Traces, new_of: Indices, tolerance: float, look: Heartbeat = unseen
+    features: Features, traces: Traces, new_of: Indices, tolerance: float, check_cancelled: Heartbeat = ignore_heartbeat
 ) -> tuple[Indices, bool]:
     """Return touching features whose order changed, int64[k, 2], the earlier first, and whether the search is complete.
 
@@ -152,7 +152,7 @@ def touching_in_new_order(
     """
     found, compared = np.zeros((0, 2), dtype=np.int64), 0
     of_feature = np.where(new_of >= 0, np.arange(len(new_of)), -1)
-    near, owner = near_lines(lines_of(features, traces, of_feature, FREE.sagitta))
+    near, owner = line_index(lines_of(features, traces, of_feature, FREE.sagitta))
 
     def changed(a: Indices, b: Indices) -> Mask:
         nonlocal compared
@@ -162,7 +162,7 @@ def touching_in_new_order(
         return mask
 
     for a, b in near.pairs(near, tolerance + 2 * FREE.sagitta, changed):
-        look()
+        check_cancelled()
         found = np.concatenate([found, unique_pairs(owner[a], owner[b])])
         if len(found) > _ENOUGH or compared > _MOST_COMPARED:
             break
@@ -174,7 +174,7 @@ PairFilter = Callable[[Indices, Indices], Mask]
 
 
 def passes_at_levels(
-    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+    visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at different depths that are closer than the tool width, int64[k, 2].
 
@@ -186,7 +186,7 @@ def passes_at_levels(
 
     def chosen(a: Indices, b: Indices) -> Mask:
         a, b = owner[a], owner[b]
-        apart = _apart(visits, a, b) & ~both(follows[a], follows[b]) & ~both(still[a], still[b])
+        apart = _at_different_depths(visits, a, b) & ~both(follows[a], follows[b]) & ~both(still[a], still[b])
         found: Mask = apart & wanted(a, b)
         return found
 
@@ -198,7 +198,7 @@ def passes_at_levels(
 
 
 def passes_side_by_side(
-    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+    visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[Indices]:
     """Yield pairs of cuts at one depth within a finishing allowance of each other, int64[k, 2], unless both are
     closed.
@@ -209,18 +209,18 @@ def passes_side_by_side(
     def chosen(a: Indices, b: Indices) -> Mask:
         a, b = owner[a], owner[b]
         found: Mask = visits.cuts[a] & visits.cuts[b] & ~(visits.closed[a] & visits.closed[b]) & (a != b)
-        found &= ~_apart(visits, a, b) & ~both(follows[a], follows[b]) & wanted(a, b)
+        found &= ~_at_different_depths(visits, a, b) & ~both(follows[a], follows[b]) & wanted(a, b)
         return found
 
     for a, b in near.pairs(near, reach, chosen):
         pairs = unique_pairs(owner[a], owner[b])
         for k in range(0, len(pairs), _PAIRS):
             part = pairs[k : k + _PAIRS]
-            yield part[_beside(near.lines, owner, part, reach) >= doubt.beside_part]
+            yield part[_shares_beside(near.lines, owner, part, reach) >= doubt.beside_part]
 
 
 def passes_beside(
-    visits: Visits, near: NearLines, owner: Indices, doubt: Doubt, width: float, wanted: PairFilter
+    visits: Visits, near: NearLines, owner: Indices, doubt: OrderThresholds, width: float, wanted: PairFilter
 ) -> Iterator[tuple[str, Indices]]:
     """Yield pairs of nearby passes, int64[k, 2], each with a description of their relation; a pair may occur several
     times.
@@ -233,7 +233,7 @@ def passes_beside(
             yield said, pairs
 
 
-def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
+def _at_different_depths(visits: Visits, a: Indices, b: Indices) -> Mask:
     """Return a mask of the pairs at different depths; False if a depth is unknown."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(visits.bottom[a] - visits.bottom[b])
@@ -241,7 +241,7 @@ def _apart(visits: Visits, a: Indices, b: Indices) -> Mask:
     return different
 
 
-def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
+def _shares_beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: float) -> Floats:
     """Return for each pair the share of the shorter cut within `reach` (mm) of the longer cut, float64[k]."""
     used, number = np.unique(pairs, return_inverse=True)
     mine = np.flatnonzero(np.isin(owner, used) & (shapely.get_type_id(lines) == 1))
@@ -259,7 +259,7 @@ def _beside(lines: NDArray[np.object_], owner: Indices, pairs: Indices, reach: f
     return part
 
 
-def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indices:
+def rows_in_order(visits: Visits, doubt: OrderThresholds, width: float = math.inf) -> Indices:
     """Return the pairs of consecutive rows of a surface that advance to one side, int64[k, 2]."""
     found: list[tuple[int, int]] = []
     run: list[tuple[int, int]] = []
@@ -270,7 +270,7 @@ def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indi
     for number in range(1, len(row)):
         step = math.nan
         if row[number - 1] and row[number] and abs(visits.bottom[number] - visits.bottom[number - 1]) <= LEVEL:
-            step = _step(visits.ends[number - 1], visits.ends[number], doubt.lean, min(_WIDEST_ROW, width))
+            step = _row_spacing(visits.ends[number - 1], visits.ends[number], doubt.lean, min(_WIDEST_ROW, width))
         if not run or math.isnan(step) or step * last < 0 or abs(step) > doubt.widening * abs(last):
             found += run if len(run) + 1 >= _LEAST_ROWS else []
             run = []
@@ -281,7 +281,7 @@ def rows_in_order(visits: Visits, doubt: Doubt, width: float = math.inf) -> Indi
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
 
-def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
+def _row_spacing(row: Floats, follower: Floats, lean: float, widest: float) -> float:
     """Return the signed distance from a row to the next, mm; NaN if they are not parallel.
 
     It is positive to the left of the row, with the row directed along +x (or +y).
@@ -300,7 +300,7 @@ def _step(row: Floats, follower: Floats, lean: float, widest: float) -> float:
     return step if even and wide and common >= 0.5 * shorter else math.nan
 
 
-def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doubt) -> Mask:
+def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: OrderThresholds) -> Mask:
     """Return a mask of the features that cut sideways at the lowest level of their visit; tabs are higher.
 
     A cut that never rises has no tabs, so all of it belongs to the lowest level.
@@ -320,8 +320,8 @@ def lowest_level(features: Features, visits: Visits, visit: Indices, doubt: Doub
 
 
 def detached_parts(
-    features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: Doubt,
-    look: Heartbeat = unseen,
+    features: Features, traces: Traces, visits: Visits, visit: Indices, above: Floats, doubt: OrderThresholds,
+    check_cancelled: Heartbeat = ignore_heartbeat,
 ) -> tuple[Mask, Mask]:  # fmt: skip
     """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
 
@@ -330,10 +330,12 @@ def detached_parts(
     level = lowest_level(features, visits, visit, doubt) & (above <= doubt.through)[visit]
     lines = lines_of(features, traces, np.where(level, visit, -1), doubt.sagitta)
     tab = TOUCHING if doubt.keep else None
-    return freed_parts(visits, list(outlines_of(list(lines), tab, doubt, look)), above, doubt)
+    return freed_parts(visits, list(outlines_of(list(lines), tab, doubt, check_cancelled)), above, doubt)
 
 
-def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: Doubt) -> tuple[Mask, Mask]:
+def freed_parts(
+    visits: Visits, outlines: Sequence[Outline], above: Floats, doubt: OrderThresholds
+) -> tuple[Mask, Mask]:
     """Return the masks of visits that may detach a part, and that certainly detach one, bool[n] each.
 
     The area of an outline inside another outline through the material is scrap, unless other work starts inside it.
@@ -357,19 +359,19 @@ def freed_parts(visits: Visits, outlines: Sequence[Outline], above: Floats, doub
     starts = np.flatnonzero(np.isfinite(visits.start).all(axis=1))
     spots: Any = shapely.points(visits.start[starts])
     around, spot = shapely.STRtree(spots).query(shapes, predicate="contains")
-    holds = _any(len(shapes), around[owner[around] != starts[spot]])
+    holds = _mask_of(len(shapes), around[owner[around] != starts[spot]])
     tree = shapely.STRtree(shapes)
     inner, outer = tree.query(shapes, predicate="within")
     smaller = size[inner] < doubt.smaller * size[outer]
-    scrap = _any(len(shapes), inner[smaller & (depth[outer] <= doubt.around_through)])
+    scrap = _mask_of(len(shapes), inner[smaller & (depth[outer] <= doubt.around_through)])
     inner, outer = tree.query(shapely.point_on_surface(shapes), predicate="within")
-    doubtful = _any(len(shapes), inner[size[inner] < doubt.smaller * size[outer]])
+    doubtful = _mask_of(len(shapes), inner[size[inner] < doubt.smaller * size[outer]])
     may = (~scrap | holds) & (depth <= doubt.through)
     surely = alone & (~doubtful | holds) & (depth <= doubt.surely_through) & (size >= doubt.sure_area)
-    return _any(n, owner[may]), _any(n, owner[surely])
+    return _mask_of(n, owner[may]), _mask_of(n, owner[surely])
 
 
-def _any(n: int, which: Indices) -> Mask:
+def _mask_of(n: int, which: Indices) -> Mask:
     found = np.zeros(n, dtype=bool)
     found[which] = True
     return found

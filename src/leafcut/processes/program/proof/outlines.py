@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.geometry.index import linked
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.doubt import FREE, Doubt
 from leafcut.processes.program.proof.features import Features
+from leafcut.processes.program.proof.order_thresholds import FREE, OrderThresholds
 from leafcut.processes.program.proof.traces import Traces
 
 #: Maximum distance of touching cuts, mm.
@@ -90,7 +90,7 @@ def is_point(line: Line) -> bool:
     return bool((line.points == line.points[0]).all())
 
 
-def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
+def area_of(points: Floats, doubt: OrderThresholds) -> tuple[Any, bool]:
     """Return the area that a line encloses, or None, and whether the line is certainly closed."""
     if len(points) < 4:
         return None, False
@@ -107,13 +107,13 @@ def area_of(points: Floats, doubt: Doubt) -> tuple[Any, bool]:
         if shapely.is_valid(ring) and ring.area > 0:
             return ring, gap <= doubt.alone
     # Lead-in and lead-out cross the outline, or the line runs around several times.
-    area = _enclosed(shapely.linestrings(whole), MEETING)
+    area = _enclosed_area(shapely.linestrings(whole), MEETING)
     if area is None:
         return None, False
-    return area, gap <= doubt.alone or not closed or _enclosed(shapely.linestrings(points), MEETING) is not None
+    return area, gap <= doubt.alone or not closed or _enclosed_area(shapely.linestrings(points), MEETING) is not None
 
 
-def _enclosed(lines: Any, meeting: float) -> Any:
+def _enclosed_area(lines: Any, meeting: float) -> Any:
     """Return the area that lines with gaps up to `meeting` (mm) enclose, or None."""
     # The chords of round ends must reach half the gap.
     reach = 0.5 * meeting / math.cos(math.pi / (4 * _END_SEGMENTS)) + _EDGE
@@ -136,7 +136,9 @@ def _exteriors(polygons: NDArray[np.object_]) -> Indices:
     return exteriors
 
 
-def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heartbeat = unseen) -> Iterator[Outline]:
+def joined_outlines(
+    lines: Sequence[Line], tab: float, doubt: OrderThresholds, check_cancelled: Heartbeat = ignore_heartbeat
+) -> Iterator[Outline]:
     """Yield the areas that several open lines enclose. With `FREE`, a single line with one tab counts too.
 
     Lines are joined if they touch. They are also joined if their ends are nearest to each other and within `tab` (mm).
@@ -157,7 +159,7 @@ def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heart
     by_group = np.argsort(group[begins], kind="stable")
     begins, ends, tabs = begins[by_group], ends[by_group], tabs[by_group]
     for members in sorted(parts, key=lambda part: int(part[0])):
-        look()
+        check_cancelled()
         if len(members) < 2 and doubt.keep:
             continue
         # Passes at several depths cut the same line.
@@ -165,12 +167,12 @@ def joined_outlines(lines: Sequence[Line], tab: float, doubt: Doubt, look: Heart
         if len(members) > _MOST_LINES and len(np.unique(shapely.to_wkb(shapely.normalize(rounded)))) > _MOST_LINES:
             continue
         here = slice(*np.searchsorted(group[begins], group[members[0]] + np.arange(2)))
-        rings = [members] if doubt.keep else _rings(members, joint, shapes)
+        rings = [members] if doubt.keep else _rings_of_group(members, joint, shapes)
         for ring in rings:
             closing = tabs[here][np.isin(begins[here], ring) & np.isin(ends[here], ring)]
             if len(ring) == 1 and not _has_tab(shapes[ring[0]]):
                 continue
-            area = _enclosed(shapely.multilinestrings([*shapes[ring], *closing]), TOUCHING)
+            area = _enclosed_area(shapely.multilinestrings([*shapes[ring], *closing]), TOUCHING)
             if area is not None:
                 yield Outline(area, sorted({lines[k].owner for k in ring.tolist()}), False, True)
 
@@ -225,7 +227,7 @@ def _joints(
     return joint[of].reshape(-1, 2), begin // 2, end // 2, gaps
 
 
-def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:
+def _rings_of_group(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> list[Indices]:
     """Return the lines of each ring in a group; exactly two distinct lines meet at each joint of a ring."""
     lengths, centres = shapely.length(shapes[members]), shapely.get_coordinates(shapely.centroid(shapes[members]))
     same: list[list[int]] = []
@@ -253,7 +255,11 @@ def _rings(members: Indices, joint: Indices, shapes: NDArray[np.object_]) -> lis
 
 
 def outlines_of(
-    lines: Sequence[Line], tab: float | None, doubt: Doubt, look: Heartbeat = unseen, chosen: Mask | None = None
+    lines: Sequence[Line],
+    tab: float | None,
+    doubt: OrderThresholds,
+    check_cancelled: Heartbeat = ignore_heartbeat,
+    chosen: Mask | None = None,
 ) -> Iterator[Outline]:
     """Yield the outlines of single lines, and then the outlines that are joined across tabs up to `tab` (mm, None for
     none).
@@ -262,7 +268,7 @@ def outlines_of(
     """
     open_: list[Line] = []
     for line in lines:
-        look()
+        check_cancelled()
         area, alone = area_of(line.points, doubt) if chosen is None or chosen[line.owner] else (None, False)
         if area is not None:
             yield Outline(area, [line.owner], alone)
@@ -271,7 +277,7 @@ def outlines_of(
     if tab is not None:
         if not doubt.keep:
             open_ = [line for line in open_ if _is_open(line.points)]
-        yield from joined_outlines(open_, tab, doubt, look)
+        yield from joined_outlines(open_, tab, doubt, check_cancelled)
 
 
 def _is_open(points: Floats) -> bool:
@@ -279,7 +285,7 @@ def _is_open(points: Floats) -> bool:
     return float(steps.sum()) > TOUCHING and float(np.hypot(*(points[-1] - points[0]))) > MEETING
 
 
-def starts_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
+def lines_starting_inside(lines: Sequence[Line], outlines: Iterable[Outline]) -> Iterator[tuple[Outline, Indices]]:
     """Yield outlines, each with the ascending pieces of work that have a line which starts inside it."""
     if not lines:
         return

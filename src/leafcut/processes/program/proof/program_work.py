@@ -10,7 +10,7 @@ from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
+from leafcut.processes.program.proof.barriers import Barrier, BarrierGroup, barriers_of, group_barriers, with_dwells
 from leafcut.processes.program.proof.features import (
     Features,
     States,
@@ -50,8 +50,8 @@ class ProgramWork:
     travel: Indices
     travel_from: Floats
     drill_from: Floats
-    marks: list[Mark]
-    walls: list[Wall]
+    marks: list[Barrier]
+    walls: list[BarrierGroup]
     dark_rapids: bool
 
 
@@ -72,7 +72,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     PlanError
         A cycle has more pecks than any machine would drill.
     """
-    program = _with_end(program)
+    program = _add_end_row(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if written_out:
         path = expand(path)
@@ -80,7 +80,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     path = replace(path, line=program.path.line[source])
     states = states_of_program(program).take(source)
     if straight is not None:
-        rows = needed_rows(path, states, still=STILL, tolerance=straight)
+        rows = merged_rows(path, states, still=STILL, tolerance=straight)
         path, states, source = path.take(rows), states.take(rows), source[rows]
     before = path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
@@ -102,12 +102,12 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
         before[travel],
         before[path.kind == Kind.DRILL],
         marks,
-        walls_of(marks, features.row),
+        group_barriers(marks, features.row),
         program.dark_rapids,
     )
 
 
-def only_moves(path: Toolpath) -> bool:
+def works_without_cycles(path: Toolpath) -> bool:
     """Return whether a program works without drilling cycles; False for a program without work."""
     working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
     return bool(working.any()) and not bool((path.kind == Kind.DRILL).any())
@@ -137,7 +137,7 @@ def has_no_mill(program: Program) -> bool:
     return not rises or cuts_with_beam(program)
 
 
-def _with_end(program: Program) -> Program:
+def _add_end_row(program: Program) -> Program:
     """Return the program with a row for its end even if M2 and M30 are missing, so that the position there is
     checked.
     """
@@ -162,7 +162,7 @@ _MOST_ROWS = 1000
 _STOPPING = (610, 611)
 
 
-def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
+def merged_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
     """Return the rows of a toolpath that remain if every straight cut becomes a single row.
 
     Feed moves of no length (up to `still`, mm) are left out. Consecutive feed moves with the same feed and state become
@@ -178,7 +178,7 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     feeds &= ~np.isin(states.of("blending"), _STOPPING)
     moves = np.flatnonzero(~(feeds & (np.abs(end - before) <= still).all(axis=1)))
     goes_on = np.zeros(len(moves), dtype=bool)
-    goes_on[1:] = _alike(path, states, feeds, moves)
+    goes_on[1:] = _continues_feed(path, states, feeds, moves)
     needed = np.ones(len(moves), dtype=bool)
     bounds = np.flatnonzero(np.diff(goes_on, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2).tolist():
@@ -191,7 +191,7 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     return moves[needed]
 
 
-def _alike(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
+def _continues_feed(path: Toolpath, states: States, feeds: Mask, rows: Indices) -> Mask:
     """Return a mask of the rows after the first that are feed moves in the same state as the previous row."""
     both = feeds[rows[1:]] & feeds[rows[:-1]]
     same_state = states.number[rows[1:]] == states.number[rows[:-1]]

@@ -14,11 +14,11 @@ from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.cycles import approach_of
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.barriers import PLACELESS, Mark
+from leafcut.processes.program.proof.barriers import PLACELESS, Barrier
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN
 from leafcut.processes.program.proof.program_work import ProgramWork, goes_across
-from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import MOST_LISTED, place
+from leafcut.proof.clearance import rows_at_machine_height
+from leafcut.proof.difference import MOST_LISTED, position_text
 
 #: Maximum number of faulty rapids that are grouped by message.
 _MOST_GROUPED = 2_000
@@ -87,7 +87,7 @@ class RapidGaps:
         return np.concatenate([[False], self.feature >= 0])
 
 
-def gaps_of(work: ProgramWork) -> RapidGaps:
+def group_rapids(work: ProgramWork) -> RapidGaps:
     """Return the rapids of a program, grouped by gap."""
     barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
@@ -120,7 +120,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
     # At machine zero or above, the tool is retracted for any work offset.
-    lost = across & ~at_machine_height(work.path, 0.0)[row]
+    lost = across & ~rows_at_machine_height(work.path, 0.0)[row]
     unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
     any_unknown = np.zeros(n, dtype=np.int8)
     np.bitwise_or.at(any_unknown, gap, unknown[:-1])
@@ -133,10 +133,10 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
         np.where(begins >= 0, work.path.line[begins] if len(work.path) else 0, 0),
         padded[0][first],
         np.where(has_across, padded[1][last], np.inf),
-        _least(n, gap[amid], np.minimum(low, high)[amid]),
-        _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
-        _least(n, gap[there], high[there]),
-        -_least(n, gap, -np.maximum(low, high)),
+        _minimum_by_gap(n, gap[amid], np.minimum(low, high)[amid]),
+        _minimum_by_gap(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
+        _minimum_by_gap(n, gap[there], high[there]),
+        -_minimum_by_gap(n, gap, -np.maximum(low, high)),
         any_unknown,
         unknown[first],
         np.where(has_across, unknown[last], np.int8(0)),
@@ -146,7 +146,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     )
 
 
-def _least(n: int, gap: Indices, value: Floats) -> Floats:
+def _minimum_by_gap(n: int, gap: Indices, value: Floats) -> Floats:
     least = np.full(n, np.inf)
     np.minimum.at(least, gap, value)
     return least
@@ -195,14 +195,14 @@ class AllowedHeights:
     first: Mask
 
 
-def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
+def allowed_heights(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     """Return, for each feature, the lowest heights of travel that the original program permits."""
     before, after = gaps.gap_of, gaps.gap_of + 1
     # If a barrier follows, the tool departs in the next gap with rapids before any work.
     n = len(gaps.rows)
     ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
     following = np.minimum.accumulate(ready[::-1])[::-1][after]
-    leave = _leave_or_top(gaps)[following]
+    leave = _departure_heights(gaps)[following]
     leave = np.where(gaps.rows[following], leave, np.inf)
     first = ~gaps.opened_by_feature[before]
     arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
@@ -225,7 +225,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
     start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
     # Without a sideways rapid, the whole gap is at one point.
-    sunk = _down_at_once(gaps)[after]
+    sunk = _first_descents(gaps)[after]
     return AllowedHeights(
         leave,
         arrive,
@@ -236,7 +236,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     )
 
 
-def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
+def _limits_of_reversed_runs(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
     """Return the heights for reversed runs: both ends of a run, which are exchanged, get the higher of their two
     limits.
     """
@@ -255,7 +255,7 @@ def compare_rapids(
     new: ProgramWork,
     new_of: Indices,
     turned: Indices,
-    mark_of: dict[float, Mark],
+    mark_of: dict[float, Barrier],
     tolerance: float,
     beam: bool,
 ) -> tuple[list[Difference], int]:
@@ -270,13 +270,13 @@ def compare_rapids(
     mark_of
         New barrier by the key of the original barrier.
     """
-    both = original, gaps_of(original), new, gaps_of(new)
+    both = original, group_rapids(original), new, group_rapids(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
     count = len(found)
     reported: set[tuple[int, int]] = set()
     for what, text, old_line, new_line, wrong in (
-        *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
-        *_by_barrier(both, mark_of, tolerance + 1e-9),
+        *_checks_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
+        *_checks_by_barrier(both, mark_of, tolerance + 1e-9),
     ):
         # Each rapid is reported once.
         rows = [
@@ -302,9 +302,9 @@ RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
 
-def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam: bool) -> Iterator[RapidCheck]:
+def _checks_by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam: bool) -> Iterator[RapidCheck]:
     original, old_gaps, _, _ = both
-    allowed = _of_both_ends(heights_of(original, old_gaps), turned)
+    allowed = _limits_of_reversed_runs(allowed_heights(original, old_gaps), turned)
     lowest = _lowest_crossing(original, old_gaps)
     old = np.flatnonzero(new_of >= 0)
     old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
@@ -312,10 +312,10 @@ def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam:
     # The columns of all features at once would need more memory than the programs.
     for begin in range(0, len(old), _AT_ONCE):
         some = old[begin : begin + _AT_ONCE]
-        yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
+        yield from _checks_of_features(both, allowed, lowest, some, new_of, old_of, room, beam)
 
 
-def _of_some(
+def _checks_of_features(
     both: Both,
     allowed: AllowedHeights,
     lowest: Floats,
@@ -340,7 +340,7 @@ def _of_some(
     places = original.features.end[old]
 
     def at(row: int) -> str:
-        return place(*places[row, :2])
+        return position_text(*places[row, :2])
 
     yield (
         "torn apart",
@@ -352,11 +352,11 @@ def _of_some(
     yield from _heights_by_feature(both, allowed, lowest, old, now, previous, goes_to, room)
     if beam:
         said = "a rapid next to {} is made with the beam on, it was off"
-        for lit in _lit(old_gaps, gaps, old, now, previous, allowed.first):
+        for lit in _newly_lit(old_gaps, gaps, old, now, previous, allowed.first):
             yield "beam on", lambda row: (said, at(row)), *lines, lit
 
 
-def _lit(
+def _newly_lit(
     old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
 ) -> Iterator[Mask]:
     """Yield masks of the rapids to, from and between features in which the beam is now on and was off before."""
@@ -386,7 +386,10 @@ def _heights_by_feature(
     places, start = original.features.end[old], new.features.of("start z", now)
 
     def message(word: str, before: Floats, after: Floats) -> Callable[[int], tuple[str, str]]:
-        return lambda row: (f"{word} {{}} at {_said(after[row])}, {_said(before[row])} before", place(*places[row, :2]))
+        return lambda row: (
+            f"{word} {{}} at {_height_text(after[row])}, {_height_text(before[row])} before",
+            position_text(*places[row, :2]),
+        )
 
     arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
     # Without a rapid, an added predecessor is the cause, which is reported elsewhere.
@@ -401,19 +404,19 @@ def _heights_by_feature(
     # Without a sideways rapid both are at one point, so the descent after the predecessor counts too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
-    after_previous = np.where(together, _down_at_once(old_gaps)[behind], np.inf)
+    after_previous = np.where(together, _first_descents(old_gaps)[behind], np.inf)
     for word, lines, limit, deep in (
         ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
     ):
         yield "deeper rapid", message(word, limit, deep), *lines, deep < limit - room
     for now_gap, old_gap, lines, first in ((before, old_before, approach, False), (after, old_after, retract, True)):
-        found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
+        found, was = _unknown_flags(gaps, now_gap, first), _unknown_flags(old_gaps, old_gap, first)
         yield (
             "unknown height",
-            lambda row: ("a rapid next to {} crosses at an unknown height", place(*places[row, :2])),
+            lambda row: ("a rapid next to {} crosses at an unknown height", position_text(*places[row, :2])),
             *lines,
-            _less_known(found, was) & np.isfinite(places[:, 2]),
+            _newly_unknown(found, was) & np.isfinite(places[:, 2]),
         )
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
@@ -424,7 +427,7 @@ def _heights_by_feature(
     yield "lower retract", message("a rapid goes across from", limit, cross), *retract, cross < limit - room
 
 
-def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
+def _unknown_flags(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
     """Return the flags of unknown heights at each feature; next to a barrier, only the nearest sideways rapid
     counts.
     """
@@ -434,7 +437,7 @@ def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[n
     return np.where(inside[gap], gaps.unknown[gap], nearest[gap])
 
 
-def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
+def _newly_unknown(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
     """Return a mask of the rapids whose height was known before and is unknown now."""
     less: Mask = (now & ~before) != 0
     return less
@@ -448,18 +451,18 @@ def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
     for number in (group * (np.ptp(tool) + 1) + tool if len(tool) else tool, group):
         _, key = np.unique(number, return_inverse=True)
         key = key.reshape(-1)
-        lowest = np.where(np.isinf(lowest), _least(int(key.max(initial=-1)) + 1, key, cross)[key], lowest)
+        lowest = np.where(np.isinf(lowest), _minimum_by_gap(int(key.max(initial=-1)) + 1, key, cross)[key], lowest)
     return lowest
 
 
-def _said(height: float) -> str:
+def _height_text(height: float) -> str:
     return f"Z{height:.3f}" if np.isfinite(height) else "an unknown height"
 
 
-def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
+def _checks_by_barrier(both: Both, mark_of: dict[float, Barrier], room: float) -> Iterator[RapidCheck]:
     """Yield the checks of rapids to and from blocks that no task may cross (barriers), and of parking positions."""
     original, old_gaps, new, gaps = both
-    begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
+    begins = _newly_unknown(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
         "unknown height",
         lambda _: ("the program starts with a sideways rapid at an unknown height", ""),
@@ -472,10 +475,13 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         lambda _: ("the program starts with a rapid to a lower height than before", ""),
         old_gaps.line[:1],
         gaps.line[:1],
-        old_gaps.rows[:1] & (gaps.down_here[:1] < _down_at_once(old_gaps)[:1] - room),
+        old_gaps.rows[:1] & (gaps.down_here[:1] < _first_descents(old_gaps)[:1] - room),
     )
-    at = {mark.key: k for mark, k in zip(_stops(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)}
-    marks = zip(_stops(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
+    at = {
+        mark.key: k
+        for mark, k in zip(_barriers_without_dwells(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)
+    }
+    marks = zip(_barriers_without_dwells(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
     pairs = [(mark, mark_of[mark.key], k, at[mark_of[mark.key].key]) for mark, k in marks if mark.key in mark_of]
     if not pairs:
         return
@@ -488,13 +494,13 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
     def message(word: str) -> Callable[[int], tuple[str, str]]:
-        return _named(f"a rapid {word} '{{}}' is lower than before", pairs)
+        return _barrier_text(f"a rapid {word} '{{}}' is lower than before", pairs)
 
     parked = known & old_gaps.across[old]
     text = "the tool does not return to its original position for {}"
     yield (
         "parked elsewhere",
-        lambda row: (text, f"'{pairs[row][0].said}': {place(*here[row])}"),
+        lambda row: (text, f"'{pairs[row][0].said}': {position_text(*here[row])}"),
         *lines,
         parked & apart[:, :2].any(axis=1),
     )
@@ -515,26 +521,26 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         text_unknown = f"a rapid {word} '{{}}' crosses at an unknown height"
         # Rapids farther from the barrier may belong to other work.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
-        less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
-        yield "unknown height", _named(text_unknown, pairs), *lines, less
-    leave = _leave_or_top(old_gaps)[old + 1]
+        less = _newly_unknown(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
+        yield "unknown height", _barrier_text(text_unknown, pairs), *lines, less
+    leave = _departure_heights(old_gaps)[old + 1]
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
     yield "lower retract", message("from"), *lines, low
-    limit = np.fmin(_down_at_once(old_gaps)[old + 1], here[:, 2])
+    limit = np.fmin(_first_descents(old_gaps)[old + 1], here[:, 2])
     yield "deeper rapid", message("down from"), *lines, stops & (gaps.down_here[now + 1] < limit - room)
 
 
-def _leave_or_top(gaps: RapidGaps) -> Floats:
+def _departure_heights(gaps: RapidGaps) -> Floats:
     """Return the departure height at the start of each gap, mm; without a sideways rapid, it is the greatest height."""
     return np.where(gaps.across, gaps.leave, gaps.top)
 
 
-def _down_at_once(gaps: RapidGaps) -> Floats:
+def _first_descents(gaps: RapidGaps) -> Floats:
     """Return the lowest descent at the start of each gap, mm, or of the whole gap if it has no sideways rapid."""
     return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
-def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], tuple[str, str]]:
+def _barrier_text(text: str, pairs: list[tuple[Barrier, Barrier, int, int]]) -> Callable[[int], tuple[str, str]]:
     return lambda row: (text, pairs[row][0].said)
 
 
@@ -579,5 +585,5 @@ def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
     return found
 
 
-def _stops(work: ProgramWork) -> list[Mark]:
+def _barriers_without_dwells(work: ProgramWork) -> list[Barrier]:
     return [mark for mark in work.marks if mark.kind != Kind.DWELL]

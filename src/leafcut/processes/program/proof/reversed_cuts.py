@@ -16,7 +16,7 @@ from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, is_uniform
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork
-from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
+from leafcut.processes.program.proof.rapids import RapidGaps, group_rapids
 from leafcut.processes.program.proof.traces import is_simple
 
 #: Largest gap between the ends of a closed cut, mm.
@@ -27,7 +27,7 @@ _ONWARD = np.array([0.8386705679, 0.5446390350])
 _STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
 
 
-class Turned(NamedTuple):
+class DirectedWork(NamedTuple):
     """The work of a program with its open cuts in the reference direction.
 
     The features are sorted run by run, and a reversed run keeps its place in the order. `run`, int64[n], is the run of
@@ -39,21 +39,21 @@ class Turned(NamedTuple):
     turned: Mask
 
 
-def as_it_is(work: ProgramWork) -> Turned:
+def unchanged_work(work: ProgramWork) -> DirectedWork:
     """Return the work with all cuts unchanged."""
     n = len(work.features)
-    return Turned(work, np.full(n, -1), np.zeros(n, dtype=bool))
+    return DirectedWork(work, np.full(n, -1), np.zeros(n, dtype=bool))
 
 
-def one_way(work: ProgramWork) -> Turned:
+def in_reference_direction(work: ProgramWork) -> DirectedWork:
     """Return the work with every reversible cut in the reference direction."""
-    features, gaps = work.features, gaps_of(work)
+    features, gaps = work.features, group_rapids(work)
     n = len(features)
     begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
     order, run, turned = np.arange(n), np.full(n, -1), np.zeros(n, dtype=bool)
     new = features.pick(order)
     for first, end in pairwise([*begins.tolist(), n]):
-        body = _body(features, gaps, first, end)
+        body = _cuts_of_run(features, gaps, first, end)
         if body is None:
             continue
         run[first:end] = first
@@ -61,24 +61,24 @@ def one_way(work: ProgramWork) -> Turned:
         if float(way @ _ONWARD) < 0.0:
             turned[first:end] = True
             order[body] = body[::-1]
-            _turn(new, features, first, end, body)
+            _reverse_run(new, features, first, end, body)
     if turned.any():
         picked = new.pick(order)
         # The row gives the place among the rapids, which belongs to the run and not to the cut.
         new = replace(picked, row=features.row)
-    return Turned(replace(work, features=new), run, turned)
+    return DirectedWork(replace(work, features=new), run, turned)
 
 
-def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
+def _cuts_of_run(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
     """Return the cuts of a run without plunge and retract, or None if the run is not reversible."""
     rows = np.arange(first, end)
-    level = rows[~_upright(features, rows)]
+    level = rows[~_vertical_mask(features, rows)]
     if not len(level):
         return None
     body: Indices = np.arange(level[0], level[-1] + 1)
     after = gaps.gap_of[end - 1] + 1
     reached = gaps.rows[gaps.gap_of[first]] and (gaps.rows[after] or not gaps.closed_by_feature[after])
-    if len(body) != len(level) or not reached or not _steady(features, rows, body):
+    if len(body) != len(level) or not reached or not _is_constant(features, rows, body):
         return None
     ends = features.start[body[0], :2], features.end[body[-1], :2]
     if not np.isfinite(ends).all() or np.hypot(*(ends[1] - ends[0])) <= _CLOSED:
@@ -87,14 +87,14 @@ def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices 
     return body if is_uniform(cuts) and is_simple(cuts) else None
 
 
-def _upright(features: Features, rows: Indices) -> Mask:
+def _vertical_mask(features: Features, rows: Indices) -> Mask:
     """Return a mask of the cuts without sideways movement, and of the dwells."""
     moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
-def _steady(features: Features, rows: Indices, body: Indices) -> bool:
+def _is_constant(features: Features, rows: Indices, body: Indices) -> bool:
     """Return whether the machine state is constant in a run, and its body is at one level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
@@ -108,7 +108,7 @@ def _steady(features: Features, rows: Indices, body: Indices) -> bool:
     )
 
 
-def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
+def _reverse_run(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
     """Reverse each cut of a run in `new` (kind, start and end), and move plunge and retract to the other end."""
     new.end[body], new.start[body] = old.start[body], old.end[body]
     kind = old.kind[body]
@@ -119,7 +119,7 @@ def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> 
         new.end[part, :2], new.start[part, :2] = place, place
 
 
-def runs_turned(one: Turned, other: Turned, new_of: Indices) -> Indices:
+def reversed_runs(one: DirectedWork, other: DirectedWork, new_of: Indices) -> Indices:
     """Return the run of each feature if the other program has it in the opposite direction, or else -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]

@@ -18,10 +18,10 @@ from leafcut.material.height_field import HeightField
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.straight_moves import StraightMoves, moves_in_cells
 from leafcut.model.cutter import BodyPart, Cutter
-from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.heartbeat import Heartbeat, ignore_heartbeat
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
-from leafcut.units import fixed
+from leafcut.units import to_fixed
 
 #: Tolerance of heights, mm: rounding depends on the order of the cuts.
 TOLERANCE = 0.01
@@ -30,7 +30,7 @@ _KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
 
 
 @dataclass(frozen=True)
-class _Met:
+class _ToolCollisions:
     """Collisions of a tool with the material: greatest depth, mm, line of the first collision, and number of moves."""
 
     deepest: float
@@ -61,7 +61,7 @@ class StockJudge:
     stock: HeightField
     given: bool
     left: HeightField
-    met: Mapping[tuple[int, str], _Met]
+    met: Mapping[tuple[int, str], _ToolCollisions]
     touched: bool
 
     @classmethod
@@ -73,23 +73,22 @@ class StockJudge:
         bodies: Mapping[int, tuple[BodyPart, ...]],
         stock: HeightField,
         given: bool,
-        look: Heartbeat = unseen,
+        check_cancelled: Heartbeat = ignore_heartbeat,
     ) -> StockJudge:  # fmt: skip
         """Simulate the original and return its judge. Raises PlanError if the simulation has too many moves."""
-        left, met, touched = _cut(original, cutters, bodies, stock, look)
+        left, met, touched = _simulate(original, cutters, bodies, stock, check_cancelled)
         return cls(tools, cutters, bodies, stock, given, left, met, touched)
 
-    def check(self, new: Program, look: Heartbeat = unseen) -> None:
+    def check(self, new: Program, check_cancelled: Heartbeat = ignore_heartbeat) -> None:
         """Raise VerifyError unless a program leaves the same stock, without deeper collisions."""
-        left, met, _ = _cut(new, self.cutters, self.bodies, self.stock, look)
+        left, met, _ = _simulate(new, self.cutters, self.bodies, self.stock, check_cancelled)
         differences = stock_differences(self.left, left, TOLERANCE)
         if differences:
             one = differences[0]
             more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
             raise VerifyError(
-                f"at X{fixed(one.x, 3)} Y{fixed(one.y, 3)} the new program leaves the stock at Z{fixed(one.after, 3)}, "
-                f"not at "
-                f"Z{fixed(one.before, 3)}{more}"
+                f"at X{to_fixed(one.x, 3)} Y{to_fixed(one.y, 3)} the new program leaves the stock at "
+                f"Z{to_fixed(one.after, 3)}, not at Z{to_fixed(one.before, 3)}{more}"
             )
         for (tool, kind), found in met.items():
             before = self.met.get((tool, kind))
@@ -113,26 +112,26 @@ class StockJudge:
             yield Issue(_KINDS[kind], message, f"line {found.line}", severity)
 
 
-def _cut(
+def _simulate(
     program: Program,
     cutters: Mapping[int, Cutter],
     bodies: Mapping[int, tuple[BodyPart, ...]],
     stock: HeightField,
-    look: Heartbeat,
-) -> tuple[HeightField, dict[tuple[int, str], _Met], bool]:
+    check_cancelled: Heartbeat,
+) -> tuple[HeightField, dict[tuple[int, str], _ToolCollisions], bool]:
     """Return the stock that a program leaves, its collisions, and whether it cuts at all."""
     field = stock.copy()
     moves = moves_in_cells(program.path, cutters, field.cell)
-    removed = cut(field, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
-    return field, _met(moves, removed), bool(removed.cuts.any())
+    removed = cut(field, moves, cutters, os.cpu_count() or 1, check_cancelled, bodies=bodies)
+    return field, _collisions_by_tool(moves, removed), bool(removed.cuts.any())
 
 
-def _met(moves: StraightMoves, removed: Removed) -> dict[tuple[int, str], _Met]:
-    found: dict[tuple[int, str], _Met] = {}
+def _collisions_by_tool(moves: StraightMoves, removed: Removed) -> dict[tuple[int, str], _ToolCollisions]:
+    found: dict[tuple[int, str], _ToolCollisions] = {}
     for kind, depth in collision_depths(moves, removed).items():
         there = np.flatnonzero(depth > 0.0)
         for tool in np.unique(moves.tool[there]).tolist():
             mine = there[moves.tool[there] == tool]
             line = int(moves.path.line[moves.row[mine[0]]])
-            found[tool, kind] = _Met(float(depth[mine].max()), line, len(mine))
+            found[tool, kind] = _ToolCollisions(float(depth[mine].max()), line, len(mine))
     return found

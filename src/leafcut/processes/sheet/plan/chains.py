@@ -289,14 +289,14 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
 
 def _fit_between(lines: NDArray[np.float64], one: CutContour, other: CutContour, scrap: Scrap) -> Mask:
     """Return, for each bridge from one contour to another (float64[n, 2, 2]), whether it lies in scrap, bool[n]."""
-    ok = leaves_at_once(lines, one.line, scrap.rules.kerf)
-    ok &= leaves_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
+    ok = leaves_kerf_at_once(lines, one.line, scrap.rules.kerf)
+    ok &= leaves_kerf_at_once(lines[:, ::-1], other.line, scrap.rules.kerf)
     if ok.any():
         ok[ok] = scrap.allows(as_lines(lines[ok]), one, other)
     return ok
 
 
-def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
+def leaves_kerf_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
     """Return, for each line (float64[n, 2, 2]), whether it leaves a kerf at once and stays outside, bool[n].
 
     `kerf_line` is the centreline of the kerf, `kerf` its width, mm.

@@ -68,7 +68,7 @@ def with_common_lines(
     """
     rules = scrap.rules
     slots = facing_edges(contours, rules)
-    groups = _groups(contours, slots, scrap)
+    groups = _common_cut_groups(contours, slots, scrap)
     if not groups:
         return contours, [], _no_line_issues(slots, rules)
     gone = {k for group in groups for k in group.members}
@@ -94,7 +94,7 @@ def scrap_with_lead_ins(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     return scrap.with_bridges(leads, np.full((len(leads), 2), -1, dtype=np.int64)) if leads else scrap
 
 
-def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
+def _common_cut_groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap) -> list[CommonCutGroup]:
     """Return the groups of parts with common lines, in the order of their first outlines.
 
     A group has all connected parts if all lines between them can be cut. Otherwise parts are joined pair by pair,
@@ -300,7 +300,9 @@ class Grouper:
         )
         if any(line.inlets == (None, None) for line in lines):
             return None
-        if _coincide([around, *(shapely.LineString(line.points) for line in lines)], max(self.rules.kerf, CROSSING)):
+        if _have_common_stretch(
+            [around, *(shapely.LineString(line.points) for line in lines)], max(self.rules.kerf, CROSSING)
+        ):
             return None
         order = _line_precedence(lines, 0.5 * self.rules.kerf)
         if order is None:
@@ -590,7 +592,7 @@ def _line_precedence(lines: Sequence[CommonLine], half: float) -> tuple[tuple[in
     return tuple(sorted(pairs)) if has_order(pairs) else None
 
 
-def _coincide(lines: Sequence[Any], least: float) -> bool:
+def _have_common_stretch(lines: Sequence[Any], least: float) -> bool:
     """Return whether two lines coincide over more than `least` mm, as where a curved edge runs into another edge."""
     beside = [line.buffer(BESIDE) for line in lines]
     return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))

@@ -158,7 +158,7 @@ class CutContour:
 
     # -- places along the path ---------------------------------------------------------------------------------------
 
-    def scrap_left(self, clockwise: bool) -> bool:
+    def is_scrap_left(self, clockwise: bool) -> bool:
         """Return whether the scrap is to the left of travel."""
         return self.hole != clockwise
 
@@ -197,12 +197,12 @@ class CutContour:
     def lead_points(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Points:
         """Return the points of a lead at a position, in the direction of travel, float64[k, 2], mm."""
         here, travel = np.array([self.path.point_at(at)]), np.array([self.travel_at(at, clockwise)])
-        points: Points = placed_leads(lead_shape(lead), here, travel, self.scrap_left(clockwise), out)[0]
+        points: Points = placed_leads(lead_shape(lead), here, travel, self.is_scrap_left(clockwise), out)[0]
         return points
 
     def lead_at(self, lead: Lead, at: float, clockwise: bool, *, out: bool = False) -> Polyline | None:
         """Return the path of a lead at a position; None if the lead has no length."""
-        left = self.scrap_left(clockwise)
+        left = self.is_scrap_left(clockwise)
         return lead_path(lead, self.path.point_at(at), self.travel_at(at, clockwise), left, out)
 
 
@@ -333,7 +333,9 @@ def _tangents(path: Polyline, index: int) -> tuple[Point, Point]:
 # -- issues ----------------------------------------------------------------------------------------------------------
 
 
-def _remark(code: str, one: str, several: str, place: str, missing: MissingWork | None = None) -> tuple[str, Issue]:
+def _contour_issue(
+    code: str, one: str, several: str, place: str, missing: MissingWork | None = None
+) -> tuple[str, Issue]:
     """Return a remark: the text for several contours (with {n} for their number), and the issue for one contour."""
     return several, Issue(code, one, place, missing=missing)
 
@@ -369,7 +371,7 @@ def _too_narrow(index: int, source: Contour, rules: CutRules) -> tuple[str, Issu
         words = f"a hole of {size} in part {source.part} has {narrow}"
         several = f"{{n}} holes have {narrow}"
     work = MissingWork("hole", 1, ((x, y),), (source.path,))
-    return _remark("L611", words, several, _contour_place(index, source, x, y), work)
+    return _contour_issue("L611", words, several, _contour_place(index, source, x, y), work)
 
 
 def _contour_place(index: int, source: Contour, x: float, y: float) -> str:
@@ -397,7 +399,7 @@ def _notch_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, 
     several = f"{{n}} parts have notches with {mouth}, which stay uncut in whole or in part"
     x, y = outlines[0].start
     work = MissingWork("place", 1, ((x, y),), outlines)
-    return [_remark("L612", words, several, _contour_place(contour.index, source, x, y), work)]
+    return [_contour_issue("L612", words, several, _contour_place(contour.index, source, x, y), work)]
 
 
 def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str, Issue]]:
@@ -415,10 +417,10 @@ def _contour_remarks(contour: CutContour, chambers: list[Any]) -> list[tuple[str
             several = "{n} contours have a gap narrower than the kerf, which remains uncut"
             px, py = points[worst].tolist()
             work = MissingWork("place", 1, ((px, py),))
-            found.append(_remark("L612", words, several, _contour_place(contour.index, source, px, py), work))
+            found.append(_contour_issue("L612", words, several, _contour_place(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} times the thickness, will be tapered"
         several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} times the thickness, will be tapered"
-        found.append(_remark("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
+        found.append(_contour_issue("L615", words, several, _contour_place(contour.index, source, *source.path.start)))
     return found

@@ -36,7 +36,7 @@ def measure_cuts(
     """
     sheet, cuts, data = plan.sheet, plan.cuts, plan.data
     each = [_times_of_cut(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
-    one = _sum(each)
+    one = _sum_times(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
     names = {c.part: c.name for c in sheet.contours if c.name}
@@ -48,7 +48,7 @@ def measure_cuts(
     used = sum(area for number, area in areas.items() if number in cut_parts)
     parts = []
     for number in sorted(shares):
-        own, area = _sum(shares[number]), areas.get(number, 0.0)
+        own, area = _sum_times(shares[number]), areas.get(number, 0.0)
         # The price of the sheet is shared among its parts by area.
         metal = sheet.price * area / used if number in cut_parts and used else 0.0
         used_up = consumption_of(own, data, one)
@@ -108,7 +108,7 @@ def _share_of_part(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[C
     return [replace(part_of, perimeter_mm=_perimeter(sheet, cut, part), pierces=pierces)]
 
 
-def _sum(times: Sequence[CutTimes]) -> CutTimes:
+def _sum_times(times: Sequence[CutTimes]) -> CutTimes:
     sums = {name: math.fsum(getattr(t, name) for t in times) for name in _SUMS}
     return CutTimes(**sums, pierces=sum(t.pierces for t in times))
 
@@ -148,13 +148,13 @@ def consumption_of(times: CutTimes, data: CutData, sheet: CutTimes) -> Consumpti
         second_gas_l=flowed(rates.second_gas_flow),
         energy_kwh=None if energy is None else energy / _JOULES,
         abrasive_kg=flowed(rates.abrasive),
-        nozzles=_wear(times, sheet, rates.nozzle_life, rates.nozzle_pierces),
-        electrodes=_wear(times, sheet, rates.electrode_life, rates.electrode_pierces),
+        nozzles=_worn_parts(times, sheet, rates.nozzle_life, rates.nozzle_pierces),
+        electrodes=_worn_parts(times, sheet, rates.electrode_life, rates.electrode_pierces),
         at_arc=rates.power is None and arc is not None,
     )
 
 
-def _wear(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
+def _worn_parts(times: CutTimes, sheet: CutTimes, life: float | None, pierces: float | None) -> float | None:
     def by_time(of: CutTimes) -> float:
         return (of.cut_s + of.pierce_s) / life if life else 0.0
 

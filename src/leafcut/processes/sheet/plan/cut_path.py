@@ -55,7 +55,7 @@ def make_cut(contours: Sequence[CutContour], start: CutStart, fixed: Fixed) -> C
             choice=choice,
             pierce=start.pierce,
             part=contour.source.part,
-            compensation=41 if contour.scrap_left(start.clockwise) else 42,
+            compensation=41 if contour.is_scrap_left(start.clockwise) else 42,
             small_hole=contour.is_small,
         )
     body, past = body_of(contour, start)
@@ -275,7 +275,7 @@ def programmed_path(contour: CutContour, start: CutStart) -> tuple[Polyline, flo
         contour.path.point_at(start.at),
         contour.travel_at(start.at, start.clockwise),
     )
-    side = 1.0 if contour.scrap_left(start.clockwise) else -1.0
+    side = 1.0 if contour.is_scrap_left(start.clockwise) else -1.0
     on = (here[0] + side * travel[1] * half, here[1] - side * travel[0] * half)
     drawn = _drawn_path(contour)
     line, point = flat_line(drawn), shapely.Point(*on)

@@ -95,13 +95,13 @@ class DetachableParts:
 
         The whole head stays clear of detached parts if possible, else only its centre, else the route crosses parts.
         """
-        if not self.map.met(a, b, self.radius) & detached:
+        if not self.map.polygons_approached(a, b, self.radius) & detached:
             return (), 0.0
         if self.radius > 0.0:
             wide = self.map.path_around(a, b, detached, self.radius)
             if wide is not None:
                 return tuple(wide), 0.0
-        if not self.map.crossed(a, b) & detached:
+        if not self.map.polygons_crossed(a, b) & detached:
             return (), CLOSE
         narrow = self.map.path_around(a, b, detached, 0.0)
         if narrow is None:
@@ -151,7 +151,7 @@ def cut_outlines_later(
     known: dict[tuple[int, int, frozenset[int]], float] = {}
 
     def met(a: int, b: int) -> frozenset[int]:
-        return parts.map.met(cuts[a].path.end, cuts[b].path.start, parts.radius)
+        return parts.map.polygons_approached(cuts[a].path.end, cuts[b].path.start, parts.radius)
 
     def move_cost(a: int, b: int, detached: set[int]) -> float:
         key = (a, b, met(a, b) & detached)

@@ -115,7 +115,7 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
         rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
         pieces = _pieces_around(hole, rings, rules) if len(rings) > 1 else []
         held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
-        around = [_piece_around(sheet.contours[k], pieces) for k in held]
+        around = [_enclosing_piece(sheet.contours[k], pieces) for k in held]
         if not pieces or None in around:
             continue
         numbers = [index, *(len(contours) + len(added) + k for k in range(len(pieces) - 1))]
@@ -147,7 +147,7 @@ def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
             continue
         beside = [k for k, c in enumerate(contours) if c.parent == contours[index].parent and k != index]
         held = [k for k in beside if notches.intersects(lines[k])]
-        around = [_piece_around(contours[k], pieces) for k in held]
+        around = [_enclosing_piece(contours[k], pieces) for k in held]
         if None in around:
             continue
         for k, piece in zip(held, around, strict=True):
@@ -178,7 +178,7 @@ def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
     return shapely.union_all(notches), rings
 
 
-def _piece_around(held: Contour, pieces: list[Polyline]) -> int | None:
+def _enclosing_piece(held: Contour, pieces: list[Polyline]) -> int | None:
     points = shapely.MultiPoint(held.path.flattened(FLATNESS))
     around = (k for k, path in enumerate(pieces) if shapely.Polygon(path.flattened(FLATNESS)).covers(points))
     return next(around, None)

@@ -14,19 +14,19 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError, count_of, shown
+from leafcut.errors import OptionError, PlanError, count_of, printable
 from leafcut.geometry.arrays import Point
-from leafcut.geometry.cleaning import cleaned, counter_clockwise
-from leafcut.geometry.containment import conflicts, enclosing, nesting
+from leafcut.geometry.cleaning import cleaned_path, counter_clockwise
+from leafcut.geometry.containment import enclosing_polygons, find_conflicts, nesting_depths
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import join_advice, polygons, tidy
+from leafcut.geometry.tidying import join_advice, polygons, tidy_outlines
 from leafcut.model.contour import Contour, is_aside
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions, SheetOptions
-from leafcut.processes.layers import kinds_of, matcher
+from leafcut.processes.layers import kinds_of, layer_matcher
 from leafcut.processes.sheet.options import CutOptions
 
 #: Size of a closed outline in both directions below which it is likely a drawing error, mm.
@@ -60,7 +60,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     outline, holes, price = _sheet_edge(found["sheet"])
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
-        if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
+        if outline is None and (named := _sheet_edge_by_layer_name(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.path
             message = f"layer {named.layer} is used as the edge of the sheet; set --sheet-layers to change that"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
@@ -74,10 +74,10 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
     kept, touching = _without_duplicates(closed, shapes, issues)
     _check_whole(closed, shapes, kept, touching)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
-    kept = _one_per_bore(closed, shapes, concentric, issues)
+    kept = _select_bore_circles(closed, shapes, concentric, issues)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     if not closed and not opened and not marks:
-        layers = list(dict.fromkeys(shown(c.layer) for c in part.contours if c.layer))
+        layers = list(dict.fromkeys(printable(c.layer) for c in part.contours if c.layer))
         listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
         hint = f"; its contours are on the layers {listed}: check --cut-layers, --ignore-layers" if layers else ""
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
@@ -93,14 +93,14 @@ def _strokes_by_kind(contours: Sequence[Contour], kinds: list[str], issues: list
     found: dict[str, list[Contour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
-        path = cleaned(contour.path) if kind else None
+        path = cleaned_path(contour.path) if kind else None
         if path is not None:
             found.setdefault(kind, []).append(replace(contour, path=path, order=k))
         elif kind:
             gone.append(contour.path.start)
     if gone:
         issues.append(
-            Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _at_places(gone), Severity.NOTE)
+            Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _places_text(gone), Severity.NOTE)
         )
     return found
 
@@ -113,26 +113,26 @@ def _join_strokes(strokes: list[Contour], kind: str, options: SheetOptions, issu
     marked = kind == "mark"
     if not strokes:
         return []
-    tidied = tidy([s.path for s in strokes], options.join_tolerance)
+    tidied = tidy_outlines([s.path for s in strokes], options.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
         message = f"{count_of(len(gaps), 'gap')} closed; the widest is {max(width for _, width in gaps):.3g} mm"
-        issues.append(Issue("L311", message, _at_places([place for place, _ in gaps])))
+        issues.append(Issue("L311", message, _places_text([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
-            f"lines that several outlines may share meet, {_at_places(tidied.branches)}, so their order is ambiguous; "
-            "draw each outline as one closed polyline"
+            f"lines that several outlines may share meet, {_places_text(tidied.branches)}, "
+            "so their order is ambiguous; draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
         message = f"more than two ends meet at {count_of(len(tidied.branches), 'place')}: check the outlines"
-        issues.append(Issue("L314", message, _at_places(tidied.branches)))
+        issues.append(Issue("L314", message, _places_text(tidied.branches)))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
-        issues.append(Issue("L312", message, _at_places(tidied.doubles)))
+        issues.append(Issue("L312", message, _places_text(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
         first = strokes[min(members)]
-        good = cleaned(path)
+        good = cleaned_path(path)
         if good is None:
             continue
         made.append(replace(first, path=counter_clockwise(good), kind="mark" if marked else "cut"))
@@ -146,9 +146,9 @@ def _sheet_edge(sheets: list[Contour]) -> tuple[Polyline | None, tuple[Polyline,
     closed = [m for m in sheets if m.path.closed]
     shapes = polygons([m.path for m in closed])
     _check_simple(closed, shapes)
-    depth = nesting(shapes)[0].tolist() if len(closed) == len(sheets) and not conflicts(shapes) else []
+    depth = nesting_depths(shapes)[0].tolist() if len(closed) == len(sheets) and not find_conflicts(shapes) else []
     if depth.count(0) != 1 or max(depth) > 1:
-        places = _at_places([m.path.start for m in sheets])
+        places = _places_text([m.path.start for m in sheets])
         raise PlanError(
             f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
             f"{len(closed)} closed and {count_of(len(sheets) - len(closed), 'open path')}, {places}"
@@ -168,7 +168,7 @@ def _price_in_name(name: str) -> float:
     return price if 0.0 <= price < math.inf else 0.0
 
 
-def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
+def _sheet_edge_by_layer_name(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]) -> Contour | None:
     """Return the edge of the sheet from a layer with the name of a sheet; None if the outlines there are parts.
 
     The edge encloses or crosses all other contours; a part that crosses the edge lies half off the sheet. An outline
@@ -193,7 +193,7 @@ def _named_sheet(maybe: list[Contour], cuts: list[Contour], marks: list[Contour]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
             fact = f"not around {count_of(len(beyond), 'contour')}" if beyond else "is one of several paths"
-            places = _at_places([m.path.start for m in (beyond or maybe)])
+            places = _places_text([m.path.start for m in (beyond or maybe)])
             layer = closed[k].layer
             raise PlanError(
                 f"layer {layer} is named as the edge of a sheet, and an outline on it lies around parts, but {fact}, "
@@ -210,10 +210,10 @@ def _sort_open_paths(
     if not opened:
         return [], []
     paths = [m.path for m in opened]
-    places = _at_places([p.start for p in paths])
+    places = _places_text([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(_open_path_words(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
+        first = "; ".join(_open_path_text(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, leave a "
             "layer out (--ignore-layers), or use --open-paths cut, mark or drop"
@@ -235,12 +235,14 @@ def _check_simple(closed: list[Contour], shapes: NDArray[Any]) -> None:
     if thin.any():
         places = [m.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
-        raise PlanError(f"{number} enclosing no area (a line there and back), {_at_places(places)}; repair the drawing")
+        raise PlanError(
+            f"{number} enclosing no area (a line there and back), {_places_text(places)}; repair the drawing"
+        )
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
         number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError(f"{number} crossing or touching itself, {_at_places(places)}; repair the drawing")
+        raise PlanError(f"{number} crossing or touching itself, {_places_text(places)}; repair the drawing")
 
 
 def _without_duplicates(
@@ -250,28 +252,28 @@ def _without_duplicates(
 
     Duplicate, touching and tiny outlines are reported. Raises PlanError if outlines overlap.
     """
-    met = conflicts(shapes)
+    met = find_conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
     if across:
         first = across[0]
-        a, b = (_outline_words(closed[k]) for k in (first.first, first.second))
+        a, b = (_outline_text(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].layer for c in across for k in (c.first, c.second)}
         advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
-        where = _at_places([c.place for c in across])
+        where = _places_text([c.place for c in across])
         raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
         places = [closed[k].path.start for k in sorted(gone)]
-        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at_places(places)))
+        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _places_text(places)))
     touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = f"{count_of(len(touching), 'pair')} of outlines touch each other, without room for the kerf"
-        issues.append(Issue("L423", message, _at_places([c.place for c in touching])))
+        issues.append(Issue("L423", message, _places_text([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
         message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
-        issues.append(Issue("L213", message, _at_places([(e[0], e[1]) for e in tiny])))
+        issues.append(Issue("L213", message, _places_text([(e[0], e[1]) for e in tiny])))
     return kept, [(c.first, c.second) for c in touching]
 
 
@@ -280,7 +282,7 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
     if not touching:
         return
     inside = np.full((2, len(closed)), -1)
-    depth, parent = nesting(shapes[kept])
+    depth, parent = nesting_depths(shapes[kept])
     inside[:, kept] = depth, [kept[outer] if outer >= 0 else -1 for outer in parent.tolist()]
     owner = [k if deep % 2 == 0 else outer for k, (deep, outer) in enumerate(inside.T.tolist())]
     for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
@@ -291,13 +293,15 @@ def _check_whole(closed: list[Contour], shapes: NDArray[Any], kept: list[int], t
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
-                f"the part with {_outline_words(closed[part])} falls into {len(pieces)} pieces, the smallest "
+                f"the part with {_outline_text(closed[part])} falls into {len(pieces)} pieces, the smallest "
                 f"{x1 - x0:.3g} × {y1 - y0:.3g} mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or "
                 "each other; move them apart"
             )
 
 
-def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]) -> list[int]:
+def _select_bore_circles(
+    closed: list[Contour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
+) -> list[int]:
     """Return the indices of the outlines to cut: of each bore, only its smallest or largest circle (`concentric`).
 
     Countersinks, counterbores and threads are drawn as a circle around the hole; cutting all circles would leave a hole
@@ -307,13 +311,13 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
     if concentric == "all":
         return every
     gone = []
-    for bore in _bores(closed, shapes):
+    for bore in _bore_circles(closed, shapes):
         bore.sort(key=lambda k: abs(closed[k].path.area), reverse=concentric == "largest")
         gone += bore[1:]
     if gone:
         circles, places = (
             count_of(len(gone), "circle"),
-            _at_places([shapely.centroid(shapes[k]).coords[0] for k in gone]),
+            _places_text([shapely.centroid(shapes[k]).coords[0] for k in gone]),
         )
         if concentric == "largest":
             words = f"{circles} inside a larger one with the same centre not cut (--concentric largest)"
@@ -327,12 +331,12 @@ def _one_per_bore(closed: list[Contour], shapes: NDArray[Any], concentric: str, 
     return [k for k in every if k not in set(gone)]
 
 
-def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
+def _bore_circles(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
     """Return the circles of each bore, as indices. A bore is a round hole that contains only concentric circles."""
     widths = [round_diameter(m.path) for m in closed]
     if sum(width is not None for width in widths) < 2:
         return []
-    depth, parent = (column.tolist() for column in nesting(shapes))
+    depth, parent = (column.tolist() for column in nesting_depths(shapes))
     centres = shapely.get_coordinates(shapely.centroid(shapes)).tolist()
     inside: dict[int, list[int]] = {}
     for k, outer in enumerate(parent):
@@ -360,9 +364,9 @@ def _bores(closed: list[Contour], shapes: NDArray[Any]) -> list[list[int]]:
 
 def _nested_contours(closed: list[Contour], shapes: NDArray[Any], loose: list[Contour]) -> tuple[Contour, ...]:
     """Return all contours in the order of the drawing, with depth, parent and part number."""
-    depth, parent = nesting(shapes)
+    depth, parent = nesting_depths(shapes)
     middles: Any = shapely.points(np.array([m.path.point_at(0.5 * m.path.length) for m in loose]).reshape(-1, 2))
-    _, holder = enclosing(middles, shapes)
+    _, holder = enclosing_polygons(middles, shapes)
     every = [*closed, *loose]
     parents = [*parent.tolist(), *holder.tolist()]
     depths = [*depth.tolist(), *(int(depth[h]) if h >= 0 else 0 for h in holder.tolist())]
@@ -407,7 +411,7 @@ def _check_inside(contours: Sequence[Contour], outline: Polyline | None, holes: 
         or_holes = " or in its holes" if holes else ""
         raise PlanError(
             f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
-            f"{_at_places([c.path.start for c in beyond])}; move it or use a larger sheet"
+            f"{_places_text([c.path.start for c in beyond])}; move it or use a larger sheet"
         )
 
 
@@ -417,7 +421,7 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
     A frame that is cut as a part would turn the parts inside into holes. Layers that `options` select for cutting are
     accepted. An outline around a single outline may be a part with a window, so it only causes a warning (L422).
     """
-    chosen = matcher(options.cut_layers)
+    chosen = layer_matcher(options.cut_layers)
     inside: dict[int, list[int]] = {}
     for k, inner in enumerate(contours):
         if inner.parent >= 0 and inner.path.closed and inner.kind == "cut":
@@ -429,14 +433,15 @@ def _refuse_frames(contours: Sequence[Contour], options: SheetOptions, issues: l
         if len(within) > 1 or within[0] in inside:
             raise PlanError(
                 f"the name of layer {frame.layer} indicates a drawing frame, a text or a dimension, and an outline on "
-                f"it lies around others, {_at_places([frame.path.start])}; leave it out with --ignore-layers, or name "
+                f"it lies around others, {_places_text([frame.path.start])}; "
+                f"leave it out with --ignore-layers, or name "
                 "the layers to cut with --cut-layers"
             )
         words = (
             f"the outline on layer {frame.layer} is cut as a part, and the outline in it as its hole; if it is a "
             "drawing frame, leave it out with --ignore-layers"
         )
-        issues.append(Issue("L422", words, _at_places([frame.path.start])))
+        issues.append(Issue("L422", words, _places_text([frame.path.start])))
 
 
 def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues: list[Issue]) -> None:
@@ -460,19 +465,19 @@ def _warn_of_frame(contours: Sequence[Contour], outline: Polyline | None, issues
         issues.append(Issue("L422", message))
 
 
-def _outline_words(made: Contour) -> str:
+def _outline_text(made: Contour) -> str:
     x, y = made.path.start
     layer = f" on layer {made.layer}" if made.layer else ""
     return f"the outline that starts at ({x:g}, {y:g}){layer}"
 
 
-def _open_path_words(made: Contour) -> str:
+def _open_path_text(made: Contour) -> str:
     (x0, y0), (x1, y1) = made.path.start, made.path.end
     layer = f" on layer {made.layer}" if made.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
 
 
-def _at_places(places: Sequence[Any]) -> str:
+def _places_text(places: Sequence[Any]) -> str:
     first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
     return f"at {first}" + (" …" if len(places) > 3 else "")
 

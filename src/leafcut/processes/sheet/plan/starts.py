@@ -236,7 +236,7 @@ def leads_from_centre(contour: CutContour, places: Sequence[Place]) -> list[Lead
 def _angle_from(contour: CutContour, place: Place, dx: float, dy: float) -> float:
     """Return the angle of a straight lead from direction (dx, dy), rad; on the scrap side, it is between 0 and π."""
     tx, ty = contour.travel_at(*place)
-    sign = 1.0 if contour.scrap_left(place[1]) else -1.0
+    sign = 1.0 if contour.is_scrap_left(place[1]) else -1.0
     return math.atan2(sign * (tx * dy - ty * dx), -(tx * dx + ty * dy))
 
 
@@ -256,7 +256,7 @@ def lead_ins_fit(
     by_size: dict[int, list[tuple[Points, list[int]]]] = {}
     for (lead, clockwise), group in groups.items():
         if lead.length > 0.0 and 0.0 < lead.angle < math.pi:
-            shape = placed_leads(lead_shape(lead), at[group], travel[group], contour.scrap_left(clockwise))
+            shape = placed_leads(lead_shape(lead), at[group], travel[group], contour.is_scrap_left(clockwise))
             by_size.setdefault(shape.shape[1], []).append((shape, group))
     for members in by_size.values():
         points = np.concatenate([shape for shape, _ in members])

@@ -111,7 +111,7 @@ def generate_cuts(
 def _travel(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
     here = (builder.position[0], builder.position[1])
     if obstacles is not None and obstacles.between(here, to, None) != -math.inf:
-        turns = obstacles.round(here, to, None)
+        turns = obstacles.route_around(here, to, None)
         if turns is None:
             x, y = to
             raise PlanError(f"there is no path to {x:.4g}, {y:.4g} around the --keep-out zones; move the clamp")

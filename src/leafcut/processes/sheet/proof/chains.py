@@ -12,10 +12,10 @@ import shapely
 from shapely.ops import substring
 
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.matched_runs import MOST, Claim, MatchedRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MOST, MatchedRuns, RunMatch, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 
 #: Spacing of the points checked along bridges, in kerf widths.
 STEP = 0.2
@@ -32,8 +32,8 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
     enter no other kerf, where the arc would go out. No other run may cross the bridge, and its scrap must still be
     attached.
     """
-    cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt, list[Difference]()
-    followed: list[list[Claim]] = [[] for _ in laid.runs]
+    cuts, kerf, lines, found = laid.plan.cuts, laid.kerf, laid.burnt_lines, list[Difference]()
+    followed: list[list[RunMatch]] = [[] for _ in laid.runs]
     for claim in laid.claims:
         in_group = claim.run < len(cuts) and cuts[claim.run].group
         if claim.followed > MOST * claim.target.centreline.length and not in_group:
@@ -57,21 +57,21 @@ def check_chains(laid: MatchedRuns) -> list[Difference]:
             for other in tree.query(bridge, predicate="dwithin", distance=kerf - 2.0 * TOLERANCE).tolist():
                 if other != number:
                     x, y = shapely.get_coordinates(shapely.shortest_line(lines[other], bridge))[0]
-                    text = f"a bridge and another cut cross at {place(x, y)}: the arc would go out"
-                    found.append(wrong("chain", text, laid.runs[max(number, other)].line))
+                    text = f"a bridge and another cut cross at {position_text(x, y)}: the arc would go out"
+                    found.append(sheet_difference("chain", text, laid.runs[max(number, other)].line))
     return found
 
 
-def _order_faults(run: TorchRun, steps: Sequence[Claim], planned: Sequence[int]) -> list[Difference]:
+def _order_faults(run: TorchRun, steps: Sequence[RunMatch], planned: Sequence[int]) -> list[Difference]:
     """Return a fault if a run cuts other contours than planned, or starts one before the previous is finished."""
     got = tuple(f.target.index for f in steps)
     if got != tuple(planned):
         words = [" and ".join(str(k + 1) for k in numbers) or "none" for numbers in (got, planned)]
-        return [wrong("chain", f"a run cuts contours {words[0]} instead of {words[1]}", run.line)]
+        return [sheet_difference("chain", f"a run cuts contours {words[0]} instead of {words[1]}", run.line)]
     for before, after in itertools.pairwise(steps):
         if before.last > after.first + OVERLAP:
             one, other = before.target.index + 1, after.target.index + 1
-            return [wrong("chain", f"contour {other} starts before contour {one} is finished", run.line)]
+            return [sheet_difference("chain", f"contour {other} starts before contour {one} is finished", run.line)]
     return []
 
 
@@ -95,15 +95,15 @@ def _own_kerf_faults(run: TorchRun, at: float, bridge: Any, kerf: float) -> list
     if clear.all():
         return []
     point = points[int(np.argmin(clear))]
-    text = f"a bridge runs into its own kerf at {place(point.x, point.y)}: the arc would go out"
-    return [wrong("chain", text, run.line)]
+    text = f"a bridge runs into its own kerf at {position_text(point.x, point.y)}: the arc would go out"
+    return [sheet_difference("chain", text, run.line)]
 
 
-def _detached_scrap_faults(run: TorchRun, done: Sequence[Claim], bridge: Any) -> list[Difference]:
+def _detached_scrap_faults(run: TorchRun, done: Sequence[RunMatch], bridge: Any) -> list[Difference]:
     """Return a fault if a bridge crosses scrap or parts that the earlier contours `done` have detached."""
     middle = bridge.interpolate(0.5, normalized=True)
     for f in done:
         if f.target.shape is not None and f.target.shape.contains(middle):
             text = f"a bridge crosses scrap or a part that contour {f.target.index + 1} has detached"
-            return [wrong("chain", text, run.line)]
+            return [sheet_difference("chain", text, run.line)]
     return []

@@ -10,10 +10,10 @@ import shapely
 
 from leafcut.model.difference import Difference
 from leafcut.model.kinds import CutMethod, method_of
-from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 
 #: Methods whose arc or flame goes out when it crosses a kerf.
 NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
@@ -30,7 +30,7 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
     If the method needs metal, a line may meet an earlier line only at its end. The run around the group must have the
     requested direction. Other checks prove that each part is cut completely.
     """
-    runs, lines, found = laid.runs, laid.burnt, list[Difference]()
+    runs, lines, found = laid.runs, laid.burnt_lines, list[Difference]()
     cuts = dict(enumerate(laid.plan.cuts[: len(runs)]))
     common = [k for k, cut in cuts.items() if cut.common > 0.0]
     if not common:
@@ -41,8 +41,8 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
             both = lines[k].intersection(lines[other].buffer(TOLERANCE))
             if other != k and both.length > max(CROSSING_KERFS * laid.kerf, CROSSING) + 2.0 * TOLERANCE:
                 x, y = shapely.get_coordinates(both)[0]
-                text = f"an edge of two parts is cut twice at {place(x, y)}"
-                found.append(wrong("cut twice", text, runs[max(k, other)].line))
+                text = f"an edge of two parts is cut twice at {position_text(x, y)}"
+                found.append(sheet_difference("cut twice", text, runs[max(k, other)].line))
     for group in sorted({cuts[k].group for k in common}):
         found += _group_faults(laid, group, [k for k in common if cuts[k].group == group])
     if method_of(laid.plan.data.process) in NEED_METAL:
@@ -52,11 +52,11 @@ def check_common_lines(laid: MatchedRuns) -> list[Difference]:
 
 def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator[Difference]:
     """Yield the faults of a group of common lines: order and position of the lines, and the run around the group."""
-    runs, lines, cuts, kerf = laid.runs, laid.burnt, laid.plan.cuts, laid.kerf
+    runs, lines, cuts, kerf = laid.runs, laid.burnt_lines, laid.plan.cuts, laid.kerf
     around = [k for k, cut in enumerate(cuts[: len(runs)]) if cut.group == group and not cut.common]
     if len(around) != 1:
         text = f"{len(around)} cuts go around parts with common lines instead of one"
-        yield wrong("out of order", text, runs[own[0]].line)
+        yield sheet_difference("out of order", text, runs[own[0]].line)
         return
     last = around[0]
     swept = shapely.get_parts(lines[last].buffer(0.5 * kerf, quad_segs=32))
@@ -64,14 +64,14 @@ def _group_faults(laid: MatchedRuns, group: int, own: Sequence[int]) -> Iterator
     for k in own:
         if k > last:
             text = "a common line is cut after the cut around its parts, which detaches them"
-            yield wrong("out of order", text, runs[k].line)
+            yield sheet_difference("out of order", text, runs[k].line)
         if lines[k].intersection(body).length < cuts[k].common - TOLERANCE:
-            text = f"the common line that starts at {place(*runs[k].start)} is not within its parts"
-            yield wrong("out of order", text, runs[k].line)
+            text = f"the common line that starts at {position_text(*runs[k].start)} is not within its parts"
+            yield sheet_difference("out of order", text, runs[k].line)
     asked = cuts[last].choice.direction
     if asked in ("clockwise", "counter-clockwise") and _clockwise(runs[last]) != (asked == "clockwise"):
         text = f"the cut around parts with common lines is not {asked}"
-        yield wrong("direction", text, runs[last].line)
+        yield sheet_difference("direction", text, runs[last].line)
 
 
 def _clockwise(run: TorchRun) -> bool:
@@ -82,9 +82,9 @@ def _clockwise(run: TorchRun) -> bool:
 def _crossing_faults(laid: MatchedRuns, common: Sequence[int]) -> Iterator[Difference]:
     """Yield a fault for each common line that crosses the kerf of an earlier line, where the arc would go out."""
     for early, late in itertools.combinations(sorted(common), 2):
-        met = laid.burnt[late].intersection(laid.burnt[early])
+        met = laid.burnt_lines[late].intersection(laid.burnt_lines[early])
         end = shapely.Point(laid.runs[late].points[-1])
         if not met.is_empty and shapely.distance(met, end) > AT_END:
             x, y = shapely.get_coordinates(met)[0]
-            text = f"a common line crosses an earlier one at {place(x, y)}"
-            yield wrong("crosses a kerf", text, laid.runs[late].line)
+            text = f"a common line crosses an earlier one at {position_text(x, y)}"
+            yield sheet_difference("crosses a kerf", text, laid.runs[late].line)

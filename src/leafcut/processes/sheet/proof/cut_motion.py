@@ -18,7 +18,7 @@ from leafcut.gcode.torch import KERF_REGISTER
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
-from leafcut.proof.difference import describe, shorten
+from leafcut.proof.difference import describe_motion, limit_differences
 from leafcut.proof.program import read_back as as_written
 from leafcut.proof.read_back import DWELL_ROUNDING, SPEED_ROUNDING, compare_motion
 from leafcut.units import MM_PER_INCH
@@ -77,7 +77,7 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     wrong = np.abs(states - found) > room + 1e-9
     rows = np.flatnonzero(wrong.any(axis=1))
     differences = [_difference(read, states, found, wrong, int(row)) for row in rows[:100].tolist()]
-    return shorten(differences, len(rows))
+    return limit_differences(differences, len(rows))
 
 
 def _difference(
@@ -88,7 +88,7 @@ def _difference(
     row: int,
 ) -> Difference:
     column = int(np.flatnonzero(wrong[row])[0])
-    text = f"at {describe(read[row])}: {_NAMES[column]} {states[row, column]:g} became {found[row, column]:g}"
+    text = f"at {describe_motion(read[row])}: {_NAMES[column]} {states[row, column]:g} became {found[row, column]:g}"
     return Difference("torch", 0, int(read.line[row]), text)
 
 
@@ -119,9 +119,9 @@ class _TorchTracker:
             if self._switch(given) or given.kind is Kind.OFFSET:
                 continue
             self.piercing &= given.kind not in MOTIONS
-            if self.planned and not self.dialect.states_z and given.kind in (Kind.PROBE, Kind.SHIFT):
+            if self.planned and not self.dialect.has_z_words and given.kind in (Kind.PROBE, Kind.SHIFT):
                 continue
-            row = given if self.dialect.states_z else given._replace(end=(*given.end[:2], math.nan))
+            row = given if self.dialect.has_z_words else given._replace(end=(*given.end[:2], math.nan))
             if row.kind in (Kind.RAPID, Kind.FEED) and self._is_still(row, last):
                 continue
             if row.kind in MOTIONS:
@@ -131,7 +131,7 @@ class _TorchTracker:
             states.append(self.now._replace(beam=beam, power=self.power if beam and self.torch.power else 0.0))
             self.now = self.now._replace(pierces=0.0, dark_s=0.0, lit_s=0.0)
         arcs = path.arcs
-        if not self.dialect.states_z:
+        if not self.dialect.has_z_words:
             arcs = tuple(replace(arc, center=(*arc.center[:2], math.nan)) for arc in arcs)
         moves = replace(Toolpath.of_motions(rows), arcs=tuple(arcs), cycles=path.cycles)
         return moves, np.array(states, dtype=np.float64).reshape(-1, len(_NAMES))
@@ -146,8 +146,8 @@ class _TorchTracker:
             self._light(row)
         elif kind is Kind.TORCH:
             # If no output can darken the torch, a dark torch is switched off.
-            self.dark = torch.darkens and row.value == 0.0
-            self.armed *= torch.darkens
+            self.dark = torch.can_switch_off_along_path and row.value == 0.0
+            self.armed *= torch.can_switch_off_along_path
         elif kind is Kind.HEIGHT:
             self.now = now if torch.height_output is None else now._replace(follows=row.value)
         elif kind is Kind.RADIUS:

@@ -13,7 +13,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.matched_runs import MatchedRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 
 #: Spacing of the points checked along moves, mm, and minimum depth inside a part that counts as a crossing, mm.
 _STEP, _DEPTH = 0.5, 0.3
@@ -33,14 +33,14 @@ def check_detached_parts(laid: MatchedRuns, path: Toolpath, dialect: Dialect, no
     if len(found) > reported:
         line, where = found[0]
         count = count_of(len(found), "travel move")
-        text = f"{count} over detached parts, {reported} reported; the first to {place(*where)}"
+        text = f"{count} over detached parts, {reported} reported; the first to {position_text(*where)}"
         return [Difference("travel over a detached part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > reported + close:
         line, where = near[0]
         text = (
             f"a nozzle of {nozzle:g} mm passes over detached parts on {count_of(len(near), 'travel move')}, "
-            f"{reported + close} reported; the first to {place(*where)}"
+            f"{reported + close} reported; the first to {position_text(*where)}"
         )
         return [Difference("travel over a detached part", 0, line, text)]
     return []
@@ -77,7 +77,7 @@ def crossings(laid: MatchedRuns, path: Toolpath, radius: float = 0.0) -> list[tu
             near = np.flatnonzero(free & beside).tolist()
             if not near:
                 continue
-            points = _along(a, b)
+            points = _points_along(a, b)
             away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
             if any(_crosses(points, edges[k]) or _comes_near(points[away], edges[k], radius - _LEEWAY) for k in near):
                 found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
@@ -105,7 +105,7 @@ def _is_outline(target: Target) -> bool:
     return target.shape is not None and not target.marks and target.source.depth % 2 == 0
 
 
-def _along(a: Points, b: Points) -> Points:
+def _points_along(a: Points, b: Points) -> Points:
     """Return points along a straight move, evenly spaced, float64[n, 2], mm."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
     return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
@@ -115,7 +115,7 @@ def _crosses(points: Points, edge: Points) -> bool:
     """Return whether points of a move lie more than `_DEPTH` inside a closed edge."""
     low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
-    points = points[_inside(points, edge)]
+    points = points[_is_inside(points, edge)]
     return bool((_distances(points, edge) > _DEPTH).any())
 
 
@@ -125,7 +125,7 @@ def _comes_near(points: Points, edge: Points, distance: float) -> bool:
     return bool((_distances(points, edge) < distance).any())
 
 
-def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
+def _is_inside(points: Points, edge: Points) -> NDArray[np.bool_]:
     """Return, for each point, whether it lies inside a closed edge.
 
     A ray to the right of such a point crosses the edge an odd number of times.

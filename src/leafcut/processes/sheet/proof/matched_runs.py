@@ -44,7 +44,7 @@ class CutRequest:
 
 
 @dataclass(frozen=True)
-class Claim:
+class RunMatch:
     """A run that follows the path of a target: the length followed, and the first and last position in the run, mm."""
 
     run: int
@@ -74,13 +74,13 @@ class MatchedRuns:
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
         ways = np.array([t.centreline for t in self.targets], dtype=object)
         self.pairs = shapely.STRtree(ways).query(self.lines, predicate="dwithin", distance=TOLERANCE).T.tolist()
-        claims = [self._claim(run, self.targets[number]) for run, number in self.pairs]
+        claims = [self._match_run(run, self.targets[number]) for run, number in self.pairs]
         self.claims = [c for c in claims if c is not None and self.marks[c.run] == c.target.marks]
-        self.of_target: dict[int, list[Claim]] = {}
+        self.of_target: dict[int, list[RunMatch]] = {}
         for claim in self.claims:
             self.of_target.setdefault(claim.target.index, []).append(claim)
 
-    def _claim(self, number: int, target: Target) -> Claim | None:
+    def _match_run(self, number: int, target: Target) -> RunMatch | None:
         run = self.runs[number]
         middles, lengths, along = burning_pieces(run, PIECE)
         near = shapely.dwithin(target.centreline, shapely.points(middles), TOLERANCE)
@@ -91,7 +91,7 @@ class MatchedRuns:
         step = np.roll(own, -1, axis=0) - own
         swept = float(np.sum((own - centre)[:, 0] * step[:, 1] - (own - centre)[:, 1] * step[:, 0]))
         half = 0.5 * lengths[near]
-        return Claim(
+        return RunMatch(
             number,
             target,
             float(lengths[near].sum()),
@@ -106,7 +106,7 @@ class MatchedRuns:
         return 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
 
     @cached_property
-    def burnt(self) -> NDArray[Any]:
+    def burnt_lines(self) -> NDArray[Any]:
         """Lines along which each run cuts through the sheet (shapely); empty for marks."""
         nothing: Any = shapely.MultiLineString()
         return np.where(self.marks, nothing, self.lines)
@@ -116,12 +116,12 @@ class MatchedRuns:
         cuts = self.plan.cuts
         return cuts[number].pierce if number < len(cuts) else True
 
-    def detaches(self, claim: Claim) -> bool:
+    def detaches(self, claim: RunMatch) -> bool:
         """Return whether a run detaches a contour by cutting it, instead of only following it a kerf away."""
-        whole = claim.followed > MOST * claim.target.centreline.length and not self.only_passes(claim)
+        whole = claim.followed > MOST * claim.target.centreline.length and not self.only_follows_common_line(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
 
-    def only_passes(self, claim: Claim) -> bool:
+    def only_follows_common_line(self, claim: RunMatch) -> bool:
         """Return whether a run around other parts with common lines only follows a contour that is a kerf away."""
         cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
         return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
@@ -143,6 +143,6 @@ def _marking_runs(runs: list[TorchRun], dialect: Dialect, power: float | None) -
     ]
 
 
-def wrong(what: str, text: str, line: int) -> Difference:
+def sheet_difference(what: str, text: str, line: int) -> Difference:
     """Return a difference of the kind `what` with a text and a program line."""
     return Difference(what, 0, line, text)

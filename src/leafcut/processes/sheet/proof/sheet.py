@@ -23,12 +23,12 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.processes.sheet.proof.chains import check_chains
 from leafcut.processes.sheet.proof.common_lines import check_common_lines
 from leafcut.processes.sheet.proof.detached_parts import check_detached_parts
-from leafcut.processes.sheet.proof.matched_runs import MOST, PIECE, Claim, CutRequest, MatchedRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MOST, PIECE, CutRequest, MatchedRuns, RunMatch, sheet_difference
 from leafcut.processes.sheet.proof.sheet_order import direction_faults, order_faults, pierce_faults, plan_faults
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.processes.sheet.proof.torch import check_torch
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, burning_pieces, torch_runs
-from leafcut.proof.difference import place, shorten
+from leafcut.proof.difference import limit_differences, position_text
 from leafcut.proof.envelope import check_envelope
 
 #: Multiple of the length of a path that a run must follow to count as cutting it twice.
@@ -61,7 +61,7 @@ def check_sheet(
     for check in CHECKS:
         found += check(laid)
     found += check_detached_parts(laid, path, dialect, machine.nozzle_diameter)
-    return shorten([*found, *check_envelope(path, machine)])
+    return limit_differences([*found, *check_envelope(path, machine)])
 
 
 def uncut_contours(laid: MatchedRuns) -> list[Difference]:
@@ -71,22 +71,22 @@ def uncut_contours(laid: MatchedRuns) -> list[Difference]:
         claims = laid.of_target.get(target.index, [])
         if target.may_stay and not claims:
             continue
-        gaps = _gaps(laid, target, [laid.lines[c.run] for c in claims])
+        gaps = _uncut_stretches(laid, target, [laid.lines[c.run] for c in claims])
         what = "marked" if target.marks else "cut"
         if sum(g.length for g in gaps) > MOST * target.centreline.length:
-            found.append(wrong(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
+            found.append(sheet_difference(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
             continue
         joints = 0 if target.marks or target.source.is_hole else laid.asked.joints
         widest = laid.asked.joint_width + 2.0 * laid.asked.half + 2.0 * TOLERANCE
         bare = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
         if bare:
             x, y = bare[0].interpolate(0.5, normalized=True).coords[0]
-            text = f"{target.name} is not {what} all the way: {bare[0].length:.3f} mm are left at {place(x, y)}"
-            found.append(wrong("not all the way", text, _line_of(laid.runs, claims)))
+            text = f"{target.name} is not {what} all the way: {bare[0].length:.3f} mm are left at {position_text(x, y)}"
+            found.append(sheet_difference("not all the way", text, _line_of(laid.runs, claims)))
     return found
 
 
-def _gaps(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
+def _uncut_stretches(laid: MatchedRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
     """Return the stretches of a target's path that no run follows, except arcs around corners with a loop."""
     if not lines:
         return [target.centreline]
@@ -117,21 +117,23 @@ def repeated_cuts(laid: MatchedRuns) -> list[Difference]:
     found = []
     for claims in laid.of_target.values():
         target = claims[0].target
-        whole = [c for c in claims if c.followed > MOST * target.centreline.length and not laid.only_passes(c)]
+        whole = [
+            c for c in claims if c.followed > MOST * target.centreline.length and not laid.only_follows_common_line(c)
+        ]
         if len(whole) > 1 or any(c.followed > TWICE * target.centreline.length for c in whole):
             lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
             text = f"{target.name} is cut more than once, from line {lines}"
-            found.append(wrong("cut twice", text, laid.runs[whole[-1].run].line))
+            found.append(sheet_difference("cut twice", text, laid.runs[whole[-1].run].line))
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
         if number not in used:
             what = "mark" if laid.marks[number] else "cut"
-            text = f"the {what} from {place(*run.start)} is not in the drawing"
-            found.append(wrong("cuts nothing", text, run.line))
+            text = f"the {what} from {position_text(*run.start)} is not in the drawing"
+            found.append(sheet_difference("cuts nothing", text, run.line))
     return found
 
 
-def gouges(laid: MatchedRuns) -> list[Difference]:
+def find_gouges(laid: MatchedRuns) -> list[Difference]:
     """Return a fault for each part that a kerf cuts into."""
     found = []
     metal = ShapeIndex(laid.parts)
@@ -145,35 +147,35 @@ def gouges(laid: MatchedRuns) -> list[Difference]:
             into = free.intersection(laid.parts[part].buffer(laid.asked.half))
             depth = laid.asked.half - shapely.distance(free, laid.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]
-            text = f"the kerf goes {depth:.3f} mm or more into part {laid.numbers[part]}, at {place(x, y)}"
-            found.append(wrong("cuts into a part", text, laid.line_at(number, x, y)))
+            text = f"the kerf goes {depth:.3f} mm or more into part {laid.numbers[part]}, at {position_text(x, y)}"
+            found.append(sheet_difference("cuts into a part", text, laid.line_at(number, x, y)))
     return found
 
 
-def strays(laid: MatchedRuns) -> list[Difference]:
+def find_strays(laid: MatchedRuns) -> list[Difference]:
     """Return a fault for each kerf that runs into a clamp or off the sheet; starts beyond the edge are allowed."""
     found = []
     half = 0.5 * laid.plan.data.kerf  # with or without compensation
     for zone in laid.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
-            text = f"the kerf runs into a keep-out zone at {place(x, y)}"
-            found.append(wrong("in a keep-out zone", text, laid.line_at(number, x, y)))
+            text = f"the kerf runs into a keep-out zone at {position_text(x, y)}"
+            found.append(sheet_difference("in a keep-out zone", text, laid.line_at(number, x, y)))
     sheet = laid.sheet
     if sheet is None:
         return found
     inside = sheet.buffer(TOLERANCE)
     shapely.prepare(inside)
     for number in np.flatnonzero(~shapely.contains(inside, laid.lines)).tolist():
-        outside = _outside(laid, number, inside)
+        outside = _points_off_sheet(laid, number, inside)
         if len(outside):
             x, y = outside[0]
-            text = f"the torch burns off the sheet, at {place(x, y)}"
-            found.append(wrong("off the sheet", text, laid.line_at(number, x, y)))
+            text = f"the torch burns off the sheet, at {position_text(x, y)}"
+            found.append(sheet_difference("off the sheet", text, laid.line_at(number, x, y)))
     return found
 
 
-def _outside(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
+def _points_off_sheet(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]:
     """Return the points of a run that are off the sheet, without the lead of a start at the edge, float64[k, 2], mm."""
     middles, _, along = burning_pieces(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
@@ -183,7 +185,7 @@ def _outside(laid: MatchedRuns, number: int, inside: Any) -> NDArray[np.float64]
     return places
 
 
-def _line_of(runs: list[TorchRun], claims: list[Claim]) -> int:
+def _line_of(runs: list[TorchRun], claims: list[RunMatch]) -> int:
     return runs[claims[0].run].line if claims else 0
 
 
@@ -191,8 +193,8 @@ def _line_of(runs: list[TorchRun], claims: list[Claim]) -> int:
 CHECKS: tuple[Callable[[MatchedRuns], list[Difference]], ...] = (
     uncut_contours,
     repeated_cuts,
-    gouges,
-    strays,
+    find_gouges,
+    find_strays,
     plan_faults,
     order_faults,
     pierce_faults,

@@ -9,9 +9,9 @@ import shapely
 
 from leafcut.errors import count_of
 from leafcut.model.difference import Difference
-from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, wrong
+from leafcut.processes.sheet.proof.matched_runs import MatchedRuns, sheet_difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 
 
 def plan_faults(laid: MatchedRuns) -> list[Difference]:
@@ -19,10 +19,10 @@ def plan_faults(laid: MatchedRuns) -> list[Difference]:
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
         text = f"the torch is switched on for {count_of(len(laid.runs), 'cut')}, but the plan has {len(cuts)}"
-        found.append(wrong("number of cuts", text, 0))
+        found.append(sheet_difference("number of cuts", text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [
-        wrong("not planned", f"{target.name} is in no cut of the plan", 0)
+        sheet_difference("not planned", f"{target.name} is in no cut of the plan", 0)
         for target in laid.targets
         if target.index not in planned and not target.may_stay
     ]
@@ -47,7 +47,7 @@ def order_faults(laid: MatchedRuns) -> list[Difference]:
             late = _run_after(laid, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = f"{inner.name} comes after {around.name}, which detaches it"
-                found.append(wrong("out of order", text, laid.runs[late].line))
+                found.append(sheet_difference("out of order", text, laid.runs[late].line))
     return found
 
 
@@ -87,8 +87,8 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
         reach = max(0.5 * laid.plan.data.kerf - TOLERANCE, 0.0)
         for later in tree.query(line, predicate="dwithin", distance=reach).tolist():
             if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
-                text = f"the torch is lit at {place(*laid.runs[later].start)}, in the kerf of an earlier cut"
-                found.append(wrong("pierces in the air", text, laid.runs[later].line))
+                text = f"the torch is lit at {position_text(*laid.runs[later].start)}, in the kerf of an earlier cut"
+                found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
     found += _unpierced_cuts(laid)
     for claim in laid.claims:
         if claim.target.shape is None or not laid.detaches(claim):
@@ -96,10 +96,10 @@ def pierce_faults(laid: MatchedRuns) -> list[Difference]:
         for later in tree.query(claim.target.shape, predicate="contains").tolist():
             if later > claim.run and all(c.run != later for c in laid.of_target[claim.target.index]):
                 text = (
-                    f"the torch is lit at {place(*laid.runs[later].start)}, inside of {claim.target.name}, "
+                    f"the torch is lit at {position_text(*laid.runs[later].start)}, inside of {claim.target.name}, "
                     "which was cut before"
                 )
-                found.append(wrong("pierces in the air", text, laid.runs[later].line))
+                found.append(sheet_difference("pierces in the air", text, laid.runs[later].line))
     return found
 
 
@@ -110,8 +110,8 @@ def _unpierced_cuts(laid: MatchedRuns) -> list[Difference]:
         if laid.pierces(number) or laid.marks[number]:
             continue
         if sheet is None or shapely.distance(sheet, shapely.Point(*run.start)) < half - TOLERANCE:
-            text = f"the torch is lit at {place(*run.start)} without a pierce, and not beside the sheet"
-            found.append(wrong("not pierced", text, run.line))
+            text = f"the torch is lit at {position_text(*run.start)} without a pierce, and not beside the sheet"
+            found.append(sheet_difference("not pierced", text, run.line))
     return found
 
 
@@ -128,5 +128,5 @@ def direction_faults(laid: MatchedRuns) -> list[Difference]:
         if (asked == "clockwise") != claim.clockwise:
             actual = "clockwise" if claim.clockwise else "counter-clockwise"
             text = f"{claim.target.name} is cut {actual}, not {asked}"
-            found.append(wrong("direction", text, laid.runs[claim.run].line))
+            found.append(sheet_difference("direction", text, laid.runs[claim.run].line))
     return found

@@ -19,7 +19,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 
 #: Tolerance of the position of a kerf, mm, which covers the offset tolerance and the rounding of the program.
 TOLERANCE = 0.025
@@ -190,7 +190,7 @@ def _check_chambers(drawn: Sheet, chambers: list[Any], half: float) -> list[Diff
 
 def _place_in(shape: Any) -> str:
     x, y = shape.representative_point().coords[0]
-    return place(x, y)
+    return position_text(x, y)
 
 
 def _divided_fault(text: str) -> Difference:

@@ -16,7 +16,7 @@ from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.processes.sheet.proof.matched_runs import CutRequest
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import place
+from leafcut.proof.difference import position_text
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -38,7 +38,7 @@ def check_torch(
 
     The checks cover rapids, material, marking tool, probing, switching-on, and feeds.
     """
-    torch, heights, lowest = dialect.torch, dialect.states_z, asked.safe_height
+    torch, heights, lowest = dialect.torch, dialect.has_z_words, asked.safe_height
     if lowest is None:
         lowest = max(plan.data.pierce_height, plan.data.cut_height)
     found = [
@@ -143,7 +143,7 @@ def _rapid_faults(path: Toolpath, lowest: float | None) -> list[Difference]:
             lit = row.value != 0.0
         elif row.kind in (Kind.RAPID, Kind.MACHINE):
             if lit:
-                where = place(*before[number][:2].tolist())
+                where = position_text(*before[number][:2].tolist())
                 found.append(Difference("torch on in a rapid", 0, row.line, f"a rapid from {where} with the torch on"))
             if row.kind is Kind.MACHINE or not math.isnan(row.end[2]):
                 at_machine_height = row.kind is Kind.MACHINE
@@ -160,7 +160,7 @@ def _height_faults(row: Motion, before: np.ndarray, lowest: float) -> list[Diffe
     if not across or height >= lowest - _ROOM:
         return []
     shown = "an unknown height" if math.isnan(height) else f"Z{height:.3f}"
-    text = f"a rapid across the sheet at {shown}, below Z{lowest:.3f}, to {place(*row.end[:2])}"
+    text = f"a rapid across the sheet at {shown}, below Z{lowest:.3f}, to {position_text(*row.end[:2])}"
     return [Difference("rapid too low", 0, row.line, text)]
 
 
@@ -201,7 +201,7 @@ def _feed_faults(run: TorchRun, cut: Cut) -> list[Difference]:
         return []
     k = int(wrong[0])
     text = (
-        f"the feed is {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {place(*run.points[k + 1].tolist())}, "
+        f"the feed is {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {position_text(*run.points[k + 1].tolist())}, "
         f"instead of {near[0][k] * SECONDS_PER_MINUTE:.6g} mm/min"
     )
     return [Difference("feed", 0, int(run.row_line[k]), text)]

@@ -68,7 +68,7 @@ class TorchRun:
 
 
 @dataclass
-class _Collector:
+class _RunCollector:
     """Collects the rows of a toolpath into runs; a rapid across the sheet ends a run."""
 
     runs: list[TorchRun] = field(default_factory=list)
@@ -136,10 +136,10 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     If the controller compensates (G41, G42), a run is the actual path of the torch. `kerf` is twice the content of the
     controller's offset register, mm; if it is None, the D word gives the kerf.
     """
-    found, before = _Collector(), path.before
+    found, before = _RunCollector(), path.before
     for number, row in enumerate(path):
         if row.kind in (Kind.RAPID, Kind.MACHINE):
-            if _across(row, before[number]):
+            if _moves_sideways(row, before[number]):
                 found.close()
         elif row.kind is Kind.SPINDLE:
             found.light(row, before[number])
@@ -151,7 +151,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
         elif row.kind is Kind.DWELL:
             found.wait(row.value)
         elif row.kind is Kind.FEED:
-            if _across(row, before[number]):
+            if _moves_sideways(row, before[number]):
                 found.move(row, before[number], np.array([row.end[:2]]))
             else:
                 found.resting = False
@@ -227,7 +227,7 @@ def _left_normal(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArra
     return np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), _NOTHING)
 
 
-def _across(row: Motion, before: NDArray[np.float64]) -> bool:
+def _moves_sideways(row: Motion, before: NDArray[np.float64]) -> bool:
     """Return whether a move changes x or y; also true if the position before it is unknown."""
     return any(
         not math.isnan(end) and not abs(end - begin) <= _NOTHING

@@ -16,8 +16,8 @@ from leafcut.report.wording import (
     count,
     length_words,
     plain_number,
-    said,
     time_words,
+    translatable,
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -55,9 +55,9 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
         **rates_as_json(data.rates),
         "source": data.source,
         "confidence": data.confidence,
-        "sheet": _times(norm.sheet),
+        "sheet": _times_as_json(norm.sheet),
         "quantity": norm.quantity,
-        "batch": _times(norm.batch),
+        "batch": _times_as_json(norm.batch),
         "utilisation_percent": None if norm.utilisation is None else 100.0 * norm.utilisation,
         "cost": norm.cost,
         "batch_cost": norm.batch_cost,
@@ -69,7 +69,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
                 "name": p.name,
                 "area_mm2": plain_number(p.area),
                 "contours": cut[p.part],
-                **_times(p.times),
+                **_times_as_json(p.times),
                 "cost": p.cost,
                 "consumption": consumption_as_json(p.used),
             }
@@ -103,10 +103,10 @@ def _times_by_name(norm: CutMeasures) -> list[dict[str, Any]]:
 
 def _times_of_order(detail: SheetDetail, which: int) -> dict[str, Any] | None:
     norm = detail.norms[which]
-    return None if norm is None else _times(norm.sheet)
+    return None if norm is None else _times_as_json(norm.sheet)
 
 
-def _times(times: CutTimes) -> dict[str, Any]:
+def _times_as_json(times: CutTimes) -> dict[str, Any]:
     return {
         "time": clock(times.total_s),
         "total_s": times.total_s,
@@ -182,15 +182,18 @@ def part_title(plan: CutPlan, part: int) -> str:
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
     """Return name and amount of each consumed medium and wear part; a dash if the chart has no data."""
     # Names of the chart are the same in each language.
-    gas: str = name_words(rates.gas) if rates.gas else said("gas")
-    second: str = name_words(rates.second_gas) if rates.second_gas else said("second gas")
+    gas: str = name_words(rates.gas) if rates.gas else translatable("gas")
+    second: str = name_words(rates.second_gas) if rates.second_gas else translatable("second gas")
     return [
         (gas, _amount(used.gas_l, "l")),
         *([(second, _amount(used.second_gas_l, "l"))] if rates.second_gas or used.second_gas_l is not None else []),
-        (said("electricity at the arc") if used.at_arc else said("electricity"), _amount(used.energy_kwh, "kWh")),
-        (said("abrasive"), _amount(used.abrasive_kg, "kg")),
-        (said("nozzles"), _amount(used.nozzles, "")),
-        (said("electrodes"), _amount(used.electrodes, "")),
+        (
+            translatable("electricity at the arc") if used.at_arc else translatable("electricity"),
+            _amount(used.energy_kwh, "kWh"),
+        ),
+        (translatable("abrasive"), _amount(used.abrasive_kg, "kg")),
+        (translatable("nozzles"), _amount(used.nozzles, "")),
+        (translatable("electrodes"), _amount(used.electrodes, "")),
     ]
 
 

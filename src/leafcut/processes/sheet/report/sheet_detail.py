@@ -12,8 +12,8 @@ from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_name
 from leafcut.processes.sheet.report.sheet_drawing import dot_class, stretches
-from leafcut.report.marks import head
-from leafcut.report.svg import STEPS, element, in_steps, lines_data, nice_step, text, tick_words, title
+from leafcut.report.marks import arrow_head
+from leafcut.report.svg import STEPS, element, lines_data, nice_step, scaled_group, text, tick_words, title
 from leafcut.report.wording import length_words
 
 BoundingBox = tuple[float, float, float, float]
@@ -129,7 +129,7 @@ def _part_areas(view: DetailView, sheet: Sheet) -> str:
         if c.kind == "cut" and c.path.closed and c.part and not c.chamber:
             areas[c.part] = areas.get(c.part, "") + view.edge(c.path) + "z"
     seen = {c.part for c in sheet.contours if view.shows(c.path.extents)}
-    return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
+    return scaled_group(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
 
 
 def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
@@ -140,7 +140,7 @@ def _kerf_band(view: DetailView, cut: Cut, kerf: float) -> str:
         if kind in ("kerf", "lead", "bridge"):
             lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * view.scale * STEPS))
         lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
-    return in_steps(*lines)
+    return scaled_group(*lines)
 
 
 def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
@@ -149,7 +149,7 @@ def _start_marks(view: DetailView, plan: CutPlan, cut: Cut) -> str:
     heads = []
     for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
         place, (dx, dy) = view.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
-        heads.append(element("path", d=head((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow"))
+        heads.append(element("path", d=arrow_head((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow"))
     radius = max(0.5 * plan.data.kerf * view.scale, _SMALLEST_DOT)
     return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
 

@@ -18,9 +18,9 @@ from leafcut.processes.sheet.report.cut_words import cut_title, part_title
 from leafcut.report.drawing import RAMP
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
-from leafcut.report.marks import arrow_heads, end_marks, head, word_side
+from leafcut.report.marks import arrow_head, arrow_heads, end_marks, word_side
 from leafcut.report.missing_drawing import missing_drawing
-from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
+from leafcut.report.svg import STEPS, element, lines_data, scaled_group, svg_number, text, title
 
 #: Tolerance of chords that approximate arcs, user units of the drawing.
 _CHORDS = 0.06
@@ -135,7 +135,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
     for part, paths in areas.items():
         words = title(part_title(plan, part))
         shapes.append(element("path", words, id=part_id(part) if name else None, d=_area(frame, paths), class_="part"))
-    return element("g", in_steps(*shapes), *(_clamp(frame, zone) for zone in sheet.zones), id=name or None)
+    return element("g", scaled_group(*shapes), *(_clamp(frame, zone) for zone in sheet.zones), id=name or None)
 
 
 def part_window(scene: SheetScene, part: int) -> str:
@@ -147,7 +147,7 @@ def part_window(scene: SheetScene, part: int) -> str:
     (left, bottom), (right, top) = scene.frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
     margin = 0.04 * max(right - left, bottom - top)
     edges = (left - margin, top - margin, right - left + 2 * margin, bottom - top + 2 * margin)
-    return " ".join(short(STEPS * e) for e in edges)
+    return " ".join(svg_number(STEPS * e) for e in edges)
 
 
 def _chords(frame: Frame, path: Polyline) -> Points:
@@ -170,7 +170,10 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
         # Lines at 45°, from the left or the bottom edge to the top or the right edge.
         at = k * _HATCH
         left, top = (max(at - height, 0.0), min(at, height)), (min(at, width), max(at - width, 0.0))
-        lines.append(f"M{short(x0 + left[0])} {short(y0 + left[1])}L{short(x0 + top[0])} {short(y0 + top[1])}")
+        lines.append(
+            f"M{svg_number(x0 + left[0])} {svg_number(y0 + left[1])}"
+            f"L{svg_number(x0 + top[0])} {svg_number(y0 + top[1])}"
+        )
     edge = element("rect", x=x0, y=y0, width=width, height=height)
     return element("g", title("clamp: the torch stays out"), edge, element("path", d="".join(lines)), class_="clamp")
 
@@ -218,7 +221,7 @@ def _cut_drawing(scene: SheetScene, plan: CutPlan, number: int) -> str:
     lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
     x, y = frame.place(np.array(cut.path.start)).tolist()
     dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
-    return element("g", title(cut_title(plan, number)), in_steps(*lines), dot)
+    return element("g", title(cut_title(plan, number)), scaled_group(*lines), dot)
 
 
 def _width(scene: SheetScene, kind: str) -> float:
@@ -239,7 +242,7 @@ def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
         if length * scene.frame.scale >= _LONG_CUT:
             at = cut.lead_in + _ARROW_AT * length
             (x, y), (dx, dy) = scene.frame.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
-            heads.append(head((x, y), (dx, -dy), _KERF_ARROW))
+            heads.append(arrow_head((x, y), (dx, -dy), _KERF_ARROW))
     return element("path", d="".join(heads), class_="kerf-arrow") if heads else ""
 
 
@@ -255,9 +258,11 @@ def _travel_moves(frame: Frame, plan: CutPlan) -> Points:
 def _rapids(scene: SheetScene, ways: Points) -> str:
     """Return a drawing of the travel moves as thin dashed lines; if they are many, coloured from first to last."""
     if not scene.many:
-        return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
+        return scaled_group(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
     chunks = np.array_split(ways, RAMP)
-    return in_steps(*(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)))
+    return scaled_group(
+        *(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c))
+    )
 
 
 def _order_marks(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:

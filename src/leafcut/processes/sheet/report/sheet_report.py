@@ -39,14 +39,14 @@ from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     at_most_words,
-    clean,
     count,
     feed_mm_min,
     length_words,
     money_words,
     percent_words,
-    said,
+    replace_unprintable,
     time_words,
+    translatable,
 )
 
 #: Maximum number of rows in the table of parts.
@@ -93,34 +93,37 @@ class SheetReport(PathReport[SheetDetail]):
         times, answer = norm.sheet, cutting_as_json(self.outcome.detail)
         cutting, rapids, pierced = map(time_words, (times.cut_s, times.rapid_s, times.pierce_s))
         cut, between = length_words(times.cut_mm), length_words(times.rapid_mm)
-        path = said("perimeters + {between} between", between=between)
+        path = translatable("perimeters + {between} between", between=between)
         if times.common_mm > 0.0:
             common, template = (
                 length_words(times.common_mm),
                 "perimeters − {common} of common edges + {between} between",
             )
-            path = said(template, common=common, between=between)
-        on_sheet = said("{time} of cutting, {rapids} of rapids", time=cutting, rapids=rapids)
+            path = translatable(template, common=common, between=between)
+        on_sheet = translatable("{time} of cutting, {rapids} of rapids", time=cutting, rapids=rapids)
         facts = [
             Fact("cutting", answer),
             Fact(sentence="; ".join(words for _, words in _data_rows(plan)), name="cut with"),
-            Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, said("Time of a sheet")),
-            Fact("cutting.sheet.pierces", times.pierces, "", said("{time} of piercing", time=pierced), said("Pierces")),
+            Fact("cutting.sheet.total_s", times.total_s, "s", on_sheet, translatable("Time of a sheet")),
+            Fact(
+                "cutting.sheet.pierces", times.pierces, "", translatable("{time} of piercing", time=pierced),
+                translatable("Pierces"),
+            ),
             Fact("cutting.sheet.perimeter_mm", times.perimeter_mm, "mm",
-                 said("{length} cut, leads included", length=cut), said("Perimeter")),
-            Fact("cutting.sheet.length_mm", times.length_mm, "mm", path, said("Path length")),
+                 translatable("{length} cut, leads included", length=cut), translatable("Perimeter")),
+            Fact("cutting.sheet.length_mm", times.length_mm, "mm", path, translatable("Path length")),
         ]  # fmt: skip
         if norm.utilisation is not None:
-            parts = said("{area} m² of parts", area=f"{sum(p.area for p in norm.parts) / 1e6:.3g}")
+            parts = translatable("{area} m² of parts", area=f"{sum(p.area for p in norm.parts) / 1e6:.3g}")
             used = 100.0 * norm.utilisation
-            facts.append(Fact("cutting.utilisation_percent", used, "%", parts, said("Sheet used")))
+            facts.append(Fact("cutting.utilisation_percent", used, "%", parts, translatable("Sheet used")))
         if norm.cost > 0.0:
-            earlier = said(f"{{cost}} in the {self.came_in}’s order", cost=money_words(first.cost))
-            facts.append(Fact("cutting.cost", norm.cost, "", earlier, said("Cost of a sheet")))
+            earlier = translatable(f"{{cost}} in the {self.came_in}’s order", cost=money_words(first.cost))
+            facts.append(Fact("cutting.cost", norm.cost, "", earlier, translatable("Cost of a sheet")))
         if norm.quantity > 1:
-            every = said("all sheets, one after the other")
-            cost = said("cost {cost}", cost=money_words(norm.batch_cost)) if norm.cost > 0.0 else every
-            name = said("Batch of {number}", number=f"{norm.quantity:,}")
+            every = translatable("all sheets, one after the other")
+            cost = translatable("cost {cost}", cost=money_words(norm.batch_cost)) if norm.cost > 0.0 else every
+            name = translatable("Batch of {number}", number=f"{norm.quantity:,}")
             facts.append(Fact("cutting.batch.total_s", norm.batch.total_s, "s", cost, name))
         uses = [f"{amount} {name}" for name, amount in amounts(norm.used, plan.data.rates) if amount != NO_VALUE]
         return [*facts, *([Fact(sentence=", ".join(uses), name="uses")] if uses else [])]
@@ -149,12 +152,16 @@ class SheetReport(PathReport[SheetDetail]):
 
     def tables(self) -> dict[str, Any]:
         """Return the tables of times by order, of parts, and of cycle times and consumption."""
-        kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
+        kinds = {"feed": translatable("cutting"), "dwell": translatable("piercing"), "rapid": translatable("rapids")}
         rows = [
             (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
             for name, t in self._times()
         ]
-        return {"times": views.stacked(kinds, rows), "parts": parts_table(self.cuts), "norms": norms_table(self.cuts)}
+        return {
+            "times": views.stacked_bars(kinds, rows),
+            "parts": parts_table(self.cuts),
+            "norms": norms_table(self.cuts),
+        }
 
     def norms(self) -> str:
         """Return the table of cycle times and consumption as CSV text."""
@@ -236,7 +243,7 @@ class SheetReport(PathReport[SheetDetail]):
 
     def _order_title(self, which: str) -> str:
         orders = {"before": f"the {self.came_in}’s order", "nearest": "nearest-neighbour order"}
-        return f"Cuts of {clean(self.outcome.part.name)} in {orders.get(which, 'leafcut’s order')}"
+        return f"Cuts of {replace_unprintable(self.outcome.part.name)} in {orders.get(which, 'leafcut’s order')}"
 
 
 def _with_sheet_lengths(measure: Measure, norm: CutMeasures) -> Measure:
@@ -290,7 +297,7 @@ def parts_table(plan: CutPlan) -> PageRow:
     rows = [
         {
             "part": p.part,
-            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else said("in no part"),
+            "number": replace_unprintable(f"{p.part} {p.name}".rstrip()) if p.part else translatable("in no part"),
             "contours": _contours_words(plan, p.part),
             "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
             **_cells(p.times, p.cost, places),
@@ -303,10 +310,10 @@ def parts_table(plan: CutPlan) -> PageRow:
     if rest >= _LEAST_REST:
         ends = CutTimes(rapid_s=rest)
         only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
-        feet.append({"name": said("beginning and end"), **_cells(ends, 0.0, places), **only})
-    feet.append({"name": said("Sheet"), **_cells(norm.sheet, norm.cost, places)})
+        feet.append({"name": translatable("beginning and end"), **_cells(ends, 0.0, places), **only})
+    feet.append({"name": translatable("Sheet"), **_cells(norm.sheet, norm.cost, places)})
     if norm.quantity > 1:
-        sheets = said("{number} sheets", number=f"{norm.quantity:,}")
+        sheets = translatable("{number} sheets", number=f"{norm.quantity:,}")
         feet.append({"name": sheets, **_cells(norm.batch, norm.batch_cost, places)})
     left_out = len(norm.parts) - len(rows)
     return {"rows": rows, "feet": feet, "cost": with_cost, "left_out": left_out, "long": len(rows) > _LONG_TABLE}
@@ -345,9 +352,9 @@ def norms_table(plan: CutPlan) -> PageRow:
     norm, rates = plan.measures, plan.data.rates
     found = norm_rows(norm)
     rows = found[:MOST_PART_ROWS]
-    feet = [(said("Sheet"), sheet_row(norm))]
+    feet = [(translatable("Sheet"), sheet_row(norm))]
     if norm.quantity > 1:
-        feet.append((said("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
+        feet.append((translatable("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
     of_sheet = amounts(norm.used, rates)
     known = [amount != NO_VALUE for _, amount in of_sheet]
 
@@ -359,7 +366,7 @@ def norms_table(plan: CutPlan) -> PageRow:
     return {
         "rows": [
             {
-                "name": clean(row.name),
+                "name": replace_unprintable(row.name),
                 "each": length_words(row.perimeter),
                 "quantity": f"{row.quantity:,}",
                 **cells(row),
@@ -400,10 +407,10 @@ def _data_rows(plan: CutPlan) -> list[tuple[str, str]]:
 
 def _data(plan: CutPlan) -> PageRow:
     # The confidence is one or two words; in some charts, a comma and the reason follow.
-    confidence, why = [*re.split(r"[,;:]\s*", clean(plan.data.confidence), maxsplit=1), ""][:2]
+    confidence, why = [*re.split(r"[,;:]\s*", replace_unprintable(plan.data.confidence), maxsplit=1), ""][:2]
     return {
-        "rows": [(name, clean(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
-        "source": clean(plan.data.source),
+        "rows": [(name, replace_unprintable(words.removeprefix(f"{name} "))) for name, words in _data_rows(plan)],
+        "source": replace_unprintable(plan.data.source),
         "confidence": confidence,
         "why": why,
         "sure": not plan.data.confidence.startswith("low"),

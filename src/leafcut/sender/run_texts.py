@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from leafcut.errors import brief, count_of
+from leafcut.errors import count_of, shorten_message
 from leafcut.model.machine import XYZ
 from leafcut.sender.job import SendJob
-from leafcut.sender.run import Ending, RunView
+from leafcut.sender.run import RunResult, RunView
 from leafcut.units import format_time
 
 
@@ -25,7 +25,7 @@ def progress_in_words(view: RunView, job: SendJob) -> str:
     return "  ".join(filter(None, [f"{state}", f"{position}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
 
 
-def ending_in_words(ending: Ending, job: SendJob) -> str:
+def ending_in_words(ending: RunResult, job: SendJob) -> str:
     """Return the result of a run as one line: reason, machine state, progress, and how to resume."""
     lines = job.steps[-1].number
     if ending.complete:
@@ -43,10 +43,10 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         parts.append(advice + ("" if ending.homed else " after homing, or after setting the position"))
     else:
         parts.append("no line of the program was executed")
-    return brief("; ".join(parts))
+    return shorten_message("; ".join(parts))
 
 
-def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
+def ending_as_json(ending: RunResult, job: SendJob) -> dict[str, Any]:
     """Return the result of a run as JSON data."""
     return {
         "program": job.file,

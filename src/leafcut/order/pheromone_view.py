@@ -16,15 +16,15 @@ FAINT, MOST_EDGES = 0.02, 60_000
 MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 
-def on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
+def pheromone_on_candidates(instance: Instance, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
     """Return the pheromone float64[n, k] on the candidate edges int32[n, k] of an instance."""
     label = instance.label
     named = np.where(lists >= 0, label[lists], -1)
     known = label < instance.problem.n_clusters
-    return on_lists(cluster_places(instance.problem), label[known], named[known], trails[known])
+    return pheromone_on_edges(cluster_places(instance.problem), label[known], named[known], trails[known])
 
 
-def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
+def pheromone_on_edges(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float64]) -> Pheromone:
     """Return the pheromone float64[n, k] on edges from clusters int32[n] to clusters int32[n, k] (-1 or more: none).
     The strength of an edge is twice its share of all pheromone at an end; the larger of both ends counts.
     """
@@ -33,10 +33,10 @@ def on_lists(points: Points, owner: Ints, lists: Ints, trails: NDArray[np.float6
     share = 2.0 * amount / np.maximum(amount.sum(axis=1, keepdims=True), 1e-300)
     seen = share > FAINT
     here = np.broadcast_to(owner[:, None], lists.shape)[seen]
-    return _strongest(points, here, lists[seen], share[seen], np.maximum)
+    return _strongest_edges(points, here, lists[seen], share[seen], np.maximum)
 
 
-def of_tours(instance: Instance, tours: Ints) -> Pheromone:
+def pheromone_of_tours(instance: Instance, tours: Ints) -> Pheromone:
     """Convert the tours int32[m, n] of a colony to pheromone: the share of ants that use each edge."""
     ants, n = tours.shape
     few = max(1, min(MOST_ANTS, MOST_STEPS // n))
@@ -45,10 +45,10 @@ def of_tours(instance: Instance, tours: Ints) -> Pheromone:
     here, there = named.ravel(), np.roll(named, -1, axis=1).ravel()
     known = (here < instance.problem.n_clusters) & (there < instance.problem.n_clusters)
     share = np.full(int(known.sum()), 1.0 / len(chosen))
-    return _strongest(cluster_places(instance.problem), here[known], there[known], share, np.add)
+    return _strongest_edges(cluster_places(instance.problem), here[known], there[known], share, np.add)
 
 
-def _strongest(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
+def _strongest_edges(points: Points, here: Ints, there: Ints, share: NDArray[np.float64], join: np.ufunc) -> Pheromone:
     """Join both directions of each edge; at most `MOST_EDGES`."""
     low, high = np.minimum(here, there).astype(np.int64), np.maximum(here, there).astype(np.int64)
     key = low * len(points) + high

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import split_line
-from leafcut.model.sequence import Section, Sequence, Stay, Staying
-from leafcut.processes.program.plan.precedence import divided_at
+from leafcut.model.sequence import Section, Sequence, StayGroup, StayReason
+from leafcut.processes.program.plan.precedence import ties_at_edges
 
 #: Messages by reason; `{cause}` is the cause, such as the kind of barrier.
 PHRASES: dict[str, str] = {
@@ -46,31 +46,31 @@ _MOST_LETTERS = 40
 _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
-def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
+def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[StayReason | None, ...]:
     """Return the reason why each piece of work is fixed, or None for pieces that can move.
 
     `apart` are the first pieces of CAM operations that are not mixed.
     """
     n = len(section.pieces)
     ties = dict(section.ties)
-    operations = divided_at(list(apart), n)
+    operations = ties_at_edges(list(apart), n)
     if operations is not None:
         ties[OPERATION] = operations
     why: list[str] = [""] * n
-    left = _held(list(ties.values()), n)
+    left = _immovable_tasks(list(ties.values()), n)
     for size in range(1, len(ties) + 1):
         for some in combinations(ties, size):
             if not left.any():
                 break
-            freed = left & ~_held([tie for cause, tie in ties.items() if cause not in some], n)
+            freed = left & ~_immovable_tasks([tie for cause, tie in ties.items() if cause not in some], n)
             for piece in np.flatnonzero(freed).tolist():
                 why[piece] = "+".join(some)
             left &= ~freed
     lines = (piece.line for piece in section.pieces)
-    return tuple(Stay(reason, line) if reason else None for reason, line in zip(why, lines, strict=True))
+    return tuple(StayReason(reason, line) if reason else None for reason, line in zip(why, lines, strict=True))
 
 
-def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
+def _immovable_tasks(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
     """Return a mask of the pieces of work that cannot change places with any other piece, bool[n].
 
     All earlier pieces precede a piece if each of them has to come before that piece, or before a piece that is earlier
@@ -87,7 +87,7 @@ def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
     return held
 
 
-def word_at(program: Program, line: int) -> str:
+def line_text(program: Program, line: int) -> str:
     """Return the text of a program line without line number and comments, shortened for a message."""
     text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
     body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
@@ -101,7 +101,9 @@ def count_pieces(sequence: Sequence) -> int:
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
-def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
+def group_stay_reasons(
+    sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool
+) -> tuple[StayGroup, ...]:
     """Return the fixed pieces of work grouped by reason, the largest group first.
 
     `refused` is the reason why a piece could not be written in a new order, by section number and piece number.
@@ -111,21 +113,23 @@ def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_ord
         for place, piece in enumerate(section.pieces):
             stay = section.stays[place] if section.stays else None
             if stay is None and keep_order:
-                stay = Stay("keep-order", piece.line)
+                stay = StayReason("keep-order", piece.line)
             elif stay is None and (number, place) in refused:
-                stay = Stay("refused", piece.line, cause=refused[number, place])
+                stay = StayReason("refused", piece.line, cause=refused[number, place])
             stays += [] if stay is None else [stay]
-    groups: dict[tuple[str, str], list[Stay]] = {}
+    groups: dict[tuple[str, str], list[StayReason]] = {}
     for stay in stays:
         groups.setdefault((stay.reason, stay.cause), []).append(stay)
     found = []
     for (reason, cause), alike in groups.items():
         first = min(alike, key=lambda stay: stay.line)
-        found.append(Staying(reason, len(alike), first.line, first.word, _text(reason, cause, len(alike), first)))
+        found.append(
+            StayGroup(reason, len(alike), first.line, first.word, _group_text(reason, cause, len(alike), first))
+        )
     return tuple(sorted(found, key=lambda s: (-s.count, s.first_line)))
 
 
-def _text(reason: str, cause: str, number: int, first: Stay) -> str:
+def _group_text(reason: str, cause: str, number: int, first: StayReason) -> str:
     said = " and ".join(PHRASES[name].format(cause=cause) for name in reason.split("+")).replace(" and because", " and")
     where = f"{first.word} at line {first.line}" if first.word else f"line {first.line}"
     return f"{said}: {'first ' if number > 1 else ''}{where}"

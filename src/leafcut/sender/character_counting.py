@@ -51,7 +51,7 @@ class CharacterCounter:
         self.waiting.append(line)
         self.bytes += len(line.data)
 
-    def answered(self) -> SentLine | None:
+    def take_answer(self) -> SentLine | None:
         """Record an answer and return the line that it belongs to (the oldest); None if no line is unanswered."""
         if not self.waiting:
             return None
@@ -59,7 +59,7 @@ class CharacterCounter:
         self.bytes -= len(line.data)
         return line
 
-    def forget(self) -> None:
+    def forget_lines(self) -> None:
         """Discard all unanswered lines, after a reset of the controller."""
         self.waiting.clear()
         self.bytes = 0

@@ -8,10 +8,10 @@ from dataclasses import replace
 from statistics import fmean
 
 from leafcut.errors import OptionError
-from leafcut.lab import charts, comparing
+from leafcut.lab import charts, rank_comparison
 from leafcut.lab.description import TIMES, WALL, Analysis, Response
-from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, variant_name
-from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
+from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, number_or_dash, p_words, variant_name
+from leafcut.lab.statistics import OneWay, Pair, interval, one_way, pareto_front, trend, two_way
 from leafcut.options import FireflyOptions
 from leafcut.order.literature.flight import Flight
 
@@ -23,19 +23,21 @@ _PLOTTED_BETA, _PLOTTED_GAMMAS = 10.0, (0.010, 0.012, 0.014, 0.015, 0.016, 0.018
 _PLACES = 100
 
 
-def judged(results: Results) -> list[ReportBlock]:
+def analysis_blocks(results: Results) -> list[ReportBlock]:
     """Return a report block per analysis. A block without enough results gives the reason."""
     blocks = []
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
         try:
-            blocks.append(_JUDGES[analysis.kind](_once(results, analysis, response), analysis, response))
+            blocks.append(
+                _JUDGES[analysis.kind](_without_other_threads(results, analysis, response), analysis, response)
+            )
         except OptionError as problem:
             blocks.append(ReportBlock(f"{_TITLES[analysis.kind]}: {response.title}", (f"Not done: {problem}.",)))
     return blocks
 
 
-def _once(results: Results, analysis: Analysis, response: Response) -> Results:
+def _without_other_threads(results: Results, analysis: Analysis, response: Response) -> Results:
     """Keep only the runs of the first number of threads, unless the analysis concerns threads or times.
 
     Threads change the time of a search but not its result.
@@ -55,7 +57,7 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
     for rest, groups in results.groups(response.name, factor.name).items():
         name = ", ".join(rest)
         anova = one_way(groups, analysis.alpha)
-        sentences += _of_one_way(name, factor.title, anova)
+        sentences += _anova_sentences(name, factor.title, anova)
         best = sorted(anova.means, key=anova.means.__getitem__, reverse=response.more_is_better)
         rows = [
             (
@@ -73,9 +75,9 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
             factor.title, "Runs", "Missing", f"{response.heading}: mean", "s", "Letters (LSD)", "Letters (Tukey)",
         )  # fmt: skip
         tables.append(Table(columns, tuple(rows), 1, name))
-        tables.append(_pairs(f"{name}: every two levels", anova.fisher, anova.tukey, analysis.alpha))
+        tables.append(_pair_table(f"{name}: every two levels", anova.fisher, anova.tukey, analysis.alpha))
         if len(drawn) < MAX_CHARTS:
-            drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
+            drawn.append((name, _group_chart(groups, factor.numeric, factor.title, response, name)))
     return ReportBlock(
         f"{_TITLES['anova']} of {factor.title.lower()}: {response.title.lower()}",
         tuple(sentences),
@@ -84,7 +86,7 @@ def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBl
     )
 
 
-def _of_one_way(name: str, factor: str, anova: OneWay) -> list[str]:
+def _anova_sentences(name: str, factor: str, anova: OneWay) -> list[str]:
     proved = anova.p < anova.alpha
     sentences = [
         f"{name}: F = {number(anova.f)} ({anova.between} and {anova.within} degrees of freedom; critical "
@@ -139,7 +141,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             "are proportional to the size of the instance."
         )
     for name, rows in by_name.items():
-        effects = crossed(rows, (first.title, second.title))
+        effects = two_way(rows, (first.title, second.title))
         if blocked:
             if min(y for _, _, y in rows) <= 0.0:
                 raise OptionError("an analysis over instances takes logarithms, and a figure is not positive")
@@ -147,7 +149,7 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
             logs = [(a, b, math.log(y)) for a, b, y in rows]
             effects = tuple(
                 replace(e, squares=0.0, f=None, p=None, eta_squared=None, zero=True) if zero and "×" in e.name else e
-                for e in crossed(logs, (first.title, second.title), blocks[name])
+                for e in two_way(logs, (first.title, second.title), blocks[name])
             )
         effects_text = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
         sentences.append(
@@ -167,9 +169,9 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
                         e.name,
                         number(e.squares),
                         f"{e.freedom:g}",
-                        or_dash(e.f),
+                        number_or_dash(e.f),
                         "–" if e.p is None else p_words(e.p, ""),
-                        or_dash(e.eta_squared),
+                        number_or_dash(e.eta_squared),
                     )
                     for e in effects
                 ),
@@ -408,7 +410,9 @@ def _attraction(results: Results, analysis: Analysis, response: Response) -> Rep
     return ReportBlock(title, (sentence,), (), (("", charts.lines(series, "distance r", "attractiveness β", title)),))
 
 
-def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str) -> str:
+def _group_chart(
+    groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str
+) -> str:
     if numeric:
         points = [(float(level), fmean(values), *interval(values)) for level, values in groups.items()]
         return charts.means(
@@ -417,7 +421,7 @@ def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str,
     return charts.box_plots(groups, response.heading, f"{response.title} by {factor.lower()}: {name}")
 
 
-def _pairs(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: float) -> Table:
+def _pair_table(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: float) -> Table:
     rows = [
         (f"{a.first} – {a.second}", number(a.difference), p_words(a.p, ""), p_words(b.p, ""),
          f"{number(b.low or 0.0)} to {number(b.high or 0.0)}",
@@ -441,7 +445,7 @@ _TITLES = {
 _JUDGES = {
     "anova": _anova,
     "crossed": _crossed,
-    "compare": comparing.compared,
+    "compare": rank_comparison.comparison_block,
     "speedup": _speedup,
     "trend": _trend,
     "pareto": _pareto,

@@ -61,7 +61,7 @@ def ring_length(layers: Clusters, path: NDArray) -> float:
 
 
 @part
-def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
+def choose_nodes_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
     """Choose the nodes of the clusters at the positions first … last again to minimize the length of the path.
 
     The nodes before and after are fixed. Places may exceed the end of the array, where the ring continues at its start.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, name_suggestion
 from leafcut.lab.description import (
     MAX_SEEDS,
     PROCESSOR,
@@ -32,7 +32,7 @@ _RESPONSES = {
 _USUAL_RESPONSES = (_PROGRAM, Response("travel", "Travel", "mm", "after.travel_mm"), _TIME)
 
 
-def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
+def compared_option_values(command: str) -> tuple[str, tuple[str, ...]]:
     """Return the option whose values can be compared (pocket strategies or algorithms), and these values."""
     if command == "pocket":
         choices = group_of("strategy").specs()["strategy"].all_choices
@@ -45,23 +45,23 @@ def responses_of(command: str) -> tuple[Response, ...]:
     return _RESPONSES.get(command, _USUAL_RESPONSES)
 
 
-def compare_on(
+def comparison_experiment(
     name: str, source: str, command: str, options: Mapping[str, Any], values: Sequence[str], runs: int
 ) -> Description:
     """Return an experiment that runs a part with several values of an option and the same seeds for each.
 
     Options that apply only to some of these values are dropped; each value runs with its defaults for them. `values`
-    must be values that `what_differs` returns.
+    must be values that `compared_option_values` returns.
 
     Raises
     ------
     OptionError
         Fewer than two values are given, one is unknown, or the number of runs is out of range.
     """
-    option, known = what_differs(command)
+    option, known = compared_option_values(command)
     for value in values:
         if value not in known:
-            raise OptionError(f"unknown {option} '{value}'{nearest(value, known)}")
+            raise OptionError(f"unknown {option} '{value}'{name_suggestion(value, known)}")
     if len(values) < 2:
         raise OptionError(f"choose at least two values of {option} to compare")
     if not 1 <= runs <= MAX_SEEDS:

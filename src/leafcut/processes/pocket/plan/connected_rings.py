@@ -18,9 +18,9 @@ from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.ring_links import RingLinks
-from leafcut.processes.pocket.plan.rings import never, rings
-from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer, fine, shorten
-from leafcut.processes.pocket.plan.spurs import with_spurs
+from leafcut.processes.pocket.plan.rings import never_stopped, rings
+from leafcut.processes.pocket.plan.shorten import SAMPLE_SPACING, chamfer_corners, shorten_path, subdivide_path
+from leafcut.processes.pocket.plan.spurs import add_spurs
 
 #: Tolerance that is added to half the step-over for the spacing of sample points, step-overs.
 LEEWAY = 0.0035
@@ -40,8 +40,8 @@ MOST_LEVELS = 400
 ALONG = 1e-5
 
 
-def best(
-    region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never
+def connected_path(
+    region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never_stopped
 ) -> PocketPath:
     """Return one connected path over a region: rings with the cheapest joints, then shortened.
 
@@ -72,7 +72,7 @@ def best(
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
         paths = layout.paths(kept)
-        path = _shortened(region, paths, np.array(layout.links).reshape(-1, 2), kept, stopped)
+        path = _shorten_paths(region, paths, np.array(layout.links).reshape(-1, 2), kept, stopped)
         if candidates and stopped():
             break
         wide = too_wide(path) if too_wide and not stopped() else np.zeros((0, 2))
@@ -83,17 +83,21 @@ def best(
     return min(candidates, key=lambda one: one[0])[1]
 
 
-def _shortened(region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
+def _shorten_paths(
+    region: CentreRegion, paths: list[Points], links: Points, kept: Points, stopped: Stopped
+) -> PocketPath:
     rules = region.rules
     coverage, allowed = _coverage_grid(region, paths), region.polygon.buffer(1e-7)
-    paths = [shorten(path, coverage, region, allowed, kept, stopped) for path in paths]
-    cleared = CoverageGrid(region.polygon, SAMPLE_SPACING * rules.radius, rules.radius, partial(_cleared, rules.radius))
-    paths = [chamfer(path, cleared, region, allowed, np.vstack([links, kept]), stopped) for path in paths]
-    paths = with_spurs(paths, region.polygon, rules)
-    return PocketPath("best", tuple(piece for path in paths for piece in _pieces(region, path)))
+    paths = [shorten_path(path, coverage, region, allowed, kept, stopped) for path in paths]
+    cleared = CoverageGrid(
+        region.polygon, SAMPLE_SPACING * rules.radius, rules.radius, partial(_clearing_distances, rules.radius)
+    )
+    paths = [chamfer_corners(path, cleared, region, allowed, np.vstack([links, kept]), stopped) for path in paths]
+    paths = add_spurs(paths, region.polygon, rules)
+    return PocketPath("best", tuple(piece for path in paths for piece in _divide_at_walls(region, path)))
 
 
-def _pieces(region: CentreRegion, path: Points) -> list[PocketPiece]:
+def _divide_at_walls(region: CentreRegion, path: Points) -> list[PocketPiece]:
     """Divide a path where it reaches or leaves a wall; without stock, passes along walls are finishing passes."""
     middle, edge = shapely.points(0.5 * (path[:-1] + path[1:])), region.polygon.boundary
     shapely.prepare(edge)
@@ -108,7 +112,7 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
     This limit is half the step-over, or the present distance from `paths` if that is larger.
     """
     step = region.rules.step_over
-    short = [fine(path, LONGEST_LOOKED * step) for path in paths]
+    short = [subdivide_path(path, LONGEST_LOOKED * step) for path in paths]
     steps: Any = shapely.linestrings(np.concatenate([segments(path) for path in short]))
     tree = shapely.STRtree(steps)
 
@@ -122,6 +126,6 @@ def _coverage_grid(region: CentreRegion, paths: list[Points]) -> CoverageGrid:
     return CoverageGrid(region.polygon, SAMPLE_SPACING * region.rules.radius, LONGEST_LIMIT * step, limit)
 
 
-def _cleared(radius: float, points: Points, pitch: float) -> Points:
+def _clearing_distances(radius: float, points: Points, pitch: float) -> Points:
     """Return the limit of each sample point, mm: a path this close clears the point and the area around it."""
     return np.full(len(points), max(radius - SPARE * pitch / SAMPLE_SPACING, 0.0))

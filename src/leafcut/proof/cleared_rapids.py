@@ -74,7 +74,7 @@ class _Stages(NamedTuple):
         return result
 
 
-def cleared_before(
+def find_cleared_descents(
     program: Program, rows: NDArray[np.int32], path: Toolpath, descents: NDArray[np.int64]
 ) -> tuple[Mask, Mask]:
     """Return which straight-down rapids end where earlier cuts removed the material, and which are unchecked.
@@ -93,9 +93,9 @@ def cleared_before(
         return unchecked.copy(), unchecked
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
     tree = shapely.STRtree(lines)
-    cleared = _on_own_path(path, stages, cuts, tree, descents)
+    cleared = _ends_on_earlier_cut(path, stages, cuts, tree, descents)
     unresolved = np.flatnonzero(~cleared)
-    tools = _tools(program, rows, path, stages, descents[unresolved])
+    tools = _tools_by_stage(program, rows, path, stages, descents[unresolved])
     radius = {stage: 0.5 * tool.diameter for stage, tool in tools.items()}
     swept = {stage: radius[stage] if _is_flat(tool) else 0.0 for stage, tool in tools.items()}
     width = np.array([swept.get(stage, 0.0) for stage in stages.stage[cuts.row].tolist()])
@@ -124,7 +124,7 @@ def cleared_before(
     return cleared, unchecked
 
 
-def _on_own_path(
+def _ends_on_earlier_cut(
     path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, descents: NDArray[np.int64]
 ) -> Mask:
     """Return which rapids end on earlier cuts of the same stage that are at least as deep."""
@@ -194,7 +194,7 @@ def _cuts(path: Toolpath) -> _Cuts:
     return _Cuts(ends, z, moves.row[feed_rows][source])
 
 
-def _tools(
+def _tools_by_stage(
     program: Program,
     rows: NDArray[np.int32],
     path: Toolpath,

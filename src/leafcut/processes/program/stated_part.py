@@ -65,15 +65,15 @@ def stated_part(program: Program) -> StatedPart | None:
 
 def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
     """Return the part in program coordinates; without a stated placement it is unchanged."""
-    from leafcut.processes.placing import placed_mesh, turned_mesh
+    from leafcut.processes.placing import place_mesh, turn_mesh_up
 
     if stated is None:
         return mesh
-    return placed_mesh(turned_mesh(mesh, stated.up, stated.z), Part(mesh.name), stated.placing)
+    return place_mesh(turn_mesh_up(mesh, stated.up, stated.z), Part(mesh.name), stated.placing)
 
 
-def before_its_cuts(
-    mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], look: Heartbeat
+def stock_before_cuts(
+    mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], check_cancelled: Heartbeat
 ) -> HeightField:
     """Return the stock before the cuts of a program, derived from the finished part; `cell` is the grid spacing, mm.
 
@@ -91,7 +91,7 @@ def before_its_cuts(
     if mills:
         block = HeightField.of_block(block_of_mesh(mesh), cell)
         top = block.heights.copy()
-        cut(block, moves.of_tools(mills), mills, os.cpu_count() or 1, look)
+        cut(block, moves.of_tools(mills), mills, os.cpu_count() or 1, check_cancelled)
         milled = block.heights < top
         field.heights[milled] = top[milled]
     holes = fed & ~across & ~np.isin(moves.tool, list(mills))

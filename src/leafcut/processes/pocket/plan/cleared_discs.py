@@ -19,7 +19,7 @@ _HALF = 0.5 * math.pi
 _SLACK = 1e-6
 
 
-class Fronts:
+class ClearedDiscs:
     """The discs cleared so far, in order of clearing.
 
     `turn` is 1 for counter-clockwise arcs, -1 for clockwise arcs. `fine` and `thin` describe material that is not worth
@@ -53,7 +53,7 @@ class Fronts:
         """
         return self._arcs(x, y, radius, self.discs)
 
-    def holds(self, x: float, y: float, radius: float, but: float) -> bool:
+    def contains_disc(self, x: float, y: float, radius: float, but: float) -> bool:
         """Return whether a cleared disc contains the given disc, except for a film of `but` mm."""
         discs = self.discs
         return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
@@ -79,9 +79,9 @@ class Fronts:
                 gaps.append((reached, a))
             reached = max(reached, b)
         arcs = [(self.turn * a, b - a) for a, b in gaps]
-        return [arc for arc in arcs if self._beyond(x, y, radius, arc, discs) > film]
+        return [arc for arc in arcs if self._arc_depth(x, y, radius, arc, discs) > film]
 
-    def _beyond(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
+    def _arc_depth(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
         angle = arc[0] + self.turn * arc[1] * np.linspace(0.0, 1.0, 9)[1:-1]
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]
@@ -106,9 +106,9 @@ class Fronts:
             samples = min(max(math.ceil(sweep * radius / step), 8), most)
             angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, samples + 1))
         angle = np.concatenate(angles)
-        return float(self._engaged(x, y, radius, angle, discs).max())
+        return float(self._engagement_at(x, y, radius, angle, discs).max())
 
-    def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
+    def _engagement_at(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
         """Return the engagement at points of a circle, float64[k], rad: the tool's front edge in uncut material."""
         px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
         dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
@@ -135,7 +135,7 @@ class Fronts:
         discs = self.discs
         return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
 
-    def beyond(self, places: Floats) -> Floats:
+    def distances_outside(self, places: Floats) -> Floats:
         """Return the distances of points from the union of all discs, float64[k], mm; negative inside."""
         discs, gaps = self.discs, np.full(len(places), np.inf)
         for first in range(0, len(discs), 256):
@@ -144,7 +144,7 @@ class Fronts:
             gaps = np.minimum(gaps, away.min(axis=1))
         return gaps
 
-    def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
+    def contains_move(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
         """Return whether the straight move from `a` to `b` lies within the union of the discs with indices `which`."""
         discs = self._discs[which]
         move = np.array(b) - a

@@ -19,7 +19,7 @@ _MAX_DISTANCE = 0.25
 _TIE_TOLERANCE = 0.02
 
 
-class Tracker:
+class LineTracker:
     """Finds the line in execution, among a range of possible lines."""
 
     def __init__(self, path: Toolpath) -> None:

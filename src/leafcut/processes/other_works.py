@@ -15,10 +15,10 @@ from leafcut.options import (
     SpeedOptions,
     StockOptions,
 )
-from leafcut.options.condition import Conditions, absent, given, input_is, input_is_not
+from leafcut.options.condition import Conditions, when_absent, when_given, when_input_is, when_input_is_not
 from leafcut.processes.base import HELP_OF_CUTTING_DATA, HELP_OF_PROGRAM, LOOKED_UP, ORDERED, PLACE, Work, use
 
-_OF_STOCK = (given("workpiece"),)
+_OF_STOCK = (when_given("workpiece"),)
 
 
 class Solving(Work):
@@ -69,7 +69,7 @@ class CuttingStock(Work):
     title = "cutting stock by a program"
     helps = HELP_OF_PROGRAM | {"workpiece": ("", "as the program shows: just around the cuts below Z0")}
     uses = (
-        use(ReadOptions, "units", "strict", solid=(given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
+        use(ReadOptions, "units", "strict", solid=(when_given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)
         | use(JobOptions, "tools", "tool_diameter")
     )
@@ -100,9 +100,9 @@ class ChoosingSpeeds(Work):
         "break_through",
         "retract_height",
         "material",
-        tool_diameter=(absent("tools"), input_is_not("drawing")),
-        step_over=(given("tools"), input_is_not("drawing")),
-        step_down=(given("tools"), input_is_not("drawing")),
+        tool_diameter=(when_absent("tools"), when_input_is_not("drawing")),
+        step_over=(when_given("tools"), when_input_is_not("drawing")),
+        step_down=(when_given("tools"), when_input_is_not("drawing")),
     )
 
     def __init__(self) -> None:
@@ -118,7 +118,7 @@ class ChoosingSpeeds(Work):
     def used(self) -> Mapping[str, Conditions]:
         """Return its own options, and the drilling options for a drawing."""
         # The reader refuses solid options for a drawing.
-        drawn, solid = input_is("drawing"), input_is("step")
+        drawn, solid = when_input_is("drawing"), when_input_is("step")
         needs = {
             name: tuple(condition for condition in needs if condition != solid) for name, needs in self.drilling.items()
         }

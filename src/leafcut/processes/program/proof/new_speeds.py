@@ -29,7 +29,7 @@ _ALONG = (Kind.RAPID, Kind.FEED)
 _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
-def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
+def changed_stretches(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
     """Return the changed speeds by row of the original. Raises VerifyError if the path or the work differs."""
     found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
@@ -37,18 +37,18 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
     for row in range(len(before)):
         kind = Kind(int(before.kind[row]))
         if kind is Kind.FEED:
-            parts, at = _along(before, after, row, at)
+            parts, at = _stretches_of_cut(before, after, row, at)
             own = float(before.value[row])
             if len(parts) > 1 or not math.isclose(parts[0].speed, own, rel_tol=_PART):
                 found[row] = parts
             continue
-        if kind in _ARCS and at < count and after.kind[at] == Kind.RAPID and _ends_alike(before, after, row, at):
+        if kind in _ARCS and at < count and after.kind[at] == Kind.RAPID and _has_same_end(before, after, row, at):
             # A rapid along the chord; its clearance is checked together with the other rapids.
             found[row] = (PaceStretch(1.0, math.inf),)
             at += 1
             continue
         if at >= count or not _same_row(before, after, row, at):
-            raise _differs(before, after, row, at)
+            raise _path_error(before, after, row, at)
         if kind in _ARCS and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
@@ -57,7 +57,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
     return found
 
 
-def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
+def _stretches_of_cut(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
     """Return the stretches of a straight cut, and the row after the cut in the new program."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
@@ -67,7 +67,7 @@ def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[
     share = 0.0
     while True:
         if at >= len(after) or after.kind[at] not in (Kind.FEED, Kind.RAPID):
-            raise _differs(before, after, row, at)
+            raise _path_error(before, after, row, at)
         place = after.end[at]
         speed = math.inf if after.kind[at] == Kind.RAPID else float(after.value[at])
         at += 1
@@ -77,7 +77,7 @@ def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[
         until = float((place - begin) @ way) / length**2 if length > _SAME else math.nan
         off = float(np.linalg.norm(place - begin - until * way))
         if not (share < until < 1.0 and off <= _OFF):
-            raise _differs(before, after, row, at - 1)
+            raise _path_error(before, after, row, at - 1)
         share = until
         parts.append(PaceStretch(until, speed))
 
@@ -86,7 +86,7 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
     if before.kind[row] != after.kind[at]:
         return False
     kind = Kind(int(before.kind[row]))
-    if not _ends_alike(before, after, row, at):
+    if not _has_same_end(before, after, row, at):
         return False
     if kind in _ARCS:
         one, other = before.arcs[int(before.ref[row])], after.arcs[int(after.ref[at])]
@@ -100,11 +100,11 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
     return kind is Kind.SHIFT or bool(before.ref[row] == after.ref[at])
 
 
-def _ends_alike(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
+def _has_same_end(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
     return bool(np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True))
 
 
-def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
+def _path_error(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
     line = f"line {after.line[at]}" if at < len(after) else "the end"
     return VerifyError(
         f"{line}: the program with new speeds differs from line {before.line[row]} of the original in more "
@@ -112,7 +112,7 @@ def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyErro
     )
 
 
-def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
+def new_speeds(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
     """Return the highest new speed of every simulated move, mm/s; infinite for a rapid."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
@@ -141,13 +141,13 @@ def check_limits(
 
     Raises VerifyError if a speed exceeds its limit.
     """
-    speed = speeds_on(loads, stretches)
+    speed = new_speeds(loads, stretches)
     cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
     # The ratio is slightly reduced, because a speed may equal its limit.
     ratio /= 1.0 + _PART
-    upright = loads.upright
+    upright = loads.is_vertical
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
     # A move in air has no chip load, so any speed up to a rapid is allowed.
     faster &= ~(clear & rules.air) & ~upright
@@ -160,7 +160,7 @@ def check_limits(
         wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter))
         # Ramps may be faster only if the plunge feed is known.
         known = limit.plunge if math.isfinite(limit.plunge) else 0.0
-        wrong |= mine & faster & loads.sinks & (loads.down * ratio > known)
+        wrong |= mine & faster & loads.sinks & (loads.descent_speed * ratio > known)
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
     wrong |= np.isinf(speed) & ~clear & ~upright
     wrong[_plunges_too_fast(loads, stretches, rules)] = True
@@ -177,7 +177,7 @@ def check_limits(
 def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
     """Return the plunges with a raised speed below the clearance above the material."""
     wrong = []
-    for at in np.flatnonzero(loads.upright & ~loads.moves.rapid).tolist():
+    for at in np.flatnonzero(loads.is_vertical & ~loads.moves.rapid).tolist():
         parts = stretches.get(int(loads.source[at]), ())
         z0, z1 = float(loads.moves.ends[at, 2]), float(loads.moves.ends[at, 5])
         if z1 >= z0:
@@ -189,7 +189,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
     return wrong
 
 
-def made_rapid(
+def rows_changed_to_rapid(
     before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the rows of the new program that changed from cuts to rapids, and the subset that replaces arcs."""
@@ -223,9 +223,9 @@ def check_lowered(
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
     rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
     ends, over = loads.moves.ends, loads.removed.over
-    rises = loads.upright & (ends[:, 5] > ends[:, 2])
+    rises = loads.is_vertical & (ends[:, 5] > ends[:, 2])
     # Plunges with a lower start and pecks into their own hole may touch material, but sideways moves may not.
-    digs = loads.upright & ~loads.moves.rapid
+    digs = loads.is_vertical & ~loads.moves.rapid
     drills = after.kind[loads.source] == Kind.DRILL
     cycle = after.ref[loads.source[drills]]
     planes = np.full(len(ends), -math.inf)
@@ -237,7 +237,7 @@ def check_lowered(
     for row in np.flatnonzero(after.kind == Kind.DRILL).tolist():
         one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
         alike[row] = one.r_plane == other.r_plane and one.to_initial == other.to_initial
-    unchanged = (~np.isin(loads.source, lowered) | alike[loads.source]) & loads.upright
+    unchanged = (~np.isin(loads.source, lowered) | alike[loads.source]) & loads.is_vertical
     near = mine & ~unchanged & (over > -rules.clearance * (1.0 - _PART))
     bent = loads.moves.rapid & (np.abs(ends[:, 3:5] - ends[:, :2]) > _SAME).all(axis=1)
     near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)

@@ -15,11 +15,11 @@ from leafcut.errors import OptionError, SendError
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Report, place_in
-from leafcut.sender.checking import bulge, machine_places
-from leafcut.sender.explained import error_in_words
-from leafcut.sender.facts import Facts
+from leafcut.sender.controller_facts import Facts
+from leafcut.sender.error_texts import error_in_words
 from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
+from leafcut.sender.job_checks import arc_extremes_or_none, machine_places
 from leafcut.sender.resuming import number_in_mm
 
 #: Byte that cancels a jog at once; the machine keeps its position.
@@ -56,7 +56,7 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
 
     Jogs back into the travel are allowed.
     """
-    if place is None or not facts.knows_place:
+    if place is None or not facts.has_valid_coordinates:
         return
     low, high = facts.travel()
     for axis, move in moves.items():
@@ -84,7 +84,7 @@ def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, tra
         raise OptionError("the probe needs a feed and a maximum distance above 0")
     place = facts.machine_place(talk.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.knows_place and place is not None and place[2] - travel < lowest - _TOLERANCE:
+    if facts.has_valid_coordinates and place is not None and place[2] - travel < lowest - _TOLERANCE:
         raise SendError(
             f"the probe can descend only {max(place[2] - lowest, 0.0):.3f} mm here before the end of the machine's "
             f"travel; its maximum distance is {travel:g} mm"
@@ -125,7 +125,7 @@ class FrameBox:
         return [up, *(jog_line({"X": x, "Y": y}, feed, machine=True) for x, y in corners)]
 
 
-def frame_of(job: SendJob, facts: Facts) -> FrameBox:
+def frame_of_program(job: SendJob, facts: Facts) -> FrameBox:
     """Return the frame of a program, at the program's greatest Z or at the current Z of the tool if that is higher.
 
     `checking.check_program` has checked that the program, and therefore the frame, stays within the travel. Raise
@@ -146,12 +146,12 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
-def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
+def box_of_cuts(job: SendJob) -> tuple[XYZ, XYZ] | None:
     """Return the smallest and largest x, y, z of the cuts in program coordinates, mm; None if nothing is cut."""
     path = job.program.path
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()
-    bulges = [place for row in arcs for place in bulge(path, row)]
+    bulges = [place for row in arcs for place in arc_extremes_or_none(path, row)]
     places = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
     known = places[np.isfinite(places).all(axis=1)]
     if not len(known):

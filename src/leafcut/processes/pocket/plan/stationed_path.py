@@ -14,7 +14,7 @@ from leafcut.geometry.arrays import Points, segments
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class StationedPath:
     """A path through points, float64[n, 2], mm. A station is the path length from the first point, mm."""
 
     points: Points
@@ -44,7 +44,7 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
-class Ring(Track):
+class Ring(StationedPath):
     """A closed path of the tool's centre, `level` step-overs from the wall. Its last point repeats the first."""
 
     level: int

@@ -14,9 +14,9 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath, arc_extremes, last_rows
 from leafcut.proof.clearance import height_checks
+from leafcut.sender.controller_facts import Facts
 from leafcut.sender.conversation import LOCKED
-from leafcut.sender.explained import state_in_words
-from leafcut.sender.facts import Facts
+from leafcut.sender.error_texts import state_in_words
 from leafcut.sender.job import SendJob
 
 #: Tolerance for rounded positions, mm.
@@ -61,7 +61,7 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
     if facts.homing and not facts.homed and not unhomed:
         reason = "the controller reports that it was not homed" if facts.homed is False else _UNSURE
         raise SendError(f"{reason}: add --home; or set its zero by hand and add --unhomed")
-    if not facts.knows_place and restarted:
+    if not facts.has_valid_coordinates and restarted:
         raise SendError(
             "the board restarted when its port was opened, and lost its position: move the tool to the program's "
             "zero by hand, and add --zero-here"
@@ -86,13 +86,13 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = Fa
             f"the firmware has no arcs (ARC_SUPPORT), but line {line} is an arc; post the program without arcs"
         )
     _check_speeds(job, facts)
-    _check_travel(job, facts, unhomed=unhomed and not facts.knows_place)
+    _check_travel(job, facts, unhomed=unhomed and not facts.has_valid_coordinates)
     if not job.laser:
         path = path_on_machine(job, facts)
         if not begun and "L805" not in job.accept:
             _check_start(job, facts, path)
         _check_heights(job, facts, path)
-    return _differences(job, facts)
+    return _profile_differences(job, facts)
 
 
 def _check_speeds(job: SendJob, facts: Facts) -> None:
@@ -103,11 +103,11 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         problem = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
         raise SendError(f"{problem}; is this program for another machine?")
-    if not job.laser and _speed_now(facts) == 0.0:
+    if not job.laser and _current_speed(facts) == 0.0:
         _check_spindle(job)
 
 
-def _speed_now(facts: Facts) -> float | None:
+def _current_speed(facts: Facts) -> float | None:
     return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
 
 
@@ -143,31 +143,31 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
             places.append(ends[moving] + zero)
             lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
-            extremes = bulge(path, row)
+            extremes = arc_extremes_or_none(path, row)
             if extremes:
                 places.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
     if not fed:
         rows = np.flatnonzero(path.kind == Kind.MACHINE)
-        places += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
+        places += [_end_in_machine_coordinates(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
         lines.append(path.line[rows].astype(np.float64))
     return np.concatenate(places), np.concatenate(lines)
 
 
-def _stored_name(job: SendJob, line: int) -> str | None:
+def _stored_position_word(job: SendJob, line: int) -> str | None:
     words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
     codes = {round(word.value * 10) for word in words if word.letter == "G"}
     return "G28" if 280 in codes else "G30" if 300 in codes else None
 
 
-def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
+def _end_in_machine_coordinates(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
     """Return the end of a move in machine coordinates, float64[3] mm; NaN for an axis that does not move.
 
     Raise `SendError` if the move goes to a stored position that the controller does not report.
     """
     place: Floats = path.end[row]
     line = int(path.line[row])
-    name = _stored_name(job, line)
+    name = _stored_position_word(job, line)
     if name is None:
         return place
     if name not in facts.places:
@@ -197,7 +197,7 @@ def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
     placed = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
     ends = np.where(placed[:, None], path.end + zeros, np.nan)
     for row in np.flatnonzero(in_machine).tolist():
-        ends[row] = _machine_end(job, facts, path, row)
+        ends[row] = _end_in_machine_coordinates(job, facts, path, row)
     for axis in range(3):
         # A change of the work offset moves no axis. The height at which a probe stops is unknown in advance.
         lost = (path.kind == Kind.PROBE) & (axis == 2)
@@ -233,17 +233,17 @@ def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
         line, height = int(original.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
         raise SendError(
             f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
-            f"{_cause(job, facts, original, row)}; if that is right, add --accept {code}"
+            f"{_cause_of_low_height(job, facts, original, row)}; if that is right, add --accept {code}"
         )
 
 
-def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
+def _cause_of_low_height(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     """Return the cause of a low height: the last move in machine coordinates, its stored position, the work zero."""
     at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
     line = int(path.line[at])
     zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
     origin = "" if at == row else f"line {line} left the tool there, "
-    name = _stored_name(job, line)
+    name = _stored_position_word(job, line)
     if name is None:
         return f"{origin}the work zero is at Z{zero:.3f} in machine coordinates; choose a higher position"
     return (
@@ -252,7 +252,7 @@ def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
     )
 
 
-def bulge(path: Toolpath, row: int) -> list[XYZ]:
+def arc_extremes_or_none(path: Toolpath, row: int) -> list[XYZ]:
     """Return the extreme points of an arc in program coordinates, mm; an empty list if its start is unknown."""
     try:
         return [(x, y, z) for x, y, z in arc_extremes(path, row)]
@@ -311,8 +311,8 @@ def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
         )
 
 
-def _differences(job: SendJob, facts: Facts) -> list[Issue]:
-    profile, timed = job.machine, facts.timed(job.machine)
+def _profile_differences(job: SendJob, facts: Facts) -> list[Issue]:
+    profile, timed = job.machine, facts.machine_with_settings(job.machine)
     low, high = facts.travel()
     names = facts.names
     pairs = [(profile.rapid_velocity[k] * 60.0, timed.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.material.removal import engaged_way
+from leafcut.material.removal import engaged_tool_path
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.processes.pocket.feeds import MIN_LENGTH, divided
+from leafcut.processes.pocket.feeds import MIN_LENGTH, divide_section
 
 if TYPE_CHECKING:
     from leafcut.material.engagement import Engaged
-    from leafcut.material.tool_steps import ToolWay
+    from leafcut.material.tool_steps import ToolSteps
 
 
 #: Minimum length of an air cut, tool diameters: on a shorter stretch the machine hardly gains time.
@@ -24,8 +24,8 @@ MIN_AIR_CUT = 0.5
 MARGIN = 0.05
 
 
-def with_air(
-    pieces: Sequence[PocketPiece], path: ToolWay, engaged: Engaged, rules: PocketRules
+def divide_at_air_cuts(
+    pieces: Sequence[PocketPiece], path: ToolSteps, engaged: Engaged, rules: PocketRules
 ) -> list[list[PocketPiece]]:
     """Divide each path section where the tool enters or leaves the material; sections in air get the kind ``air``.
 
@@ -44,7 +44,7 @@ def with_air(
             continue
         near = free[(free[:, 1] > start) & (free[:, 0] < end)]
         share = piece.path.length / (end - start)  # arcs are longer than their sampled chords
-        result.append(_divided_at_air_cuts(piece, (np.clip(near, start, end) - start) * share))
+        result.append(_divide_section(piece, (np.clip(near, start, end) - start) * share))
     return _without_false_air_cuts(pieces, result, rules)
 
 
@@ -54,7 +54,7 @@ def _without_false_air_cuts(
     parts = [part for pieces_of in divided for part in pieces_of]
     if all(part.kind != "air" for part in parts):
         return divided
-    path, engaged = engaged_way(PocketPath("", tuple(parts)), rules)
+    path, engaged = engaged_tool_path(PocketPath("", tuple(parts)), rules)
     cutting = set(np.unique(path.piece[engaged.angle > 0.0]).tolist())
     number = count()
     return [
@@ -66,7 +66,7 @@ def _without_false_air_cuts(
     ]
 
 
-def _air_cuts(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
+def _air_cuts(path: ToolSteps, engaged: Engaged, rules: PocketRules) -> Floats:
     """Return start and end of each air cut, measured along the path, float64[n, 2], mm."""
     stations = np.cumsum(path.step)
     # A step is in air if both its ends are, and no lift lies between them.
@@ -80,7 +80,7 @@ def _air_cuts(path: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:
     return long
 
 
-def _divided_at_air_cuts(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
+def _divide_section(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
     """Divide a section at its air cuts.
 
     `free` has the start and end of each air cut, mm from the start of the section, float64[n, 2].
@@ -89,4 +89,4 @@ def _divided_at_air_cuts(piece: PocketPiece, free: Floats) -> list[PocketPiece]:
     for start, end in free.tolist():
         parts += [(at, piece.kind, 1.0), (start, "air", 1.0)]
         at = end
-    return divided(piece, [*parts, (at, piece.kind, 1.0)])
+    return divide_section(piece, [*parts, (at, piece.kind, 1.0)])

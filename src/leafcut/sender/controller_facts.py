@@ -40,7 +40,7 @@ class Clock:
     arc_tolerance: float | None = None
     motor_lock_s: float | None = None
 
-    def timed(self, machine: Machine) -> Machine:
+    def machine_with_settings(self, machine: Machine) -> Machine:
         """Return the machine profile with the reported settings in place of its own."""
         return replace(
             machine,
@@ -94,7 +94,7 @@ class Facts:
     modes: tuple[str, ...] = ()
 
     @property
-    def knows_place(self) -> bool:
+    def has_valid_coordinates(self) -> bool:
         """Whether the machine was homed, so that its machine coordinates are valid."""
         return self.homing and self.homed is True
 
@@ -129,11 +129,11 @@ class Facts:
         """Return the position of the tool in machine coordinates, mm; None if it is not reported."""
         status = status or self.status
         if status.machine is not None:
-            return scaled(status.machine, self.unit)
+            return position_in_mm(status.machine, self.unit)
         if status.work is None:
             return None
-        x, y, z = scaled(status.work, self.unit)
-        zero = self.origin(self.frame) if status.offset is None else scaled(status.offset, self.unit)
+        x, y, z = position_in_mm(status.work, self.unit)
+        zero = self.origin(self.frame) if status.offset is None else position_in_mm(status.offset, self.unit)
         return (x + zero[0], y + zero[1], z + zero[2])
 
     def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
@@ -142,24 +142,24 @@ class Facts:
         `offset` is the last reported offset between machine and work coordinates, in report units.
         """
         if status.work is not None:
-            return scaled(status.work, self.unit)
+            return position_in_mm(status.work, self.unit)
         place = self.machine_place(status)
         if place is None:
             return None
-        zero = self.origin(self.frame) if offset is None else scaled(offset, self.unit)
+        zero = self.origin(self.frame) if offset is None else position_in_mm(offset, self.unit)
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
-    def timed(self, machine: Machine) -> Machine:
+    def machine_with_settings(self, machine: Machine) -> Machine:
         """Return the machine profile with the speeds, accelerations and other timing settings of this board."""
-        return self.clock.timed(machine)
+        return self.clock.machine_with_settings(machine)
 
 
-def scaled(place: XYZ, unit: float) -> XYZ:
+def position_in_mm(place: XYZ, unit: float) -> XYZ:
     """Return a position in mm; `unit` is the size of its unit in mm."""
     return (place[0] * unit, place[1] * unit, place[2] * unit)
 
 
-def moving(values: XYZ, names: tuple[str, str, str]) -> XYZ:
+def checked_axis_values(values: XYZ, names: tuple[str, str, str]) -> XYZ:
     """Return rates, accelerations or steps of the axes; raise `SendError` if one is 0, because its axis cannot move."""
     if not all(value > 0.0 for value in values):
         raise SendError(f"the controller has 0 in one of {', '.join(names)}: it cannot move")

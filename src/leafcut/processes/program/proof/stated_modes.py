@@ -16,7 +16,7 @@ from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.barriers import Mark
+from leafcut.processes.program.proof.barriers import Barrier
 from leafcut.processes.program.proof.program_work import ProgramWork
 
 #: Kinds of rows that rely on a mode; an unknown block may rely on any mode.
@@ -61,11 +61,11 @@ _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
 
-def no_longer_stated(
+def find_lost_modes(
     programs: tuple[Program, Program],
     works: tuple[ProgramWork, ProgramWork],
     new_of: Indices,
-    mark_of: dict[float, Mark],
+    mark_of: dict[float, Barrier],
 ) -> Iterator[Difference]:
     """Yield the modes that the original states before the work that relies on them, and the new program does not.
 
@@ -73,9 +73,9 @@ def no_longer_stated(
     relies on the same modes as its neighbours.
     """
     words = [_words(program) for program in programs]
-    counted = _in_both(works, new_of, mark_of)
+    counted = _common_rows(works, new_of, mark_of)
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
-        was, now = (_relying(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
+        was, now = (_first_use(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
             yield Difference("not stated", was.line, now.line, text)
@@ -84,7 +84,9 @@ def no_longer_stated(
             yield Difference("newly stated", was.line, now.line, text)
 
 
-def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Mark]) -> tuple[Mask, Mask]:
+def _common_rows(
+    works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Barrier]
+) -> tuple[Mask, Mask]:
     """Return masks of the rows that both programs have; all rows if no work is missing or new."""
     old = np.flatnonzero(new_of >= 0)
     features = old, new_of[old]
@@ -105,7 +107,7 @@ def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: d
     return masks[0], masks[1]
 
 
-class _Relying(NamedTuple):
+class _FirstUse(NamedTuple):
     """Whether the first row that relies on a mode precedes the word, the line of the row, and the number of cuts before
     the word.
     """
@@ -120,18 +122,18 @@ def _words(program: Program) -> dict[int, str]:
     return {number: normalized(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
-def _relying(
+def _first_use(
     program: Program, work: ProgramWork, words: dict[int, str], counted: Mask, mode: _Mode, pattern: re.Pattern[str]
-) -> _Relying:
+) -> _FirstUse:
     path = program.path
     rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
     if not len(rows):
-        return _Relying(False, 0, 0)
+        return _FirstUse(False, 0, 0)
     block = int(program.row_block[rows[0]])
-    stating = _first_with(program, [number for number, text in words.items() if pattern.search(text)])
+    stating = _first_block_on(program, [number for number, text in words.items() if pattern.search(text)])
     if stating <= block:
-        return _Relying(False, int(path.line[rows[0]]), 0)
-    return _Relying(
+        return _FirstUse(False, int(path.line[rows[0]]), 0)
+    return _FirstUse(
         True, int(path.line[rows[0]]), _cuts_before(program, work, int(program.first[stating]), counted, mode)
     )
 
@@ -145,7 +147,7 @@ def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, m
     return int(np.isin(program.path.kind[rows[rows < len(program.path)]], kinds).sum())
 
 
-def _first_with(program: Program, lines: list[int]) -> int:
+def _first_block_on(program: Program, lines: list[int]) -> int:
     """Return the first block on any of these lines, or the number of blocks."""
     found = np.isin(program.line, lines)
     return int(np.argmax(found)) if found.any() else program.n_blocks

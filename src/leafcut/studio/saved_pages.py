@@ -74,7 +74,7 @@ class KeptPages:
         self._held[name] = seen
         return True
 
-    def let_go(self, seen: Callable[[], bool]) -> None:
+    def release(self, seen: Callable[[], bool]) -> None:
         """Release the names of a closed page."""
         self._held = {name: holder for name, holder in self._held.items() if holder is not seen}
 

@@ -199,7 +199,7 @@ _STATES = {
 }
 
 
-def family_of(text: str) -> str:
+def firmware_family(text: str) -> str:
     """Return ``grblHAL`` or ``FluidNC`` if a greeting or the answer to ``$I`` contains this name; otherwise ""."""
     return next((name for name in _ERRORS_OF if name.lower() in text.lower()), "")
 
@@ -209,15 +209,15 @@ def error_in_words(code: int, family: str = "") -> str:
 
     `family` is ``grblHAL``, ``FluidNC`` or empty for GRBL.
     """
-    return f"error {code}: {_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
+    return f"error {code}: {_code_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
 
 
 def alarm_in_words(code: int, family: str = "") -> str:
     """Return an alarm number with its meaning and remedy. An empty `family` means GRBL."""
-    return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
+    return f"alarm {code}: {_code_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
 
 
-def _meaning(code: int, by_family: dict[int, str], common: dict[int, str], family: str) -> str:
+def _code_meaning(code: int, by_family: dict[int, str], common: dict[int, str], family: str) -> str:
     unknown = f"unknown to {family or 'GRBL'}; see the manual of your controller"
     return by_family.get(code, common.get(code, unknown))
 

@@ -9,10 +9,10 @@ from leafcut.errors import OptionError, count_of
 from leafcut.lab import charts
 from leafcut.lab.description import Analysis, Response
 from leafcut.lab.results import MAX_CHARTS, ReportBlock, Results, Table, number, p_words
-from leafcut.lab.statistics import MIN_OF_PAIRS, Pair, interval, ranked
+from leafcut.lab.statistics import MIN_OF_PAIRS, Pair, compare_ranks, interval
 
 
-def compared(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+def comparison_block(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     """Return the ranks of a factor's levels over all instances, and the savings over the base level."""
     (factor,) = (results.description.factor(name) for name in analysis.factors)
     by_cell = results.groups(response.name, factor.name)
@@ -33,9 +33,9 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
             )
     heading = f"{factor.title} compared: {response.title.lower()}"
     has_reference = bool(analysis.base or analysis.fact)
-    against = [_against(results, analysis, response, factor.title, sentences)] if has_reference else []
+    against = [_difference_table(results, analysis, response, factor.title, sentences)] if has_reference else []
     try:
-        ranking = ranked(
+        ranking = compare_ranks(
             {level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha
         )
     except OptionError as problem:
@@ -72,7 +72,9 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
     return ReportBlock(heading, tuple(sentences), tuple(tables), tuple(drawn))
 
 
-def _against(results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]) -> Table:
+def _difference_table(
+    results: Results, analysis: Analysis, response: Response, title: str, sentences: list[str]
+) -> Table:
     """Return a table of differences from the base level or a known figure; append the mean savings to `sentences`."""
     base_name = analysis.base or analysis.fact
     known = {instance.name: instance.facts.get(analysis.fact, 0.0) for instance in results.description.instances}
