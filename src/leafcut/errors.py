@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -140,11 +140,11 @@ def parser_errors(file: str | Path, failure: str, line: int | None = None) -> It
         raise ReadError(file, f"{failure} ({type(problem).__name__}: {reason})", line) from None
 
 
-def closest_name(name: str, known: Iterable[str]) -> str:
-    """Return the known name that the user most likely meant by `name`, or "" if no name is close.
+def closest_names(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known names that the user may have meant by `name`; empty if no name is close.
 
-    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, that is
-    `tools`; for `speed`, it is `spindle-speed` and not `seed`.
+    Names that start with `name` or contain it as a word are preferred to similar spellings. For `tool`, they are
+    `tools`, `tool-number` and `tool-diameter`; for `speed`, `spindle-speed` and not `seed`.
     """
     from difflib import get_close_matches  # imported here for a quick start: seldom needed
 
@@ -155,25 +155,27 @@ def closest_name(name: str, known: Iterable[str]) -> str:
         for candidate in lower
         if len(name) > 2 and (candidate.startswith(name) or name in re.split("[-_ ]", candidate))
     ]
-    if similar:
-        return lower[min(similar, key=lambda candidate: (not candidate.startswith(name), len(candidate)))]
+    similar.sort(key=lambda candidate: (not candidate.startswith(name), len(candidate), candidate))
     swapped = [candidate for candidate in lower if len(name) > 2 and sorted(candidate) == sorted(name)]
-    matches = swapped or get_close_matches(name, lower, n=1, cutoff=0.75)
-    return lower[matches[0]] if matches else ""
+    matches = similar[:_MAX_CLOSE] or swapped[:1] or get_close_matches(name, lower, n=1, cutoff=0.75)
+    return [lower[match] for match in matches]
 
 
-#: Maximum number of known names in a message.
-_MAX_LISTED = 60
+#: Maximum numbers of known names in a message: of close ones, and of all.
+_MAX_CLOSE, _MAX_LISTED = 3, 60
+
+
+def did_you_mean(names: Sequence[str]) -> str:
+    """Return ``"; did you mean 'x' or 'y'?"``."""
+    *others, last = (f"'{name}'" for name in names)
+    return f"; did you mean {', '.join(others)} or {last}?" if others else f"; did you mean {last}?"
 
 
 def name_suggestion(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` with the known name closest to `name`, or a list of the known names if it is
-    short.
-    """
+    """Return a question with the known names closest to `name` (`did_you_mean`), or all known names if they are few."""
     known = list(known)
-    match = closest_name(name, known)
-    if match:
-        return f"; did you mean '{match}'?"
+    if matches := closest_names(name, known):
+        return did_you_mean(matches)
     return f"; choose one of {', '.join(known)}" if len(known) <= _MAX_LISTED else ""
 
 

@@ -145,7 +145,7 @@ def test_the_refusal_counts_plates_and_names_layers_where_the_drawing_has_severa
     assert "2 pockets (at most 120 × 120 mm) with 1 island, or 2 plates (at most 120 × 120 mm) with 1 pocket" in text
     assert text.endswith(
         "1 pocket (10 × 10 mm): choose --outline pocket or --outline edge; or name the layers of the pockets with "
-        "--pocket-layers"
+        "--pocket-layers (OUTLINE, CUTOUT)"
     )
 
 

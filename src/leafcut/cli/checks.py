@@ -89,6 +89,8 @@ def _print_simulated(simulation: Simulation) -> None:
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
     for axis, low, high in zip("XYZ", *simulation.path.extents, strict=True):
         print(f"{axis} {to_fixed(low, 3)} to {to_fixed(high, 3)} mm")
+    if not any(issue.code.startswith("L8") for issue in simulation.issues):
+        print("no dangerous moves found")
     for issue in simulation.issues:
         if issue not in dangers:
             print(f"{issue.severity}: {issue}")

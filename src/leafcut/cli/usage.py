@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError, closest_name, name_suggestion, printable
+from leafcut.errors import OptionError, closest_names, did_you_mean, name_suggestion, printable
 from leafcut.options.option_spec import OptionSpec
 from leafcut.options.removed import why_removed
 
@@ -118,9 +118,8 @@ def usage_message(
 
 def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
     if word.startswith("-"):
-        near = closest_name(word, ["--help", "--version"])
-        if near:
-            return f"unknown option '{printable(word)}'; did you mean '{near}'?"
+        if near := closest_names(word, ["--help", "--version"]):
+            return f"unknown option '{printable(word)}'{did_you_mean(near)}"
         after = f": leafcut {command} {printable(word)}" if command in commands else " (see leafcut --help)"
         return f"unknown option '{printable(word)}'; name a command first{after}"
     return f"unknown command '{printable(word)}'{name_suggestion(word, commands)}"
@@ -141,5 +140,5 @@ def _unknown_option(
     # Compare the names without dashes, which all flags share.
     names = [entry for argument in problem.argument_collection for entry in argument.names if entry.startswith("-")]
     known = {entry.lstrip("-"): entry for entry in names}
-    closest = closest_name(flag.lstrip("-"), known)
-    return f"unknown option '{printable(flag)}'" + (f"; did you mean '{known[closest]}'?" if closest else f" {help_of}")
+    closest = [known[name] for name in closest_names(flag.lstrip("-"), known)]
+    return f"unknown option '{printable(flag)}'" + (did_you_mean(closest) if closest else f" {help_of}")

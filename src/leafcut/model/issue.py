@@ -145,7 +145,7 @@ CODES: dict[str, str] = {
 #: Codes of issues shown next to the word "verified", with the heading of their line: assumed values, areas that the
 #: tool does not reach, and deep holes without pecks.
 LIMITS = {
-    **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L417", "L510"), "assumed"),
+    **dict.fromkeys(("L102", "L401", "L402", "L405", "L412", "L413", "L414", "L417", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
     "L446": "deep hole",
 }

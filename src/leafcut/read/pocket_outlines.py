@@ -279,8 +279,9 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     even = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep % 2 == 0]
     odd = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep % 2]
     plates = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep == 0]
-    layers = {outline.contour.layer for outline in outlines}
-    or_layers = "; or name the layers of the pockets with --pocket-layers" if len(layers) > 1 else ""
+    layers = dict.fromkeys(outline.contour.layer for outline in outlines)
+    names = printable(", ".join(layers))
+    or_layers = f"; or name the layers of the pockets with --pocket-layers ({names})" if len(layers) > 1 else ""
     raise LeafcutError(
         f"{_describe_sizes(even, 'pocket')} with {count_of(len(odd), 'island')}, or "
         f"{_describe_sizes(plates, 'plate')} with "

@@ -80,9 +80,11 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
     pieces = sorted((p for p in polygons(allowed) if p.area > 0.0), key=lambda p: -p.area)
     if not pieces:
         left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
+        x0, y0, x1, y1 = shape.bounds
         raise PlanError(
-            f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller "
-            "--tool-diameter"
+            f"{pocket.label}, {x1 - x0:.4g} × {y1 - y0:.4g} mm at ({(x0 + x1) / 2:.4g}, {(y0 + y1) / 2:.4g}): a tool "
+            f"of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller --tool-diameter, or "
+            "name the layers of the pockets with --pocket-layers"
         )
     issues = _unreached_issues(pocket.label, unreachable_areas(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
