@@ -56,7 +56,7 @@ WRONG = [
     ("--machine a.toml", said(MACHINE, "home", '["9 km", "0 mm", "0 mm"]'), "'home'"),
     ("--machine a.toml", said(MACHINE, "controller", '"hass"'), "did you mean 'haas'"),
     ("--machine a.toml", said(MACHINE, "controller", '"../a.toml"'), "folder of the profile"),
-    ("--machine a.toml", said(MACHINE, "controller", '"none.toml"'), "file not found"),
+    ("--machine a.toml", said(MACHINE, "controller", '"none.toml"'), "which does not exist"),
     ("--machine a.toml", said(MACHINE, "controller", '"dialect.toml"'), "dialect.toml:1: unknown key 'x'"),
     ("--dialect a.toml", "x = 1\n", "a.toml:1: unknown key 'x'"),
     ("list materials a.toml", "[x", "not a TOML file"),

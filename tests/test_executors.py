@@ -309,7 +309,7 @@ def test_a_lost_scheduler_and_ten_minutes_without_a_worker_end_the_work(monkeypa
     now[0] += 1.0
     with pytest.raises(ExecutorError) as refused:
         executor.check()
-    assert str(refused.value) == "dask://here:1: no worker for 10 minutes; start one and go on"
+    assert str(refused.value) == "dask://here:1: no worker for 10 minutes; start one and repeat the command"
     client.status = "closed"
     for call in (executor.check, lambda: executor.submit(int, "1")):
         with pytest.raises(ExecutorError) as refused:

@@ -306,7 +306,7 @@ def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
 
 
 def test_one_program_is_made_of_drill_files_only(board: Path, examples: Path) -> None:
-    with pytest.raises(leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not one"):
+    with pytest.raises(leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not a drill file"):
         leafcut.optimize(["board-PTH.drl", examples / "plate_10.dxf"], depth=2)
 
 
@@ -374,5 +374,5 @@ def test_a_nest_of_one_sheet_goes_through_standard_output_and_is_cut_from_standa
     found = json.loads(answered(capsys, "cut", "-", "--thickness", "3", "--json", *FAST)[0])
     assert found["counts"]["parts"] == 2
     out, err = answered(capsys, *nest, str(examples / "gusset.svg"), "--sheet", "200x160", status=2)
-    assert out == "" and "the nest is 2 drawings" in err
+    assert out == "" and "the nest has 2 drawings" in err
     assert "--json and -o -" in answered(capsys, *nest, "--json", status=2)[1]

@@ -79,4 +79,4 @@ def test_compiled_kernels_are_counted_and_a_missing_cache_folder_is_reported(
     assert said.err == "leafcut: compiling (first run on this machine) …\n"
     monkeypatch.setattr("leafcut.kernels.compiling.cache_folder", lambda: None)
     assert run(["install", "kernels"]) == 1
-    assert "leafcut: no folder for compiled code can be written; set NUMBA_CACHE_DIR" in capsys.readouterr().err
+    assert "leafcut: no folder for compiled code is writable; set NUMBA_CACHE_DIR" in capsys.readouterr().err
