@@ -175,7 +175,7 @@ def test_where_the_part_lies_is_asked_once_for_each_machine_and_always_in_json_a
     assert "L403" in [issue["code"] for issue in json.loads(said(capsys, *words, "--json")[0])["issues"]]
     assert "L403" in said(capsys, *words, "--machine", "haas-vf2")[0]
     assert "L403" not in said(capsys, *words, "--machine", "haas-vf2")[0]
-    memory = tmp_path / "state" / "leafcut" / "told.json"
+    memory = tmp_path / "state" / "leafcut" / "hints.json"
     assert json.loads(memory.read_text()) == ["L403 linuxcnc-mill", "L403 haas-vf2"]
     memory.write_text("[" * 100_000)
     assert "L403" in said(capsys, *words)[0]

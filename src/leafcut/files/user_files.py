@@ -58,7 +58,7 @@ def first_time(hint: str) -> bool:
     folder = _folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA", "Local")
     if folder is None:
         return True
-    file = folder / "told.json"
+    file = folder / "hints.json"
     shown = _recorded_hints(file)
     if hint in shown:
         return False
