@@ -64,7 +64,7 @@ def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_al
             ("gcode",),
             "cut: the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
         ),
-        ("auto", ("excellon", "dxf"), "only drill files can be combined into one program; a.dxf is not one"),
+        ("auto", ("excellon", "dxf"), "only drill files can be combined into one program; a.dxf is not a drill file"),
         ("cut", ("excellon", "excellon"), "--process cut cannot combine them"),
     ],
 )

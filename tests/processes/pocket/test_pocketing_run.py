@@ -548,7 +548,7 @@ def test_an_algorithm_that_a_strategy_would_not_use_is_refused(
 ) -> None:
     with pytest.raises(OptionError) as refused:
         api.optimize(drawing, strategy=strategy, algorithm=algorithm, **FAST)
-    said = f"--strategy {strategy} takes {taken}, not {algorithm}; choose one of these, or another --strategy"
+    said = f"--strategy {strategy} supports {taken}, not {algorithm}; choose one of these, or another --strategy"
     assert str(refused.value) == f"--algorithm: {said}"
 
 

@@ -172,8 +172,8 @@ def test_a_steep_ramp_that_needs_more_power_than_the_spindle_has_is_found() -> N
     for share, wrong in ((1.0, False), (0.9995, True)):
         weak = replace(STEEL, power=share * needed)
         text = (
-            f"a move at 300 mm/min needs {needed / 1000.0:.4g} kW near X3.000 Y0.000 Z-2.000; the spindle gives "
-            f"{share * needed / 1000.0:.4g} kW at most"
+            f"a move at 300 mm/min needs {needed / 1000.0:.4g} kW near X3.000 Y0.000 Z-2.000; the spindle "
+            f"provides at most {share * needed / 1000.0:.4g} kW"
         )
         assert found((3.0, -2.0, 5.0), limits=weak) == ([(2, text)] if wrong else [])
 

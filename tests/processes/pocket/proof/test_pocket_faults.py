@@ -53,8 +53,8 @@ def test_each_rapid_in_material_has_its_place() -> None:
         (5, 5, None, 0), (None, None, 1.999, 0), (None, None, 1.99, 0), (9, None, None, 0), (None, 9, 9, 0),
         (9, 9, -2, 5), (9, 20, 3, 0), (30, 20, 3, 0), (30, 20, 2.1, 0), (30, 20, 1.5, 0),
     )  # fmt: skip
-    sideways = "a rapid may move sideways only at Z2.000 or above; this one goes from"
-    down = "a rapid may go below Z2.000 only over cleared area; this one goes from"
+    sideways = "a rapid may move sideways only at Z2.000 or above; this move goes from"
+    down = "a rapid may go below Z2.000 only over cleared area; this move goes from"
     assert faults(path) == [
         f"rapid in material: {down} X5.000 Y5.000 Z1.999 to X5.000 Y5.000 Z1.990 (line 3)",
         f"rapid in material: {sideways} X5.000 Y5.000 Z1.990 to X9.000 Y5.000 Z1.990 (line 4)",
@@ -97,7 +97,7 @@ def test_cuts_beyond_a_wall_and_below_a_floor_have_their_place() -> None:
 def test_of_many_faults_fifty_are_listed() -> None:
     steps = [(5, 5, None, 0), *((4 - k % 2, 20, -1, 5) for k in range(60))]
     found = faults(path_of(*steps), (Pocket(WALL, name="1"),))
-    assert len(found) == 51 and found[-1].endswith("10 more of them")
+    assert len(found) == 51 and found[-1].endswith("10 more differences")
 
 
 def test_moves_below_the_surface_are_cuts() -> None:
@@ -151,7 +151,7 @@ def test_a_film_of_a_hundredth_of_the_tool_is_no_material(aside: float, found: i
 def test_a_level_that_is_too_deep_has_its_place() -> None:
     path = path_of((5, 5, None, 0), (None, None, -4, 5), (35, 5, -4, 10), (5, 5, -4, 10))
     (found,) = depth_differences(path, RULES, 2.0)
-    text = "more than a level of 2.000 mm would be cut at once near X20.000 Y5.087 Z-4.000"
+    text = "more than the step-down of 2.000 mm would be cut at once near X20.000 Y5.087 Z-4.000"
     assert str(found) == f"too deep: {text} (line 3)"
     low = (Pocket(WALL, name="1"),)
     # A pocket whose material starts at -2 is cut by 2 mm.
@@ -173,7 +173,9 @@ def test_a_gouge_and_a_wide_step_over_have_their_level() -> None:
     assert 20 <= level.removal.gouges.area <= 30
     (found,) = gouge_differences([level], (pocket,))
     assert found.what == "gouge" and found.text.startswith("pocket 1 at Z-2.000: ")
-    assert found.text.split(": ", 1)[1].startswith(f"{level.removal.gouges.area:.3g} mm² beyond the wall near X-0.")
+    assert found.text.split(": ", 1)[1].startswith(
+        f"{level.removal.gouges.area:.3g} mm² are cut beyond the wall near X-0."
+    )
     rows = [(x, 7.0 * k, -2, 10) for k, ends in enumerate(((0, 50), (50, 0), (0, 50))) for x in ends]
     (level,) = simulated_levels(path_of((0, 0, None, 0), (None, None, -2, 5), *rows), WIDE, RULES, [(-2.0,)])
     (found,) = step_over_differences([level], WIDE, RULES)

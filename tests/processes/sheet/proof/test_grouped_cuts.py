@@ -38,7 +38,7 @@ def runs_of(*lines: list[tuple[float, float]]) -> Any:
         SimpleNamespace(line=10 * k, points=np.array(points, dtype=float), start=points[0])
         for k, points in enumerate(lines, 1)
     ]
-    return SimpleNamespace(runs=runs, burnt=[shapely.LineString(points) for points in lines], kerf=1.5)
+    return SimpleNamespace(runs=runs, burnt_lines=[shapely.LineString(points) for points in lines], kerf=1.5)
 
 
 @pytest.mark.parametrize("around", [0, 2])
@@ -46,7 +46,7 @@ def test_common_lines_have_one_cut_around_them(around: int) -> None:
     laid = runs_of([(5, 0), (5, 10)], *[[(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]] * around)
     cuts = [SimpleNamespace(group=3, common=10.0), *[SimpleNamespace(group=3, common=0.0)] * around]
     laid.plan = SimpleNamespace(cuts=[*cuts, SimpleNamespace(group=4, common=0.0)])
-    text = f"{around} runs go around parts with common lines, instead of one"
+    text = f"{around} cuts go around parts with common lines instead of one"
     assert list(_group_faults(laid, 3, [0])) == [Difference("out of order", 0, 10, text)]
 
 

@@ -133,9 +133,9 @@ def test_a_move_from_an_unknown_place_is_not_counted() -> None:
     ("crossed", "close", "nozzle", "text"),
     [
         (None, 0, 0.0, ""), (2, 0, 0.0, ""),
-        (1, 0, 0.0, "2 travel moves over parts that are cut free, 1 reported; the first to X40.000 Y40.000"),
-        (1, 9, 9.0, "2 travel moves over parts that are cut free, 1 reported; the first to X40.000 Y40.000"),
-        (2, 0, 4.0, "a nozzle of 4 mm comes over parts that are cut free on 3 travel moves, 2 reported; the first to "
+        (1, 0, 0.0, "2 travel moves over detached parts, 1 reported; the first to X40.000 Y40.000"),
+        (1, 9, 9.0, "2 travel moves over detached parts, 1 reported; the first to X40.000 Y40.000"),
+        (2, 0, 4.0, "a nozzle of 4 mm passes over detached parts on 3 travel moves, 2 reported; the first to "
          "X40.000 Y40.000"),
         (2, 1, 4.0, ""), (2, 0, 3.0, ""),
     ],
@@ -145,7 +145,7 @@ def test_more_routes_over_parts_than_reported_are_a_fault(
 ) -> None:
     """Two routes cross a part, and a third passes it by 1.7 mm."""
     path = path_of((15, 40, 40), (25, 0, 0), (35, 0, 8.3), (36, 40, 8.3))
-    expected = [Difference("travel over a free part", 0, 15, text)] if text else []
+    expected = [Difference("travel over a detached part", 0, 15, text)] if text else []
     assert check_detached_parts(laid(crossed=crossed, close=close), path, FLAT, nozzle) == expected  # type: ignore[arg-type]
     lifted: Any = SimpleNamespace(moves_z=True)
     assert check_detached_parts(laid(crossed=crossed, close=close), path, lifted, nozzle) == []
