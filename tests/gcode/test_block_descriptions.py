@@ -59,7 +59,7 @@ def test_comments_and_digests_follow_the_words() -> None:
         (
             "G65 [parameters 1] [again 1]",
             "G65 [again 2]",
-            ["a parameter that it may read has another value", "what it may run once more has changed"],
+            ["a parameter that it may read has another value", "the code that it may repeat has changed"],
         ),
     ],
 )

@@ -153,12 +153,12 @@ def test_lines_of_other_kinds() -> None:
 def test_targets_of_jumps_are_known_by_their_lines() -> None:
     lines = ["N1", "N2 X1", "(a) N3", "GOTO 2", "M99 P4", "N4", "m 97 P5", "N5"]
     jumps = Jumps(lines, ProgramParameters())
-    assert [line for line in range(8) if jumps.is_goal(line)] == [1, 5, 7]
-    assert [jumps.named(line) for line in range(4)] == ["N1", "N2", "N3", ""]
-    assert jumps.named(5) == "N4" and Jumps(["N007 X1"], ProgramParameters()).named(0) == "N7"
+    assert [line for line in range(8) if jumps.is_jump_target(line)] == [1, 5, 7]
+    assert [jumps.line_number_text(line) for line in range(4)] == ["N1", "N2", "N3", ""]
+    assert jumps.line_number_text(5) == "N4" and Jumps(["N007 X1"], ProgramParameters()).line_number_text(0) == "N7"
     # A computed target, or M99 alone, may lead to any numbered line.
     for jump in ("GOTO #1", "M99 P#1", "GOTO [1]"):
         anywhere = Jumps(["N1", "X1", "N3", jump], ProgramParameters())
-        assert [line for line in range(4) if anywhere.is_goal(line)] == [0, 2]
+        assert [line for line in range(4) if anywhere.is_jump_target(line)] == [0, 2]
     none = Jumps(["N1", "(GOTO 1)", "GOTO 9"], ProgramParameters())
-    assert not any(map(none.is_goal, range(3)))
+    assert not any(map(none.is_jump_target, range(3)))

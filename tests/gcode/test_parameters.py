@@ -119,7 +119,7 @@ def test_a_value_is_as_worked_by_hand(text: str, value: float) -> None:
         ("X" + "[" * 41 + "1" + "]" * 41, "an expression has more than 40 brackets inside each other"),
         ("]X1", "unexpected character ']'"),
         ("= X1", "unexpected character '='"),
-        ("X[1" + "0" * 400 + "]", f"'1{'0' * 58}…' is more than any number of a machine"),
+        ("X[1" + "0" * 400 + "]", f"'1{'0' * 58}…' exceeds the number range of controllers"),
     ],
 )
 def test_a_block_without_a_value_is_refused_with_the_reason(line: str, message: str) -> None:
@@ -186,7 +186,7 @@ def test_fanuc_computes_without_brackets_and_has_its_own_parameters_from_1000() 
         reading("#5=#1+2", numbered={1: 1.0})
     parameters = ProgramParameters(fanuc=True)
     for key in (999, 1000):
-        parameters.put(key, 1.0)
+        parameters.set_parameter(key, 1.0)
     assert parameters.numbered == {999: 1.0}
 
 
@@ -194,7 +194,7 @@ def test_parameters_are_set_forgotten_and_told_apart() -> None:
     parameters = ProgramParameters()
     assert parameters.digest() == ""
     for key, value in ((1, 2.0), (31, 3.0), (4999, 4.0), (5000, 5.0), ("a", 6.0), ("_b", 7.0)):
-        parameters.put(key, value)
+        parameters.set_parameter(key, value)
     assert parameters.numbered == {1: 2.0, 31: 3.0, 4999: 4.0}
     assert (parameters.local, parameters.shared) == ({"a": 6.0}, {"_b": 7.0})
     one = parameters.digest()
@@ -203,13 +203,13 @@ def test_parameters_are_set_forgotten_and_told_apart() -> None:
         and one
         == ProgramParameters(numbered={31: 3.0, 4999: 4.0, 1: 2.0}, local={"a": 6.0}, shared={"_b": 7.0}).digest()
     )
-    parameters.put("a", 6.5)
+    parameters.set_parameter("a", 6.5)
     assert parameters.digest() != one
     assert not parameters.asked and parameters.asks == 0
     assert parameters.number(31) == 3.0 and parameters.named("a") == 6.5 and not parameters.asked
     assert math.isnan(parameters.number(7)) and math.isnan(parameters.named("_c")) and parameters.asked
     assert parameters.asks == 2
-    parameters.put(-1, 1.0)
+    parameters.set_parameter(-1, 1.0)
     assert sorted(parameters.numbered) == list(range(1, 31))
     assert all(map(math.isnan, parameters.numbered.values())) and parameters.local == {"a": 6.5}
     parameters.forget()

@@ -47,7 +47,10 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ("MCALL CYCLE81(2,2,0,-5)\nMCALL CYCLE81(2,2,0,-5)", "MCALL within MCALL; a MCALL alone is missing before it"),
+        (
+            "MCALL CYCLE81(2,2,0,-5)\nMCALL CYCLE81(2,2,0,-5)",
+            "MCALL within MCALL; an MCALL without a cycle is missing before it",
+        ),
         ("MCALL CYCLE81(2,2,0,-5,)", "CYCLE81 with 5 arguments: leafcut reads only its own Siemens programs"),
         ("MCALL CYCLE82(2,2,0,-5,,1,)", "CYCLE82 with 7 arguments: leafcut reads only its own Siemens programs"),
         (
@@ -56,7 +59,7 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
         ),
         ("G18\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood in the XY plane (G17) with G90 only"),
         ("G91\nMCALL CYCLE81(2,2,0,-5)", "CYCLE81 is understood in the XY plane (G17) with G90 only"),
-        ("MCALL CYCLE81(2,2.5,-0.5,-5)", "CYCLE81: SDIS has no sign"),
+        ("MCALL CYCLE81(2,2.5,-0.5,-5)", "CYCLE81: SDIS must not be negative"),
         *(
             (
                 f"MCALL CYCLE81({arguments})",
@@ -64,13 +67,16 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
             )
             for arguments in ("21,21,0,-5", "1,2,0,-5", "2,2,0,2", "2,2,0,3", "20,20,0.001,0")
         ),
-        ("MCALL CYCLE81(3,2,0,-5)", "CYCLE81: RTP is neither its reference plane nor the height where the tool is"),
+        ("MCALL CYCLE81(3,2,0,-5)", "CYCLE81: RTP is neither the reference plane nor the height of the tool"),
         ("MCALL CYCLE81(,2,0,-5)", "CYCLE81 needs RTP, a number"),
         ("MCALL CYCLE81(2,a,0,-5)", "CYCLE81 needs RFP, a number"),
         ("MCALL CYCLE81(2,2,,-5)", "CYCLE81 needs SDIS, a number"),
         ("MCALL CYCLE81(2,2,0)", "CYCLE81 needs DP, a number"),
         ("MCALL CYCLE82(2,2,0,-5)", "CYCLE82 needs DTB, a number"),
-        ("MCALL CYCLE82(2,2,0,-5,,-1)", "CYCLE82: a dwell below 0 is in revolutions; leafcut does not read it"),
+        (
+            "MCALL CYCLE82(2,2,0,-5,,-1)",
+            "CYCLE82: a negative dwell is a number of revolutions, which leafcut does not read",
+        ),
         ("MCALL CYCLE83(2,2,0,-5,1,-1,,0,0,0,1,1)", "CYCLE83: DPR must be empty"),
         ("MCALL CYCLE83(2,2,0,-5,,-1,1,0,0,0,1,1)", "CYCLE83: FDPR must be empty"),
         ("MCALL CYCLE83(2,2,0,-5,,-1,,1,0,0,1,1)", "CYCLE83: DAM must be 0"),
@@ -83,27 +89,32 @@ def test_lengths_of_a_cycle_are_in_the_unit_of_the_program() -> None:
         *(
             (
                 f"MCALL CYCLE81(2,2,0,-5)\n{block}",
-                "a block that is no place while a cycle is called (MCALL): it would drill, too",
+                "a block other than a hole position while a cycle is modal (MCALL): it would drill a hole, too",
             )
             for block in ("G0", "M8", "X5 M8", "G0 X5 Z5", "F100", "G90 X5", "G4 F1")
         ),
-        ("MCALL CYCLE81(2,2,0,-5)\nG1 X5", "a hole is reached in G0"),
+        ("MCALL CYCLE81(2,2,0,-5)\nG1 X5", "a hole must be approached with G0"),
         (
             "G0 SUPA X0 D0\nD1 Z20\nMCALL CYCLE81(2,2,0,-5)\nY5",
-            "a hole at a place that is not known: X and Y are not both given",
+            "a hole at an unknown position: X and Y are not both given",
         ),
         ("X1 R5", "R is a parameter of Siemens controls; the radius of an arc is CR="),
         ("G2 X4 r -2", "R is a parameter of Siemens controls; the radius of an arc is CR="),
-        ("X=5", "'X=5' is not understood: of Siemens programs leafcut reads only its own"),
+        ("X=5", "'X=5' is not understood: leafcut reads only Siemens programs that it wrote itself"),
         ('MSG("é a long text that is shortened")', None),
-        ('T="DRILL"', "'T=\"DRILL\"' is not understood: of Siemens programs leafcut reads only its own"),
-        ("MCALL CYCLE84(1)", "'MCALL CYCLE84(1)' is not understood: of Siemens programs leafcut reads only its own"),
+        ('T="DRILL"', "'T=\"DRILL\"' is not understood: leafcut reads only Siemens programs that it wrote itself"),
+        (
+            "MCALL CYCLE84(1)",
+            "'MCALL CYCLE84(1)' is not understood: leafcut reads only Siemens programs that it wrote itself",
+        ),
     ],
 )  # fmt: skip
 def test_a_block_that_leafcut_does_not_write_is_refused(lines: str, message: str | None) -> None:
     with pytest.raises(ReadError) as refused:
         interpret(HEAD.format(20) + lines + "\nMCALL\nM30\n", dialect("siemens"), "plate.mpf")
-    shown = "'MSG(\"  a long text that is sho' is not understood: of Siemens programs leafcut reads only its own"
+    shown = (
+        "'MSG(\"  a long text that is sho' is not understood: leafcut reads only Siemens programs that it wrote itself"
+    )
     number = 8 + lines.count("\n") + 1
     assert str(refused.value) == f"plate.mpf:{number}: {message or shown}"
 

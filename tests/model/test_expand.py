@@ -91,7 +91,7 @@ def test_the_place_before_a_row_is_the_end_of_the_row_before(steps) -> None:
 
 
 def test_a_peck_that_cannot_be_meant_is_refused_before_it_fills_the_memory() -> None:
-    with pytest.raises(PlanError, match="strokes a hole"):
+    with pytest.raises(PlanError, match="strokes per hole"):
         expand(build([("drill", DrillCycle("G83", 2.0, -1000.0, peck=1e-9))]))
     many = [DrillCycle("G83", 2.0, -4000.0 - i, peck=0.5) for i in range(300)]
     with pytest.raises(PlanError, match="use larger pecks"):

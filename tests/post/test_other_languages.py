@@ -408,6 +408,7 @@ def test_the_header_states_the_zero_in_the_unit_of_the_program(units: str, x: st
     builder.rapid(z=-0.0001)
     head = header_lines(
         source="a",
+        command="drill",
         version="1",
         machine=load_machine("linuxcnc-mill"),
         tools=[Tool(1, 5.0, ToolKind.DRILL, name="drill-5")],

@@ -137,8 +137,8 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
     [
         ("linuxcnc", [HIGH, ("rapid", NAN, NAN, NAN)], "a move to an unknown position"),
         ("linuxcnc", [HIGH, ("machine",)], "a move in machine coordinates without a target"),
-        ("linuxcnc", [("machine",)], "the first move, in machine coordinates, must be in Z alone"),
-        ("linuxcnc", [("machine", 0.0, None, 0.0)], "the first move, in machine coordinates, must be in Z alone"),
+        ("linuxcnc", [("machine",)], "the first move, in machine coordinates, must be in Z only"),
+        ("linuxcnc", [("machine", 0.0, None, 0.0)], "the first move, in machine coordinates, must be in Z only"),
         (
             "marlin",
             [("machine", None, None, 0.0)],
@@ -147,7 +147,7 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "haas",
             [("machine", None, None, 0.0), ("tool", 2), ("rapid", 1.0, 2.0, 9.0)],
-            "the first move in Z after a change of tool must be in Z alone",
+            "the first move in Z after a change of tool must be in Z only",
         ),
         (
             "linuxcnc",
@@ -157,7 +157,7 @@ def test_rows_are_written_with_the_words_of_the_controller(name: str, steps: lis
         (
             "linuxcnc",
             [HIGH, ("rapid", 0.0, 0.0), ("arc", True, (NAN, 0.0, 9.0), Arc((5.0, 0.0, 9.0)), FEED)],
-            "an arc from a place that is not known",
+            "an arc from an unknown position",
         ),
         (
             "linuxcnc",

@@ -280,7 +280,7 @@ def test_arcs_are_refused_before_the_start_where_the_firmware_says_that_it_has_n
     assert sent(FakeMarlin(), job_with(lines)).complete
     board = FakeMarlin()
     board.abilities = board.abilities.replace("ARCS:1", "ARCS:0")
-    with pytest.raises(SendError, match=r"no arcs \(ARC_SUPPORT\), and line 10 is one"):
+    with pytest.raises(SendError, match=r"no arcs \(ARC_SUPPORT\), but line 10 is an arc"):
         sent(board, job_with(lines))
 
 

@@ -72,7 +72,7 @@ def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
         ("G0 A3", r"part\.nc:4: A3 is not a word|A"),
         ("G1 F100 X" + "1" * 5 + "." + "1" * 90, r"part\.nc:4: the line has \d+ characters .* takes 79"),
         ("G1 X5 F100", "part.nc is not sent: L801|L802|part"),
-        ("G91\nG0 X1", r"part\.nc:5: X1 is incremental \(G91\), but where X is before"),
+        ("G91\nG0 X1", r"part\.nc:5: X1 is incremental \(G91\), but the position of X before it is unknown"),
     ],
 )
 def test_what_a_board_must_not_get_is_refused_with_its_line(line: str, told: str) -> None:

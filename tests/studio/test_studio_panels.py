@@ -96,7 +96,10 @@ def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_fo
         panel._open(HoleOrder({0: (0, 1), 1: (2,)}, np.zeros((3, 2))))
         for args in ({"number": 1, "onto": 3}, {"number": 1, "onto": None, "to": [5, 5]}):
             panel.drag(SimpleNamespace(args=args))  # type: ignore[arg-type]
-        assert [line.partition(";")[0] for line in said] == ["these holes use different tools", "holes cannot be moved"]
+        assert [line.partition(";")[0] for line in said] == [
+            "these holes use different tools",
+            "hole positions are fixed",
+        ]
         panel._change_chosen(lambda edited: edited.reverse(0))
         assert said[2:] == [words("en")("edit.choose")]
 
