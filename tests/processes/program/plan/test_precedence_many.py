@@ -62,14 +62,14 @@ def strokes(n: int) -> Program:
 
 def test_who_waits_is_looked_at_for_every_piece_of_work_and_may_end_the_search_for_them() -> None:
     looks: list[int] = []
-    find_sequence(strokes(50), look=lambda: looks.append(1))
+    find_sequence(strokes(50), check_cancelled=lambda: looks.append(1))
     assert len(looks) > 100
 
     def end() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        find_sequence(strokes(50), look=end)
+        find_sequence(strokes(50), check_cancelled=end)
 
 
 def test_who_waits_is_looked_at_in_plain_lines_as_well() -> None:

@@ -192,7 +192,7 @@ def compared(before: list[tuple[Barrier, int]], after: list[tuple[Barrier, int]]
     return [found.before, found.after, pairs, found.differences, found.states, found.implied]
 
 
-SAME = "with the spindle, the coolant or the work around it in another state than before"
+SAME = "now runs with a different state of the spindle, the coolant or the tasks around it"
 
 
 def test_equal_barriers_are_paired_in_order() -> None:
@@ -293,9 +293,11 @@ def test_a_removed_or_added_tool_or_work_offset_implies_changes_of_cuts() -> Non
         ((1, 2, 5), (1, 2, 5), True, None),
         ((1, 2, 5), (1.002, 2, 4.998), True, None),
         ((1, 2, 5), (1.0021, 2, 5), True, ("barrier at another place",
-         "'pause M0' may begin where the tool is: X1.000 Y2.000 Z5.000 became X1.002 Y2.000 Z5.000")),
+         "'pause M0' may start at the current position of the tool, which changed: "
+         "X1.000 Y2.000 Z5.000 became X1.002 Y2.000 Z5.000")),
         ((1, 2, 5), (1, 2, NAN), True, ("barrier at another place",
-         "'pause M0' may begin where the tool is: X1.000 Y2.000 Z5.000 became X1.000 Y2.000 and an unknown Z")),
+         "'pause M0' may start at the current position of the tool, which changed: "
+         "X1.000 Y2.000 Z5.000 became X1.000 Y2.000 and an unknown Z")),
         ((NAN, 2, 5), (NAN, 2, 5), True, None),
         ((1, 2, 5), (7, 2, 5), False, None),
         ((1, 2, 5), (1, 2, 4.998), False, None),
@@ -349,7 +351,7 @@ def test_settings_in_lines_that_never_run_are_compared(
     before: str, after: str, lines: tuple[int, int], words: str
 ) -> None:
     programs = [program_of(SETTINGS.format(text), "qtplasmac") for text in (before, after)]
-    text = f"the settings that the controller takes from lines which are not run differ: {words}"
+    text = f"the controller settings in lines that are not executed differ: {words}"
     assert list(compare_unreached_settings(*programs)) == (
         [Difference("changed setting", *lines, text)] if words else []
     )

@@ -49,8 +49,9 @@ DETOUR = "G0 X{} Y0 Z5 / X0"
 @pytest.mark.parametrize(
     ("x", "text"),
     [
-        (-50, "X-50.000 is below all of the original, X0.000"), (25, "X25.000 is above all of the original, X20.000"),
-        (20.002, ""), (20.003, "X20.003 is above all of the original, X20.000"), (-0.002, ""), (15, ""),
+        (-50, "X-50.000 is below every move of the original, X0.000"),
+        (25, "X25.000 is above every move of the original, X20.000"),
+        (20.002, ""), (20.003, "X20.003 is above every move of the original, X20.000"), (-0.002, ""), (15, ""),
     ],
 )  # fmt: skip
 def test_a_new_program_reaches_no_farther_than_the_original(x: float, text: str) -> None:

@@ -35,7 +35,7 @@ ALONG, ACROSS, FAR = stroke((0, 0), (20, 0)), stroke((10, -5), (10, 5)), stroke(
 DEEPER = stroke((0, 0), (20, 0), z=-2.0)
 OUTER, INNER = stroke(*square(0, 0, 40)), stroke((20, 20), (22, 20))
 ROWS = [stroke((0, 5.0 * k), (30, 5.0 * k)) for k in range(5)]
-LATER = "which came after it and is now before"
+LATER = "which used to come later and now comes first"
 
 
 @pytest.mark.parametrize(
@@ -57,18 +57,18 @@ LATER = "which came after it and is now before"
              f"(line 11), {LATER}"),
         ]),
         (ROWS, [ROWS[0], ROWS[2], ROWS[1], *ROWS[3:]], [
-            ("order", 11, 15, "X0.000 Y5.000 Z-1.000 (line 11) is a row beside X0.000 Y10.000 Z-1.000 (line 15), "
+            ("order", 11, 15, "X0.000 Y5.000 Z-1.000 (line 11) clears a row beside X0.000 Y10.000 Z-1.000 (line 15), "
              f"{LATER}"),
         ]),
         ([OUTER, INNER], [INNER, OUTER], [
             ("inner before outer", 14, 7, "X20.000 Y20.000 Z-1.000 (line 14) lies inside a closed cut that ends at "
-             "X0.000 Y0.000 Z-1.000 (line 11), and was made after it; now it is made before it"),
+             "X0.000 Y0.000 Z-1.000 (line 11); it used to be cut after this cut and is now cut before it"),
         ]),
         ([INNER, OUTER], [OUTER, INNER], [
             ("inner after outer", 7, 14, "X20.000 Y20.000 Z-1.000 (line 7) lies inside a closed cut that ends at "
-             "X0.000 Y0.000 Z-1.000 (line 15), and was made before it; now it is made after it"),
-            ("part free too early", 7, 14, "X20.000 Y20.000 Z-1.000 (line 7) was made before the part whose outline "
-             "ends at X0.000 Y0.000 Z-1.000 (line 15) came free; now it is made after it"),
+             "X0.000 Y0.000 Z-1.000 (line 15); it used to be cut before this cut and is now cut after it"),
+            ("part detached too early", 7, 14, "X20.000 Y20.000 Z-1.000 (line 7) was cut before the part whose outline "
+             "ends at X0.000 Y0.000 Z-1.000 (line 15) was detached; now it is cut afterwards"),
         ]),
         ([OUTER, FAR, INNER], [FAR, OUTER, INNER], []),
     ],
@@ -93,7 +93,8 @@ HOLE, FIRST, SECOND, THIRD = lit(*square(10, 10, 10)), *(lit(*square(x, 0, 40)) 
 def test_a_hole_that_a_laser_cuts_after_its_part_is_in_a_free_part() -> None:
     text = (
         "X20.000 Y10.000 and an unknown Z (line 4) lies inside a closed cut that ends at X0.000 Y0.000 and an unknown "
-        "Z (line 14), and was made before it; now it is made after it, in a part that is free by then"
+        "Z (line 14); it used to be cut before this cut and is now cut after it, in a part that is already detached by "
+        "then"
     )
     assert compared([HOLE, FIRST], [FIRST, HOLE]) == ([Difference("inner after outer", 4, 11, text)], ())
     assert compared([FIRST, HOLE], [HOLE, FIRST]) == ([], ())
@@ -116,7 +117,7 @@ def test_parts_of_a_laser_that_come_free_in_another_order_are_noted(
     before: list[str], after: list[str], moved: str, one: str, other: str
 ) -> None:
     note = (
-        f"parts come free in another order: {moved} outlines are now cut before one that used to come first, such as "
-        f"the outline that ends at {one}: it is now cut before the path that ends at {other}"
+        f"parts detach in a different order: {moved} outlines are cut earlier than before. "
+        f"Example: the outline that ends at {one} is now cut before the path that ends at {other}"
     )
     assert compared(before, after) == ([], (note,) if moved else ())

@@ -143,7 +143,9 @@ def test_a_new_speed_is_within_the_limits_or_refused(name: str) -> None:
         x, y, z = move.begin
         with pytest.raises(VerifyError) as refused:
             found()
-        text = f"T{move.tool} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed asks more than is allowed"
+        text = (
+            f"T{move.tool} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed exceeds the load limit of the tool or the spindle"
+        )
         assert str(refused.value) == text
 
 
@@ -216,7 +218,7 @@ def test_a_lower_move_stays_clear_of_the_material(move: Move, bent_above: float,
     else:
         with pytest.raises(VerifyError) as refused:
             check_lowered(HIGH, LOW, loads, rules, bent_above)
-        assert str(refused.value) == f"line {LOW.line[move.row]}: a lower way comes too near to the material"
+        assert str(refused.value) == f"line {LOW.line[move.row]}: a lowered move comes too close to the material"
 
 
 @pytest.mark.parametrize(
@@ -230,5 +232,5 @@ def test_the_approach_to_a_lower_r_plane_is_clear(plane: float, to_initial: bool
     if allowed:
         check_lowered(HIGH, after, loads, PaceRules(True, True))
     else:
-        with pytest.raises(VerifyError, match=r"^line 20: a lower way comes too near to the material$"):
+        with pytest.raises(VerifyError, match=r"^line 20: a lowered move comes too close to the material$"):
             check_lowered(HIGH, after, loads, PaceRules(True, True))
