@@ -306,7 +306,9 @@ def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
 
 
 def test_one_program_is_made_of_drill_files_only(board: Path, examples: Path) -> None:
-    with pytest.raises(leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not a drill file"):
+    with pytest.raises(
+        leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not a drill file"
+    ):
         leafcut.optimize(["board-PTH.drl", examples / "plate_10.dxf"], depth=2)
 
 

@@ -168,8 +168,7 @@ def check_limits(
         at = int(np.flatnonzero(wrong)[0])
         x, y, z = loads.moves.ends[at, :3].tolist()
         raise VerifyError(
-            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed exceeds the load limit of the tool or "
-            f"the spindle"
+            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed is higher than is allowed there"
         )
     return speed
 
