@@ -200,8 +200,8 @@ def test_the_ends_of_a_path_are_neighbours_of_the_tour_also_across_its_end(apart
             with pytest.raises(SolveError) as refused:
                 packaged._checked_tour("torn", instance, way)
             assert str(refused.value) == (
-                "algorithm 'torn' returned no tour of all 6 nodes, each once and the ends side by side; it is no part "
-                "of leafcut"
+                "algorithm 'torn' did not return a tour that visits each of the 6 nodes once, with its ends adjacent; "
+                "it is not part of leafcut"
             )
         else:
             checked = packaged._checked_tour("torn", instance, np.array(way, dtype=np.int64))

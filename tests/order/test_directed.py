@@ -247,7 +247,9 @@ def test_a_table_with_ends_is_refused_in_one_line() -> None:
     for work in (lambda: build_directed(table, 5), lambda: least_costs(table)):
         with pytest.raises(SolveError) as refused:
             work()
-        assert str(refused.value) == "a cost table has no costs to or from a place; leave out start and end"
+        assert (
+            str(refused.value) == "a cost table has no costs to or from a point; leave out the start and the end point"
+        )
 
 
 def test_least_costs_are_given_up_when_it_is_late() -> None:

@@ -145,7 +145,7 @@ def test_the_example_of_a_step_shows_the_five_likeliest_places_after_the_first(e
     moves = Places(instance, False)
     laid = initial_trails(moves, parameters, 50.0, 1)
     laid.pheromone[:] = np.random.default_rng(4).uniform(0.1, 1.0, laid.pheromone.shape)
-    laid.weigh()
+    laid.update_weights()
     here = int(np.flatnonzero(instance.label == 0)[0])
     near = instance.candidates[here]
     total = laid.weights[here][near >= 0].sum()

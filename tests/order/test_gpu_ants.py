@@ -41,7 +41,7 @@ import numpy as np
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions
 from leafcut.order.literature import gpu
-from leafcut.order.literature.ants import Ants, trails_of
+from leafcut.order.literature.ants import Ants, initial_trails
 from leafcut.order.literature.pheromone import AntParameters
 from leafcut.order.literature.places import Places
 from leafcut.order.literature.gpu import GpuAnts
@@ -66,7 +66,7 @@ for name, (problem, candidates) in problems.items():
             best = Best(stop)
             parameters = AntParameters.of(algorithm, AcoOptions(n_ants=40), instance.n, False)
             moves = Places(instance, False)
-            ants = kind(moves, trails_of(moves, parameters, moves.start(best), 3), 3, stop)
+            ants = kind(moves, initial_trails(moves, parameters, moves.start(best), 3), 3, stop)
             for iteration in range(1, 4):
                 tours, costs = ants.construct(iteration)
                 said.append((tours.tolist(), costs.tolist()))
@@ -311,5 +311,5 @@ def test_an_error_of_the_gpu_is_reported_by_its_first_line(error: Exception, wor
 
     with pytest.raises(SolveError) as refused:
         gpu._run_on_gpu(fail)
-    assert str(refused.value) == f"--parallel gpu: the GPU refused the work ({words}); leave it out"
+    assert str(refused.value) == f"--parallel gpu: the GPU rejected the job ({words}); leave it out"
     assert gpu._run_on_gpu(lambda: 5) == 5

@@ -199,7 +199,7 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
         given.append(all_given)
         return 0.25
 
-    monkeypatch.setattr(kicks, "bring_home", home)
+    monkeypatch.setattr(kicks, "shorten_by_walking", home)
     tour = tour_with_buffers(np.random.default_rng(1).permutation(N).astype(np.int32), queued=False)
     assert shorten_long_edges(instance, tour) is True
     cost, same, lists, lengths, edges, onto, steps, places = given[0]
@@ -214,7 +214,7 @@ def test_edges_longer_than_all_candidates_at_their_ends_are_shortened_the_longes
     assert edges.tolist() == [list(e) for e in sorted(excess, key=lambda e: -excess[e])]
     assert onto.tolist() == [-1] * N
     assert (steps.shape, places) == ((3000, 2), 50 * N)
-    monkeypatch.setattr(kicks, "bring_home", lambda *_: 0.0)
+    monkeypatch.setattr(kicks, "shorten_by_walking", lambda *_: 0.0)
     assert shorten_long_edges(instance, tour) is False
 
 

@@ -99,7 +99,7 @@ def test_the_messages_about_a_map_name_its_file() -> None:
     with pytest.raises(PlanError) as refused:
         check_forbidden_edges(replace(part, source=""), np.array([4, 0, 2, 0], dtype=np.int32))
     assert str(refused.value) == (
-        "four: no tour was found without edges that the file forbids; the best one goes from node 3 to 1 (-1 in the "
+        "four: no tour was found without edges that the file forbids; the best tour goes from node 3 to 1 (-1 in the "
         "matrix); give more time, or allow more edges"
     )
     check_forbidden_edges(part, np.array([4, 0, 2, 3], dtype=np.int32))

@@ -43,26 +43,26 @@ def test_pairs_are_sorted_and_each_is_kept_once() -> None:
         ([[6, 0]], "precedence pair (6, 0): clusters are numbered 0 to 5; correct the pair"),
         ([[0, 5], [-1, 2]], "precedence pair (-1, 2): clusters are numbered 0 to 5; correct the pair"),
         ([[0, 1], [2, -3]], "precedence pair (2, -3): clusters are numbered 0 to 5; correct the pair"),
-        ([[3, 3]], "cluster 3 must come before itself: no order can keep that; remove that pair"),
+        ([[3, 3]], "cluster 3 must come before itself: no order satisfies this; remove that pair"),
         (
             [[1, 4], [4, 1]],
-            "cluster 4 must come before cluster 1, and cluster 1 before cluster 4: no order can keep both; remove one "
+            "cluster 4 must come before cluster 1, and cluster 1 before cluster 4: no order satisfies both; remove one "
             "of the pairs",
         ),
         (
             [[0, 1], [1, 2], [2, 5], [5, 1], [5, 3]],
-            "cluster 5 must come before cluster 1, and cluster 1 before cluster 5 (by way of 1 more): no order can "
-            "keep both; remove one of the pairs",
+            "cluster 5 must come before cluster 1, and cluster 1 before cluster 5 (via 1 more): no order satisfies "
+            "both; remove one of the pairs",
         ),
         (
             [[4, 2], [2, 4], [2, 0], [0, 1]],
-            "cluster 4 must come before cluster 2, and cluster 2 before cluster 4: no order can keep both; remove one "
+            "cluster 4 must come before cluster 2, and cluster 2 before cluster 4: no order satisfies both; remove one "
             "of the pairs",
         ),
         (
             [[1, 2], [2, 3], [3, 4], [4, 5], [5, 1]],
-            "cluster 5 must come before cluster 1, and cluster 1 before cluster 5 (by way of 3 more): no order can "
-            "keep both; remove one of the pairs",
+            "cluster 5 must come before cluster 1, and cluster 1 before cluster 5 (via 3 more): no order satisfies "
+            "both; remove one of the pairs",
         ),
     ],
 )

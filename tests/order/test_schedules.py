@@ -259,7 +259,7 @@ def test_the_time_of_an_ant_is_measured_while_a_colony_is_founded(
     monkeypatch.setattr(colony, "_colony_size", how_many)
     monkeypatch.setattr(colony, "create_colony", found)
     monkeypatch.setattr(colony, "next_generation", lambda _, c, *__: replace(c, generation=c.generation + 1))
-    monkeypatch.setattr(colony, "kick_on", lambda *_: 77)
+    monkeypatch.setattr(colony, "kick_repeatedly", lambda *_: 77)
     assert improve_by_colony(instance, 7, stop, best, Workers(None, 2, stop, WorkerLog.of(2))) == 77
     assert [(n, number, visits, kicks) for n, number, _, visits, kicks in asked] == [
         (PLACES, k, math.inf, kicking) for k in range(3)

@@ -103,13 +103,13 @@ def test_thrift_holds_for_times_without_limits(options: SolveOptions, unit: str,
 
 def test_a_period_is_worth_what_the_one_before_it_gained() -> None:
     rule = PayoffLimit(holds=True)
-    assert rule.is_worth(2.0, 2.0)
+    assert rule.is_worthwhile(2.0, 2.0)
     assert not rule.spared
-    assert not rule.is_worth(2.0, 1.9)
+    assert not rule.is_worthwhile(2.0, 1.9)
     assert rule.spared
-    assert not rule.is_worth(0.0, 9.0)
+    assert not rule.is_worthwhile(0.0, 9.0)
     never = PayoffLimit()
-    assert never.is_worth(9.0, 0.0)
+    assert never.is_worthwhile(9.0, 0.0)
     assert never.is_worth_continuing(0.0, 5.0)
     assert never.is_worth_continuing(99.0, 5.0)
     assert not never.spared
@@ -145,7 +145,7 @@ def test_the_time_left_of_a_deadline_falls_while_a_search_runs_and_stays_afterwa
         cancelled.set()
         assert is_late()
     # Each search gets a twentieth of its share, and at least a millisecond.
-    whole.spend(3.9)
+    whole.subtract(3.9)
     assert whole.part(0.5).limit == pytest.approx(0.25)
     assert Deadline(0.0).part(1.0).limit == 0.001
     assert Deadline(10.0).part(0.3).limit == pytest.approx(3.0)
@@ -267,7 +267,7 @@ def test_a_study_gets_the_costs_of_an_iteration_with_service(clock: Clock) -> No
 
 def test_the_work_of_each_worker_is_added_up() -> None:
     log = WorkerLog.of(2)
-    assert [log.number(thread) for thread in (77, 99, 77, 55, 99)] == [0, 1, 0, 0, 1]
+    assert [log.number_of_thread(thread) for thread in (77, 99, 77, 55, 99)] == [0, 1, 0, 0, 1]
     log.add(1, 3, 0.5, 9.0)
     log.add(1, 2, 0.25, 8.0)
     log.add(1, 1, 0.25, 8.5)
@@ -288,8 +288,8 @@ def test_tasks_have_their_results_in_order(threads: int) -> None:
 
             return run
 
-        shares = workers.shares([task(k) for k in range(4)])  # type: ignore[misc]
-        tours, costs = workers.spread([task(k) for k in (2, 1)])  # type: ignore[misc]
+        shares = workers.run_tasks([task(k) for k in range(4)])  # type: ignore[misc]
+        tours, costs = workers.run_and_join([task(k) for k in (2, 1)])  # type: ignore[misc]
         called: list[int] = []
         on_all_workers(executor, 3, called.append)
     assert [len(costs) for _, costs in shares] == [0, 1, 2, 3]

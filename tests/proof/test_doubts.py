@@ -42,11 +42,11 @@ def test_a_tool_that_cuts_with_a_spindle_turning_backwards_is_reported(
 @pytest.mark.parametrize(
     ("text", "words", "found"),
     [
-        ("G84 X5 Y5 Z-3 R1 F100 P1000\nX9\nG80\n", "linuxcnc", "2 dwells of more than 60 s, the longest 1,000 s"),
+        ("G84 X5 Y5 Z-3 R1 F100 P1000\nX9\nG80\n", "linuxcnc", "2 dwells longer than 60 s, the longest 1,000 s"),
         ("G4 P1000\n", "linuxcnc", "linuxcnc reads P in seconds"),
         ("G4 P60\n", "linuxcnc", ""),
         ("G4 P1000\n", "fanuc", ""),
-        ("G4 P90000\n", "fanuc", "1 dwell of more than 60 s, the longest 90 s: fanuc reads P in milliseconds"),
+        ("G4 P90000\n", "fanuc", "1 dwell longer than 60 s, the longest 90 s: fanuc reads P in milliseconds"),
     ],
 )
 def test_a_dwell_of_more_than_a_minute_is_reported_with_the_unit_it_is_read_in(

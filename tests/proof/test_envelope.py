@@ -51,7 +51,7 @@ def test_a_place_outside_is_named_with_its_axis_and_line(place: tuple[float, flo
     found = whats(moves((0, 0, 0), place, (0, 0, 0), place))
     assert len(found) == 1
     assert words in found[0]
-    assert "2 such places (line 2)" in found[0]
+    assert "; number of such positions: 2 (line 2)" in found[0]
 
 
 def test_without_a_work_offset_only_the_size_is_checked() -> None:
@@ -110,7 +110,7 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
         builder.feed(x=1.0, feed=feed)
         builder.drill(2.0, 0.0, DrillCycle("G81", 1.0, -1.0), feed=feed)
         found = whats(builder.build())
-        assert (found == []) if words is None else (words in found[0] and "2 such moves" in found[0])
+        assert (found == []) if words is None else (words in found[0] and found[0].endswith("of such moves: 2"))
 
 
 @pytest.mark.hazard
@@ -155,16 +155,20 @@ def test_every_exceeded_limit_is_one_difference_with_its_first_line_and_numbers(
             "outside travel",
             0,
             3,
-            "X in machine coordinates 1.000 mm is outside the machine's travel, -400.000 to 0.000 mm; 2 such places",
+            "X in machine coordinates 1.000 mm is outside the machine's travel, -400.000 to 0.000 mm; "
+            "number of such positions: 2",
         ),
         Difference(
             "outside travel",
             0,
             1,
-            "Y in machine coordinates 0.500 mm is outside the machine's travel, -200.000 to 0.000 mm; 1 such places",
+            "Y in machine coordinates 0.500 mm is outside the machine's travel, -200.000 to 0.000 mm; "
+            "number of such positions: 1",
         ),
-        Difference("feed too high", 0, 7, "the feed is 1500 mm/min, the machine allows at most 1200; 2 such moves"),
-        Difference("no feed", 0, 8, "the feed is 0 mm/min, it must be above 0; 1 such moves"),
+        Difference(
+            "feed too high", 0, 7, "the feed is 1500 mm/min, the machine allows at most 1200; number of such moves: 2"
+        ),
+        Difference("no feed", 0, 8, "the feed is 0 mm/min, it must be above 0; number of such moves: 1"),
         Difference("spindle speed", 0, 5, "50.5 rpm is out of range; the spindle turns 100 to 6000 rpm"),
         Difference("spindle speed", 0, 6, "7000 rpm is out of range; the spindle turns 100 to 6000 rpm"),
     ]
@@ -225,4 +229,4 @@ def test_every_hole_counts_with_its_own_cycle() -> None:
     builder.drill(1.0, 0.0, DrillCycle("G81", 51.0, -251.0), feed=2.0, line=5)
     builder.drill(2.0, 0.0, DrillCycle("G81", 2.0, -5.0), feed=2.0, line=6)
     (found,) = check_envelope(builder.build(), MILL)
-    assert found.new == 5 and "; 3 such places" in found.text
+    assert found.new == 5 and found.text.endswith("; number of such positions: 3")

@@ -81,7 +81,7 @@ def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
             20.0,
             None,
             OptionError,
-            "above what plasma 45 A pierces; of 85 A .* --amps 45 starts",
+            "above the pierce capacity of plasma 45 A; for 85 A, the cut chart does not give .* use --amps 45 to start",
         ),
     ],
 )

@@ -63,7 +63,7 @@ def edited(change: dict[str, Any], cut: dict[str, Any] | None = None) -> str:
         (edited({"sheet": 3}), "'sheet': 3 is not a text"),
         (edited({}, {"contours": [3]}), "cut 2: unknown contour 3; contours are numbered 1 to 2"),
         (edited({}, {"contours": [True]}), "unknown contour true"),
-        (edited({}, {"start": [1]}), r"cut 2: 'start': a place \[x, y\]"),
+        (edited({}, {"start": [1]}), r"cut 2: 'start': a point \[x, y\]"),
         (edited({}, {"start": [1, "b"]}), "not a number"),
         (edited({}, {"start": [1, 1e300]}), "not a number in range"),
         (edited({}, {"start": [1, 10**400]}), "not a number in range"),

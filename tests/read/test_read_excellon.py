@@ -159,7 +159,7 @@ def test_a_doubled_hit_is_drilled_once(text_file):
     [
         (body("X1.0Y1.0\nWHAT"), 7, "unknown Excellon command; export only drills"),
         (body("R,T\nX1.0Y1.0"), 6, "unknown Excellon command; export only drills"),
-        (body("G93X1.0Y0\nX1.0Y1.0"), 6, "moves the zero"),
+        (body("G93X1.0Y0\nX1.0Y1.0"), 6, "moves the origin"),
         (body("X1.0Y1.0\nT7\nX2.0Y2.0"), 7, "Undefined tool"),
         (body("X1.0Y1.0\nG85X2.0Y2.0"), 7, "needs a start and an end"),
         (body("X1.0Y1.0\nG02X2.0Y2.0A1.0"), 7, "routed arc"),

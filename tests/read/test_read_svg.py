@@ -270,7 +270,7 @@ def test_an_element_that_is_used_many_times_is_read_once(draw, data, monkeypatch
     part = read_contours(draw(body))
     assert len(part.contours) == (1 if "?" in data else 2501)
     # The line, the path, and once each element: 100 uses, path, group, definitions, line.
-    assert (calls.count("outlines_of"), calls.count("transform"), calls.count("_style")) == (2, 1, 103)
+    assert (calls.count("outlines_of"), calls.count("parse_transform"), calls.count("_style")) == (2, 1, 103)
 
 
 def test_pieces_without_length_count_as_segments(draw, monkeypatch):

@@ -38,7 +38,7 @@ def refusals(name: str) -> list[str]:
         try:
             machine_from_settings("\n".join([*lines, ""]), name)
         except LeafcutError as problem:
-            found.append(f"{damage}: {re.sub(r'no YAML .*', 'no YAML', str(problem).removeprefix(name))}")
+            found.append(f"{damage}: {re.sub(r'not YAML .*', 'not YAML', str(problem).removeprefix(name))}")
     return found
 
 

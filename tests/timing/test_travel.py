@@ -115,7 +115,7 @@ def test_what_cannot_be_meant_is_refused() -> None:
         travel_metric(machine("linear"), "time", lift_height_mm=-1)
     with pytest.raises(PlanError, match="objective"):
         travel_metric(machine("linear"), "money")  # type: ignore[arg-type]
-    with pytest.raises(PlanError, match="of maps"):
+    with pytest.raises(PlanError, match="for maps, not for machines"):
         travel.travel_cost(Metric("EXPLICIT", matrix=np.zeros((2, 2))), (0, 0), (1, 1))
 
 
