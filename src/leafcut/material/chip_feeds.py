@@ -36,8 +36,8 @@ def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> 
 def cutting_power(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
     """Return the cutting power at every point, W, for feeds in mm/s; 0 without a cut or a power limit.
 
-    The mean chip is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is the mean
-    of f_z sin φ over the engaged edge.
+    The mean chip thickness is f_z b / (r φ) for a tooth that is engaged over the angle φ and a cut of width b. This is
+    the mean of f_z sin θ over that angle.
     """
     feeds = np.broadcast_to(np.asarray(feed, dtype=float), engaged.width.shape)
     power = np.zeros(len(engaged.width))

@@ -249,8 +249,9 @@ def piece_instance(instance: Instance, nodes: Ints) -> tuple[Instance, Ints, Int
 
 
 def kick_piece(instance: Instance, nodes: Ints, word: NDArray[np.uint64], kicks: int, stop: Stop) -> Share:
-    """Return the piece int32[1, m] after its kicks, with its first and last node unchanged, and no costs. `word` is a
-    random state uint64[1]. Changes: word.
+    """Return the piece int32[1, m] after its kicks, and None for its costs. Its first and last node do not change.
+
+    `word` is a random state uint64[1]. Changes: word.
     """
     own, start, label = piece_instance(instance, nodes)
     tour = tour_with_buffers(start, queued=False, log=2 * own.n + 1000)

@@ -54,7 +54,7 @@ def take_tool(
 
 
 def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
-    """Retract to the safe height of the machine, or to the clearance height, mm."""
+    """Retract to the safe height of the machine; if it has none, to the `clearance` height, mm."""
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     elif builder.position[2] != clearance:

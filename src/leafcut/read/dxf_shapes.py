@@ -228,7 +228,7 @@ def is_flat(curve: Curve) -> bool:
 
 
 def half_axes(curve: Curve) -> tuple[float, float]:
-    """Return the larger and the smaller half axis of the curve in top view: the singular values of (u v)."""
+    """Return the major and the minor semi-axis of the curve in top view: the singular values of (u v)."""
     (ux, uy, _), (vx, vy, _) = curve.u, curve.v
     even, odd = math.hypot(ux + vy, uy - vx) / 2, math.hypot(ux - vy, uy + vx) / 2
     return even + odd, abs(even - odd)

@@ -327,7 +327,7 @@ class MarlinConversation(Conversation):
     def ask_status(self, *, more: bool = False) -> None:
         """Query the position and whether the machine is at rest.
 
-        While lines are unanswered or follow at once, the status is inferred instead of queried.
+        While lines are unanswered, or more lines are about to be sent, the status is inferred instead of queried.
         """
         if (more and not self._held) or (self._flying is not None and not self._flying.is_query):
             self._asked = True

@@ -23,7 +23,7 @@ MoveSet = Places | Choices
 
 
 def move_set(instance: AnyInstance, local_search: bool, workers: int = 1) -> MoveSet:
-    """Return the moves for an instance."""
+    """Return the moves of a search for an instance."""
     if isinstance(instance, DirectedInstance):
         return Choices(instance, local_search)
     return Places(instance, local_search, workers)

@@ -75,7 +75,7 @@ class Choices:
         return float(choose_all(self.layers, order, self.chosen, self.trial, self.sums, self.links))
 
     def nodes(self) -> Ints:
-        """Return the problem's nodes int32[clusters] of the path stored by `length`."""
+        """Return the path stored by `length` as nodes of the problem, int32[clusters]."""
         instance = self.instance
         chosen = self.chosen[1:] if instance.anchored else self.chosen
         enter = instance.enter.copy()

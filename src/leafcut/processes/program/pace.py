@@ -173,7 +173,7 @@ class _PaceSteps:
 
     @cached_property
     def judge(self) -> StockJudge:
-        """The judge of the stock that the original leaves."""
+        """Compares the stock after a program with the stock that the original leaves."""
         return StockJudge.of(self.plan.work.program, self.tools, self.cutters, {}, self.stock.field, self.stock.known)
 
     @property

@@ -77,7 +77,7 @@ _MAX_MOVING_PIERCE = 3.0
 
 
 def plan_sheet(job: Job, source: Source) -> Plan:
-    """Return the plan of a sheet: its cuts with all starts, and chains of cuts where these save time."""
+    """Return the plan of a sheet: its cuts with all their possible starts, and chains of cuts that save time."""
     settings = job.settings
     options = settings.of(CutOptions)
     job.report("reading")

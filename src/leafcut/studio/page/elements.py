@@ -55,7 +55,7 @@ class Form(Element, component="../static/form.js"):
 
 
 class Opener(Element, component="../static/opener.js"):
-    """Opens files in a dialog, or when they are dropped on the page."""
+    """Opens files that users choose in a dialog or drop on the page."""
 
     def __init__(
         self,

@@ -49,7 +49,7 @@ class ClearedDiscs:
     def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the arcs of a circle outside all discs, as start angle and sweep, rad, in the direction of `turn`.
 
-        Arcs within `fine` mm of the discs, or thinner than a straight cut of `thin` mm, are omitted.
+        Arcs within `fine` mm of the discs, or with thinner chips than a straight cut of width `thin` mm, are omitted.
         """
         return self._arcs(x, y, radius, self.discs)
 

@@ -135,8 +135,8 @@ def certify(
 def proof_lines(certificate: Certificate, version: str, name: str = "the original") -> list[str]:
     """Return the comment lines for the top of the new program, without comment signs.
 
-    `name` is the file name of the original. Characters that could end a comment are replaced, and long names are
-    shortened to their end.
+    `name` is the file name of the original. Characters that could end a comment are replaced, and only the end
+    of a long name is kept.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:

@@ -93,7 +93,7 @@ def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
 
 
 class Tables(NamedTuple):
-    """Data of arcs and cycles. The first entry of each column is 0, for features that are no arc or no cycle.
+    """Data of arcs and cycles. Entry 0 of each column is 0; it stands for features that are not arcs, or not cycles.
 
     Arcs have `center` (float64[a, 3], mm), `plane` and `turns`; cycles have `r_plane` and `peck` (mm).
     """
@@ -268,7 +268,7 @@ TAKEN = 1 << 20
 
 
 def _table_of(path: Toolpath) -> Indices:
-    """Return the number of unknown blocks before the active length offset of each row was stated."""
+    """Return for each row how many blocks of unknown effect precede the block that set its length offset."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
     return path.latest(Kind.OFFSET, count)
 
