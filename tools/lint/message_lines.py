@@ -185,8 +185,11 @@ def message_lines(calls: Mapping[str, tuple[int, ...]], files: Iterable[Path]) -
 
     `calls` maps the name of a function to the indices of the arguments; several are joined as ``{}: {}``. An index
     beyond the last argument means the last, as in an error with its message alone.
+
+    Raises ValueError if a function is not called: it was renamed, and its messages would go unnoticed.
     """
     found: dict[str, str] = {}
+    unseen = set(calls)
     has_call = re.compile(rf"\b(?:{'|'.join(calls)})\(")
     for file in files:
         if not has_call.search(sources.text_of(file)):
@@ -195,10 +198,13 @@ def message_lines(calls: Mapping[str, tuple[int, ...]], files: Iterable[Path]) -
         for name, call in source.calls:
             if name not in calls or not call.args:
                 continue
+            unseen.discard(name)
             texts = [source.templates(call.args[min(index, len(call.args) - 1)]) for index in calls[name]]
             for parts in product(*texts):
                 if re.search(r"[a-z]{2}", line := ": ".join(parts)) and not line.startswith(": "):
                     found[line] = sources.place(file, call.lineno)
+    if unseen:
+        raise ValueError(f"no call of {', '.join(sorted(unseen))}")
     return found
 
 

@@ -20,9 +20,9 @@ CATALOGUE = sources.PACKAGE / "studio" / "texts" / "messages_es.toml"
 ERRORS = {
     **{name: (0,) for name in dir(errors) if name.endswith("Error")},
     **dict.fromkeys(("OutputError", "BlockError", "UnclearBlock", "NesterError"), (0,)),
-    **dict.fromkeys(("_Ended", "_Alarmed", "_Silent", "PortLost"), (0,)),  # of the sender
+    **dict.fromkeys(("_RunEnded", "_AlarmStop", "_NoAnswer", "PortLost"), (0,)),  # of the sender
     "ReadError": (1,),
-    "parsing": (1,),
+    "parser_errors": (1,),
 }
 #: Commands outside the studio → files whose errors only they show, beside those of the command line.
 NOT_IN_STUDIO = {
@@ -114,18 +114,19 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     yield GAP, message_lines({"refused": (1,)}, modules("gcode/dialects.py"))
     # Entities that a reader leaves out. The registry's errors are for authors of plug-ins.
     for file in modules("read"):
-        if file.name != "registry.py":
+        if file.name != "registry.py" and re.search(r'ValueError\(f?"', sources.text_of(file)):
             yield rows.get(file.name, "17 ARC skipped: {}"), message_lines({"ValueError": (0,)}, [file])
     # Differences of programs, and reasons in lists.
     lists = modules("read/dxf.py", "nesting/proof.py", "processes/program/proof/matching.py")
     yield GAP, message_lines({"append": (0,)}, lists)
     yield GAP, message_lines({"Difference": (0, 3)}, modules())
-    yield GAP, message_lines({"_wrong": (9,), "wrong": (0, 1)}, modules("processes/sheet/proof"))
+    yield GAP, message_lines({"sheet_difference": (0, 1)}, modules("processes/sheet/proof"))
     # Issues: places and remarks.
     places = message_lines({"Issue": (2,)}, modules()).items()
     yield GAP, {line: place for line, place in places if "id {}" not in line}
-    yield GAP, message_lines({"_remark": (1,)}, modules())
-    yield GAP, message_lines({"_remark": (2,)}, modules())
+    contours = modules("processes/sheet/plan/contours.py")
+    yield GAP, message_lines({"_contour_issue": (1,)}, contours)
+    yield GAP, message_lines({"_contour_issue": (2,)}, contours)
     # Blocks of a program that stay in place, and progress.
     staying = [*program_rows._BARRIERS.values(), *program_rows._CHANGES.values(), find_sections.STAYING]
     yield "stays in its place: {}", dict.fromkeys(staying, sources.place(Path(str(program_rows.__file__)).resolve()))
