@@ -26,7 +26,7 @@ OUTSIDE = {
     "install kernels": "compiles for minutes; tests/test_warming.py",
 }
 #: Experiments of many hours: the reduced one of each runs in tests/lab.
-LONG = ("lab run thesis", "lab run machining_time", "lab report machining_time", "lab tune ")
+LONG = ("lab run thesis", "lab run machining_time", "lab report ", "lab tune ")
 
 
 def printed() -> dict[str, str]:

@@ -14,12 +14,12 @@ from leafcut.kernels import (
     bands,
     candidates,
     chords,
+    cluster_paths,
     construct,
     cost,
     engagement,
     firefly,
     greedy,
-    layers,
     lin_kernighan,
     local_search,
     long_edges,
@@ -201,7 +201,7 @@ def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
     first = (annealing, bands, candidates, chords, construct, cost, engagement, firefly, greedy)
     rest = (
-        layers,
+        cluster_paths,
         lin_kernighan,
         local_search,
         long_edges,

@@ -373,8 +373,12 @@ def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -
     outcome = api.optimize(tmp_path / "holes.csv", surface=file, solid=2, **options)
     assert outcome.written is not None
     assert float(np.nanmin(outcome.written.end[:, 2])) < 5.0
-    for more in ({}, {"surface": examples / "stepped_plate.stl"}):
-        with pytest.raises(OptionError, match=r"--solid: .* solids.*; leave it out"):
+    stl = {"surface": examples / "stepped_plate.stl"}
+    for more, words in (
+        ({}, "csv has no solids; remove the option, or"),
+        (stl, "only STEP files have solids; leave it out"),
+    ):
+        with pytest.raises(OptionError, match=f"^--solid: {words}"):
             api.optimize(tmp_path / "holes.csv", solid=2, **more, **options)
 
 
