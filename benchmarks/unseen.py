@@ -320,9 +320,11 @@ def strips(
                 alone = checkouts[0].python(_SPYRROW, ["strip.json", str(seconds), str(seed)], folder, 0)
                 lengths[0].append(alone.answer["width"])
                 sheet = f"--sheet {math.ceil(3 * alone.answer['width'])}x{HEIGHT:g} --kerf 0 --gap 0 --margin 0"
-                words = f"nest strip.json -o out.dxf --json {sheet} --variants 1 --time-limit {seconds}s --seed {seed}"
+                words = f"nest strip.json --json {sheet} --variants 1 --time-limit {seconds}s --seed {seed}"
                 for column, checkout in zip(lengths[1:], checkouts, strict=True):
-                    column.append(checkout.command(words, folder).answer["variants"][0]["used_length_of_last_mm"])
+                    # Each writes a file of its own: no version replaces a drawing that it did not write.
+                    run = checkout.command(f"{words} -o {checkout.cache.name}.dxf", folder)
+                    column.append(run.answer["variants"][0]["used_length_of_last_mm"])
         middle = median(lengths[0])
         cells = [f"{100 * (median(column) / middle - 1):+.1f} % (seeds {min(column):.0f} to {max(column):.0f} mm)"
                  for column in lengths[1:]]  # fmt: skip
