@@ -53,7 +53,8 @@ class SheetWork:
     does not; `given` (the order of the drawing or of the plan file) has only the chains of the plan file. `planned` is
     the plan file, if all its choices fit. If `order_fixed`, neither the given nor the nearest-neighbour order may
     replace the order of the search, because of heat, or of bands with a plan file. `parts` are the parts that the head
-    may hit if it stays down between cuts; None if the head retracts. `motions` caches the motion of recent orders.
+    may hit if it stays down between cuts; None if the head retracts. `motions` caches the motion of recent orders, and
+    `detached` the result of `detached_nearest`.
     """
 
     drawn: Sheet
@@ -67,6 +68,7 @@ class SheetWork:
     parts: DetachableParts | None
     obstacles: Obstacles | None
     motions: dict[CutSequence, Candidate] = field(default_factory=dict, init=False, repr=False)
+    detached: list[Order] = field(default_factory=list, init=False, repr=False)
 
 
 # -- changes of an order ---------------------------------------------------------------------------------------------
@@ -143,6 +145,14 @@ def detach_later(plan: Plan, order: Order) -> Order:
     return min(order, other, key=lambda either: _rank(plan, either))
 
 
+def detached_nearest(plan: Plan) -> Order:
+    """Return the nearest-neighbour order after `detach_later`, which runs once for it."""
+    known: list[Order] = plan.work.detached
+    if not known:
+        known.append(detach_later(plan, Order((plan.work.nearest,))))
+    return known[0]
+
+
 def keep_nearest(plan: Plan, order: Order) -> Order:
     """Return the order, or the nearest-neighbour order if that is faster.
 
@@ -170,7 +180,7 @@ def keep_given(plan: Plan, order: Order) -> Order:
         return order
     known = [Order((work.given,))]
     if work.parts is not None and _may_be_nearest(plan):
-        known.append(detach_later(plan, Order((work.nearest,))))
+        known.append(detached_nearest(plan))
     for other in known:
         (*risks, cost), (*other_risks, other_cost) = _rank(plan, order), _rank(plan, other)
         if other_risks <= risks and other_cost < cost:

@@ -124,10 +124,9 @@ class SheetCutting(Process):
 
     def nearest(self, plan: Plan) -> Candidate:
         """Return the motion in the nearest-neighbour order, with the same care for detached parts."""
-        from leafcut.model.plan import Order
-        from leafcut.processes.sheet.passes import detach_later
+        from leafcut.processes.sheet.passes import detached_nearest
 
-        return self.generate(plan, detach_later(plan, Order((plan.work.nearest,))))
+        return self.generate(plan, detached_nearest(plan))
 
     def generate(self, plan: Plan, order: Order) -> Candidate:
         """Return the motion of an order."""
