@@ -153,12 +153,13 @@ def check_own(target: str | None, inputs: Sequence[str], command: str) -> None:
     data = path.read_bytes()
     if any(Path(source).is_file() and Path(source).read_bytes() == data for source in inputs):
         return
-    if not _is_unchanged_output(data):
+    text = decode_text(data)[0]
+    if not is_unchanged(text):
         raise OutputError(
             f"{target}: the file exists and was not written by leafcut, or was changed since; name it with -o to "
             "replace it"
         )
-    other = command_of(decode_text(data)[0])
+    other = command_of(text)
     if other and other != command:
         raise OutputError(
             f"{target}: the file exists and was written by `leafcut {other}`; name another file with -o to keep both"
