@@ -290,7 +290,7 @@ def _description(
     return Description(
         name=f"tune_{task.algorithm}",
         title=f"Parameters of {task.algorithm}, tuned",
-        about="The parameters that were found against those of its authors, on parts that the search did not see.",
+        about="The tuned parameters against the parameters of its authors, on parts that the search did not see.",
         command=task.command,
         instances=tuple(instances),
         factors=(Factor(FACTOR, "Parameters", levels),),
@@ -347,7 +347,8 @@ def search_block(tuned: TuningResult) -> ReportBlock:
         "The set that was found",
     )
     costs = [(float(k), trial.cost) for k, trial in enumerate(tuned.trials, 1) if trial.cost is not None]
-    heading, words = "cost by that of the defaults", "Cost of each trial by that of the defaults, and the least so far"
+    heading = "cost ÷ cost of the defaults"
+    words = "Cost of each trial divided by the cost of the defaults, and the minimum"
     drawn = (("", charts.trials(costs, heading, words)),) if costs else ()
     rows = tuple(
         (
